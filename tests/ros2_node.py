@@ -1,7 +1,7 @@
 """A node of real ROS 2 (rclpy), the counterpart of `sketchnav bridge ros2`; tests/tools/ros2.rs runs it.
 
-ros2_node.py listen SCANS [NAMESPACE]   hears topics until so many scans have come, and tells what it has heard as JSON
-ros2_node.py order TEXT [NAMESPACE]     publishes an order once somebody subscribes
+ros2_node.py listen SCANS [NAMESPACE]   receives topics until so many scans have come, and prints a summary as JSON
+ros2_node.py order TEXT [NAMESPACE]     publishes an order once a node subscribes
 """
 
 import json
@@ -33,23 +33,23 @@ def seconds(stamp):
 
 
 def listen(node, count):
-    heard = {"scan": [], "odometry": [], "clock": [], "diagnostics": []}
+    received = {"scan": [], "odometry": [], "clock": [], "diagnostics": []}
     kinds = {"scan": LaserScan, "odometry": Odometry, "clock": Clock, "diagnostics": DiagnosticArray}
     for topic, kind in kinds.items():
         # Sensor readings are only offered best effort; the others are requested as reliable.
         quality = qos_profile_sensor_data if topic in ("scan", "odometry") else QoSProfile(depth=100)
-        node.create_subscription(kind, topic, heard[topic].append, quality)
-    spin_until(node, lambda: len(heard["scan"]) >= count and heard["diagnostics"] and heard["clock"])
-    scan, odometry = heard["scan"][-1], heard["odometry"][-1]
-    report = {topic: len(messages) for topic, messages in heard.items()}
+        node.create_subscription(kind, topic, received[topic].append, quality)
+    spin_until(node, lambda: len(received["scan"]) >= count and received["diagnostics"] and received["clock"])
+    scan, odometry = received["scan"][-1], received["odometry"][-1]
+    report = {topic: len(messages) for topic, messages in received.items()}
     report["scan_frame"] = scan.header.frame_id
     report["beams"] = len(scan.ranges)
     report["nearest_m"] = min(scan.ranges)
-    report["scan_stamps_s"] = [seconds(scan.header.stamp) for scan in heard["scan"]]
-    report["clock_s"] = [seconds(message.clock) for message in heard["clock"]]
+    report["scan_stamps_s"] = [seconds(scan.header.stamp) for scan in received["scan"]]
+    report["clock_s"] = [seconds(message.clock) for message in received["clock"]]
     report["odometry_frames"] = [odometry.header.frame_id, odometry.child_frame_id]
-    report["poses"] = [[m.pose.pose.position.x, m.pose.pose.position.y] for m in heard["odometry"]]
-    last = heard["diagnostics"][-1]
+    report["poses"] = [[m.pose.pose.position.x, m.pose.pose.position.y] for m in received["odometry"]]
+    last = received["diagnostics"][-1]
     report["levels"] = {status.name: status.level[0] for status in last.status}
     report["nodes"] = node.get_node_names()
     report["topics"] = {name: kinds[0] for name, kinds in node.get_topic_names_and_types()}

@@ -69,7 +69,7 @@ def main():
     signal.signal(signal.SIGTERM, end)
     while running:
         rclpy.spin_once(node.node, timeout_sec=0.1)
-    print(node.robot.told())
+    print(node.robot.summary())
 
 
 main()

@@ -74,6 +74,6 @@ class Robot:
         """What the laser sees, metres."""
         return ranges(self.x, self.y, self.yaw)
 
-    def told(self):
-        """Where it is, and its last command."""
+    def summary(self):
+        """Its pose and its last command."""
         return f"{self.x:.2f} {self.y:.2f} {self.velocity[0]:.3f} {self.velocity[2]:.3f}"

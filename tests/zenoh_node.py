@@ -3,11 +3,11 @@
 tests/tools/zenoh.rs runs it. The router is at 127.0.0.1, in the domain of ROS_DOMAIN_ID. Definitions of standard types are those
 of rosbags for ROS 2 Jazzy; the drawing's is in the crate of the navigator that owns it.
 
-zenoh_node.py listen PORT SCANS        hears topics until so many scans have come, tells what it has heard as JSON
-zenoh_node.py late PORT                comes after the drawing was sent, and asks for it
-zenoh_node.py router PORT              is the router; the drawing is sent after it has come
-zenoh_node.py order PORT TEXT...       publishes orders once somebody subscribes, and ends with SIGTERM
-zenoh_node.py hashes RECORDING         tells the hash of each type of a recording as JSON
+zenoh_node.py listen PORT SCANS        receives topics until so many scans have come, and prints a summary as JSON
+zenoh_node.py late PORT                joins after the drawing was sent, and queries it
+zenoh_node.py router PORT              acts as the router; the drawing is sent after it has joined
+zenoh_node.py order PORT TEXT...       publishes orders once a node subscribes, and ends with SIGTERM
+zenoh_node.py hashes RECORDING         prints the hash of each type of a recording as JSON
 """
 
 import json
@@ -49,7 +49,7 @@ def typed(kind):
     return {"msg_type": kind, "msg_definition": definition, "type_hash": ROS_2.hash_rihs01(kind)}
 
 
-def hear(port, topic, kind, **more):
+def subscribe(port, topic, kind, **more):
     messages = []
     ROS2Subscriber(f"/{topic}", callback=messages.append, router_port=port, **typed(kind), **more)
     return messages
@@ -73,26 +73,26 @@ def listen(port, count):
         "clock": "rosgraph_msgs/msg/Clock",
         "diagnostics": "diagnostic_msgs/msg/DiagnosticArray",
     }
-    heard = {topic: hear(port, topic, kind) for topic, kind in kinds.items()}
+    received = {topic: subscribe(port, topic, kind) for topic, kind in kinds.items()}
     session = ZenohSession.get_instance(router_port=port).session
     attached = []
     clocks = f"{DOMAIN}/clock/**"
     subscriber = session.declare_subscriber(clocks, lambda sample: attached.append(sample.attachment.to_bytes()))
-    wait_until(lambda: len(heard["scan"]) >= count and len(attached) >= count and heard["tf"] and heard["diagnostics"])
+    wait_until(lambda: len(received["scan"]) >= count and len(attached) >= count and received["tf"] and received["diagnostics"])
     subscriber.undeclare()
-    scan, odometry = heard["scan"][-1], heard["odometry"][-1]
+    scan, odometry = received["scan"][-1], received["odometry"][-1]
     attachments = [Attachment.from_bytes(attachment) for attachment in attached]
     tokens = graph(session)
     report = {
         "scan_frame": scan.header.frame_id,
         "beams": len(scan.ranges),
         "nearest_m": float(min(scan.ranges)),
-        "scan_stamps_s": [seconds(message.header.stamp) for message in heard["scan"]],
-        "clock_s": [seconds(message.clock) for message in heard["clock"]],
+        "scan_stamps_s": [seconds(message.header.stamp) for message in received["scan"]],
+        "clock_s": [seconds(message.clock) for message in received["clock"]],
         "odometry_frames": [odometry.header.frame_id, odometry.child_frame_id],
-        "poses": [[m.pose.pose.position.x, m.pose.pose.position.y] for m in heard["odometry"]],
-        "transform": [heard["tf"][-1].transforms[0].header.frame_id, heard["tf"][-1].transforms[0].child_frame_id],
-        "levels": {status.name: status.level for status in heard["diagnostics"][-1].status},
+        "poses": [[m.pose.pose.position.x, m.pose.pose.position.y] for m in received["odometry"]],
+        "transform": [received["tf"][-1].transforms[0].header.frame_id, received["tf"][-1].transforms[0].child_frame_id],
+        "levels": {status.name: status.level for status in received["diagnostics"][-1].status},
         "numbers": [attachment.sequence_id for attachment in attachments],
         "ages_s": [time.time() - attachment.timestamp_ns * 1e-9 for attachment in attachments],
         "identities": sorted({attachment.gid.hex() for attachment in attachments}),
@@ -103,7 +103,7 @@ def listen(port, count):
     print(json.dumps(report))
 
 
-def told(sketch):
+def print_sketch(sketch):
     info = sketch.grid.info
     walls = int((sketch.grid.data != 0).sum())
     print(json.dumps({"width": info.width, "height": info.height, "cells": len(sketch.grid.data), "walls": walls}))
@@ -112,9 +112,9 @@ def told(sketch):
 def late(port):
     """By the package, which asks the publishers that the graph names; and by what rmw_zenoh itself has."""
     quality = QosProfile(durability=QosDurability.TRANSIENT_LOCAL, history_depth=1)
-    sketches = hear(port, "sketch", SKETCH, qos=quality)
+    sketches = subscribe(port, "sketch", SKETCH, qos=quality)
     wait_until(lambda: sketches)
-    told(advanced(port))
+    print_sketch(advanced(port))
 
 
 def advanced(port):
@@ -131,7 +131,7 @@ def advanced(port):
 def router(port):
     listens = f'listen/endpoints=["tcp/127.0.0.1:{port}"];connect/endpoints=[]'
     os.environ["ZENOH_CONFIG_OVERRIDE"] = f'mode="router";{listens}'
-    told(advanced(port))
+    print_sketch(advanced(port))
 
 
 def order(port, texts):

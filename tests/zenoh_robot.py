@@ -92,7 +92,7 @@ def main():
     node = Node()
     while not over.wait(PERIOD_S):
         node.step()
-    print(node.robot.told())
+    print(node.robot.summary())
     ZenohSession._instance.close()
 
 

@@ -10,7 +10,7 @@ fuzz_target!(|text: &str| {
     let count = world.outline.len().max(1) as f64;
     let middle = |axis: usize| world.outline.iter().map(|[a, _]| a[axis]).sum::<f64>() / count;
     let start = Pose::new(middle(0), middle(1), 0.0);
-    let robot = robots::find("turtlebot3").expect("a robot that holds").expect("a robot that ships");
+    let robot = robots::find("turtlebot3").expect("a valid robot").expect("a robot that ships");
     let Ok(mut floor) = Floor::new(world, &robot, start, 1) else { return };
     for _ in 0..2 {
         floor.step(None);

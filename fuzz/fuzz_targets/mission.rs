@@ -36,7 +36,7 @@ fuzz_target!(|text: &str| {
         Path::new(env!("CARGO_MANIFEST_DIR")).join("../sim/missions/laboratory/laboratory.floor.toml");
     (mission.world.floor_plan, mission.world.map) = (floor.to_str().map(str::to_owned), None);
     mission.start.world = [0.9, 6.15];
-    let robot = robots::find("robotino").expect("a robot that holds").expect("a robot that ships");
+    let robot = robots::find("robotino").expect("a valid robot").expect("a robot that ships");
     let run = RunConfig::lockstep("fuzz", mission, robot, 1);
     let _ = Rehearsal::by_bytes(&run, DRAWING).and_then(|rehearsal| rehearsal.run(&mut Once));
 });

@@ -27,7 +27,7 @@ use crate::sequence::Sequence;
 use crate::writer::{Mcap, TOPICS_METADATA, begin};
 
 /// Metadata that is not copied, because it is generated again for the messages of the copy.
-const MADE_ANEW: [&str; 2] = [TOPICS_METADATA, "missing"];
+const REGENERATED: [&str; 2] = [TOPICS_METADATA, "missing"];
 
 /// The result of a copy.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
@@ -94,7 +94,7 @@ pub struct Copy<W: Write> {
     /// Topics whose messages before the first one were left out on purpose, and therefore do not count as missing.
     late: BTreeSet<String>,
     attached: BTreeSet<String>,
-    told: BTreeSet<String>,
+    described: BTreeSet<String>,
     messages: u64,
     bytes: u64,
     left_out: Rejections,
@@ -128,7 +128,7 @@ impl<W: Write> Copy<W> {
             counts: BTreeMap::new(),
             late: BTreeSet::new(),
             attached: BTreeSet::new(),
-            told: BTreeSet::new(),
+            described: BTreeSet::new(),
             messages: 0,
             bytes: 0,
             left_out: Rejections::default(),
@@ -138,10 +138,10 @@ impl<W: Write> Copy<W> {
     /// Continues after another copy, whose last sequence numbers are `last`. Messages in that copy do not count as missing
     /// in this one.
     fn resume_after(&mut self, last: &BTreeMap<String, u64>) {
-        let go_on = |(topic, last): (&String, &u64)| {
+        let continued = |(topic, last): (&String, &u64)| {
             (topic.clone(), Count { sequence: Some(Sequence::after(*last)), ..Count::default() })
         };
-        self.counts = last.iter().map(go_on).collect();
+        self.counts = last.iter().map(continued).collect();
     }
 
     /// Declares that messages before the first one of these topics are left out on purpose, and therefore do not count as
@@ -245,7 +245,7 @@ impl<W: Write> Copy<W> {
     /// # Errors
     /// [`RecordingError::Write`] if the sink fails.
     pub fn metadata(&mut self, name: &str, facts: &BTreeMap<String, String>) -> Result<(), RecordingError> {
-        if MADE_ANEW.contains(&name) || !self.told.insert(name.to_owned()) {
+        if REGENERATED.contains(&name) || !self.described.insert(name.to_owned()) {
             return Ok(());
         }
         let metadata = mcap_records::Metadata { name: name.to_owned(), metadata: facts.clone() };
@@ -273,8 +273,8 @@ impl<W: Write> Copy<W> {
     pub fn finish(mut self) -> Result<W, RecordingError> {
         let missing = |(topic, count): (&String, &Count)| (topic.clone(), count.facts.missing.to_string());
         let missing: BTreeMap<_, _> = self.counts.iter().map(missing).collect();
-        let told = self.counts.iter().map(|(topic, count)| Ok((topic.clone(), count.facts.to_json()?)));
-        let topics = told.collect::<Result<BTreeMap<_, _>, RecordingError>>()?;
+        let topics = self.counts.iter().map(|(topic, count)| Ok((topic.clone(), count.facts.to_json()?)));
+        let topics = topics.collect::<Result<BTreeMap<_, _>, RecordingError>>()?;
         for (name, metadata) in [("missing", missing), (TOPICS_METADATA, topics)] {
             let metadata = mcap_records::Metadata { name: name.to_owned(), metadata };
             self.mcap.write_metadata(&metadata).map_err(RecordingError::Write)?;
@@ -362,7 +362,7 @@ impl Salvage {
             let next = self.open.next_piece();
             // Redundant records may precede the piece, so its position is only known now.
             let (at, _) = self.open.record();
-            let goes_on = match next {
+            let continues = match next {
                 Ok(Piece::Part(Part::Message(message))) if message.is_damaged() => {
                     self.lose_message(at, &message);
                     true
@@ -384,7 +384,7 @@ impl Salvage {
                 Err(RecordingError::Damaged { source, .. }) => self.pass_over(at, &source)?,
                 Err(error) => return Err(error),
             };
-            if !goes_on {
+            if !continues {
                 self.copied.kept_damaged = self.open.kept();
                 return Ok(self.copied);
             }
@@ -536,9 +536,9 @@ fn late_topics(recording: &Recording) -> Result<BTreeSet<String>, RecordingError
         // Other software may begin counting anywhere.
         return topic_names(recording);
     }
-    let told = recording.index()?.metadata(recording.path(), TOPICS_METADATA)?.unwrap_or_default();
+    let topics = recording.index()?.metadata(recording.path(), TOPICS_METADATA)?.unwrap_or_default();
     let is_late = |facts: TopicFacts| facts.gaps.first().is_none_or(|gap| gap.after_seq > 0);
-    let late = told.into_iter().filter(|(_, json)| serde_json::from_str(json).is_ok_and(is_late));
+    let late = topics.into_iter().filter(|(_, json)| serde_json::from_str(json).is_ok_and(is_late));
     Ok(late.map(|(topic, _)| topic).collect())
 }
 

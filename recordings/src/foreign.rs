@@ -172,7 +172,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_is_recognised_by_how_it_begins() {
+    fn a_file_is_recognised_by_its_first_bytes() {
         let cases: [(&[u8], Foreign, &str); 15] = [
             (b"SQLite format 3\0\x10\0", Foreign::Sqlite, "ros2 bag convert"),
             (b"#ROSBAG V2.0\n", Foreign::RosBag1, "rosbags-convert"),

@@ -285,7 +285,7 @@ mod tests {
     /// A scan with a maximum range of next to nothing was recorded, and so was one with an odometry beyond all bounds. The
     /// localizer rejected them without any message to the user.
     #[test]
-    fn what_every_reader_would_reject_is_left_out_with_the_reason() {
+    fn messages_that_every_reader_would_reject_are_left_out_with_the_reason() {
         let header = Header { seq: 1, stamp_ns: 5, source_seq: 1 };
         let whole = scan(1, vec![2.0; 3]);
         let why =
@@ -302,7 +302,7 @@ mod tests {
 
     /// A single garbled time affected the stamps of all scans after it.
     #[test]
-    fn stamps_rise_whatever_the_clock_says() {
+    fn stamps_increase_even_if_the_clock_jumps() {
         let mut clock = Clock::default();
         let mut stamp = |time_s: f64| clock.stamp_ns(time_s).map_err(|why| why.to_string());
         assert_eq!([stamp(100.0), stamp(100.5)], [Ok(0), Ok(500_000_000)]);
@@ -319,7 +319,7 @@ mod tests {
 
     /// In a log in millimetres nothing was near enough to be seen, and the user was not told.
     #[test]
-    fn a_scan_without_a_distance_is_blind() {
+    fn a_scan_without_any_distance_is_blind() {
         let header = Header { seq: 1, stamp_ns: 5, source_seq: 1 };
         let is_blind =
             |ranges_m: &[f32]| Messages::of(&scan(1, ranges_m.to_vec()), header, &RULES).is_blind();
@@ -328,7 +328,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_left_out_is_counted_or_refused() {
+    fn omissions_are_counted_or_refused() {
         let mut imported = Imported::default();
         let long = |line| LeftOut { line, why: Fault::Long };
         for line in 1..=MAX_NAMED as u64 + 5 {

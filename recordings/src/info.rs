@@ -58,9 +58,9 @@ impl Info {
     /// also counts them itself. Its own count includes lives in which it sent no message, but a file that is cut off lacks
     /// that count, so the larger of the two is used.
     pub fn all_restarts(&self) -> u64 {
-        let told: u64 = self.process_restarts.values().sum();
+        let all: u64 = self.process_restarts.values().sum();
         let by_recorder = self.process_restarts.get(Process::Recorder.word()).copied().unwrap_or(0);
-        told - by_recorder + self.restarts.max(by_recorder)
+        all - by_recorder + self.restarts.max(by_recorder)
     }
 }
 
@@ -131,10 +131,11 @@ fn of_summary(path: &Path) -> Result<Option<Info>, RecordingError> {
     }
     let Some(index) = Index::of_summary(path)? else { return Ok(None) };
     let Some(statistics) = &index.statistics else { return Ok(None) };
-    let Some(told) = index.metadata(path, TOPICS_METADATA)? else { return Ok(None) };
+    let Some(facts_by_topic) = index.metadata(path, TOPICS_METADATA)? else { return Ok(None) };
     let mut tally = Tally { clean_end: true, ..Tally::default() };
     for (id, topic) in index.directory.topics() {
-        let facts = told.get(&topic.name).and_then(|json| serde_json::from_str::<TopicFacts>(json).ok());
+        let facts =
+            facts_by_topic.get(&topic.name).and_then(|json| serde_json::from_str::<TopicFacts>(json).ok());
         let Some(facts) = facts else { return Ok(None) };
         let known = tally.topics.entry(topic.name.clone()).or_default();
         known.describe(topic);
@@ -258,7 +259,7 @@ impl Tally {
         let place = |name: &str| channels::all().position(|spec| spec.is_topic(name));
         let mut topics: Vec<_> = self.topics.into_iter().map(|(name, tally)| tally.finish(name)).collect();
         topics.sort_by_key(|topic| place(&topic.topic).unwrap_or(usize::MAX));
-        let told =
+        let process_restarts =
             if self.process_restarts.is_empty() { self.lives.restarts() } else { self.process_restarts };
         Ok(Info {
             path: path.display().to_string(),
@@ -268,7 +269,7 @@ impl Tally {
             notes: notes(recording, self.packed, self.damaged)?,
             clean_end: self.clean_end,
             restarts: self.restarts,
-            process_restarts: told
+            process_restarts: process_restarts
                 .into_iter()
                 .filter_map(|(name, n)| Some((name, n.parse().ok()?)))
                 .collect(),

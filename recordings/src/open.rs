@@ -50,13 +50,14 @@ pub(crate) struct Open {
 
 impl Open {
     pub(crate) fn new(path: &Path) -> Result<Self, RecordingError> {
-        let file = RecordFile::open(path).map_err(|stop| told(path, 0, stop))?;
+        let file = RecordFile::open(path).map_err(|stop| recording_error(path, 0, stop))?;
         Ok(Self::of(path, file))
     }
 
     /// Opens a recording whose magic may be damaged, and returns whether it is.
     pub(crate) fn damaged_file(path: &Path) -> Result<(Self, bool), RecordingError> {
-        let (file, is_damaged) = RecordFile::open_damaged(path).map_err(|stop| told(path, 0, stop))?;
+        let (file, is_damaged) =
+            RecordFile::open_damaged(path).map_err(|stop| recording_error(path, 0, stop))?;
         Ok((Self::of(path, file), is_damaged))
     }
 
@@ -103,10 +104,10 @@ impl Open {
         const HEAD: u64 = 2 + 4;
         const ENTRY: u64 = 8 + 8;
         let (next, mut at, mut messages) = (self.file.at(), end, None);
-        while let Some((op::MESSAGE_INDEX, behind)) = self.frame_at(at)? {
-            let entries = (behind - at).saturating_sub(FRAME_BYTES + HEAD) / ENTRY;
+        while let Some((op::MESSAGE_INDEX, record_end)) = self.frame_at(at)? {
+            let entries = (record_end - at).saturating_sub(FRAME_BYTES + HEAD) / ENTRY;
             *messages.get_or_insert(0) += entries;
-            at = behind;
+            at = record_end;
         }
         self.file.seek(next).map_err(|stop| self.stopped(stop))?;
         Ok(messages)
@@ -127,7 +128,7 @@ impl Open {
     }
 
     pub(crate) fn stopped(&self, stop: Stop) -> RecordingError {
-        told(&self.path, self.messages, stop)
+        recording_error(&self.path, self.messages, stop)
     }
 
     pub(crate) fn damaged(&self, damage: Damage) -> RecordingError {
@@ -301,7 +302,7 @@ impl Directory {
     }
 }
 
-fn told(path: &Path, messages: u64, stop: Stop) -> RecordingError {
+fn recording_error(path: &Path, messages: u64, stop: Stop) -> RecordingError {
     let path = path.to_owned();
     match stop {
         Stop::Damage(Damage::NoMcap(found)) => RecordingError::Foreign { path, found },

@@ -268,7 +268,7 @@ mod tests {
 
     /// The name of a topic could add files outside the folder to the list, which other readers then opened.
     #[test]
-    fn a_name_of_a_topic_is_nothing_but_a_name() {
+    fn a_topic_name_cannot_inject_yaml() {
         let topic = |name: &str, profile: &str| {
             Arc::new(Topic {
                 name: name.to_owned(),
@@ -292,7 +292,7 @@ mod tests {
                        \u{20} relative_file_paths:\n    - a/a_0.mcap\n    - a_1.mcap.zstd\n    - /etc/hostname\n    - gone.mcap\n";
 
     #[test]
-    fn what_is_listed_is_found_or_named() {
+    fn listed_files_are_found_or_reported_missing() {
         let folder = tempfile::tempdir().unwrap();
         assert_eq!(Bag::read(folder.path()).unwrap(), None);
         let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
@@ -329,7 +329,7 @@ mod tests {
     }
 
     #[test]
-    fn a_packed_file_is_unpacked_as_far_as_it_goes() {
+    fn a_truncated_compressed_file_is_decompressed_up_to_the_cut() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.mcap.zstd");
         let plain: Vec<u8> =

@@ -66,7 +66,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn gaps_are_counted_and_repetitions_told() {
+    fn gaps_and_repetitions_are_counted() {
         let mut sequence = Sequence::default();
         assert_eq!(sequence.see(2), Seen::New { missing: 1 });
         assert_eq!(sequence.see(3), Seen::New { missing: 0 });

@@ -144,7 +144,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn files_are_found_by_number_and_no_others() {
+    fn only_numbered_files_belong_to_a_series() {
         let folder = tempfile::tempdir().unwrap();
         let names =
             ["a_10.mcap", "a_2.mcap", "a_0.mcap", "a_01.mcap", "a.mcap", "a_x.mcap", "ab_1.mcap", "a_1.txt"];

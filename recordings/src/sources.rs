@@ -223,7 +223,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_maps_picture_is_found_and_no_file_outside_is_touched() {
+    fn a_maps_picture_is_found_without_opening_files_outside() {
         assert_eq!(picture_of(b"image: 'm.pgm'\nresolution: 1\n").as_deref(), Some("m.pgm"));
         assert_eq!(picture_of(b"resolution: 1\nimage: parts/m.png"), Some("parts/m.png".into()));
         for outside in ["image: /etc/passwd", "image: ../m.png", "image:", "resolution: 1"] {

@@ -360,9 +360,9 @@ impl<W: Write> Writer<W> {
         let still = TopicFacts { times_ns: Some((self.begin_ns, self.begin_ns)), ..TopicFacts::default() };
         let transforms = [(TF_STATIC.into(), &still), (TF.into(), &self.transform_facts)];
         let of_topic = |topic: &'_ Topic| (topic_name(topic.spec.name), topic.facts.to_json());
-        let told = self.topics.iter().map(of_topic);
-        let told = told.chain(transforms.map(|(name, facts)| (name, facts.to_json())));
-        told.map(|(name, json)| Ok((name, json?))).collect()
+        let facts = self.topics.iter().map(of_topic);
+        let facts = facts.chain(transforms.map(|(name, facts)| (name, facts.to_json())));
+        facts.map(|(name, json)| Ok((name, json?))).collect()
     }
 }
 

@@ -171,7 +171,7 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn no_bound_allows_what_is_no_number_and_the_words_name_both_ends() {
+    fn bounds_reject_nan_and_name_both_ends() {
         for bound in ALL {
             for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300, -1e300] {
                 assert!(!bound.holds(value), "{bound:?} {value}");
@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_shown_in_few_characters() {
+    fn numbers_are_formatted_briefly() {
         let shown = [1e300, 1e-30, 0.5, -3.0, f64::NAN, 0.0].map(shown);
         assert_eq!(shown, ["1e300", "1e-30", "0.5", "-3", "NaN", "0"]);
     }
@@ -192,7 +192,7 @@ mod tests {
 
         /// `range_min_m` once rounded to `range_max_m`, and a radius to 0.
         #[test]
-        fn what_is_within_stays_within_in_single_precision(which in 0..ALL.len(), share in 0.0..=1.0_f64) {
+        fn numbers_within_bounds_stay_there_in_single_precision(which in 0..ALL.len(), share in 0.0..=1.0_f64) {
             let bound = ALL[which];
             let value = (bound.least + share * (bound.most - bound.least)).clamp(bound.least, bound.most);
             let single = value as f32;

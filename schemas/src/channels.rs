@@ -458,7 +458,7 @@ mod tests {
 
     /// `rerun` and `replay` feed a process its inputs in this order, which once depended on the order of a single table.
     #[test]
-    fn an_instant_goes_from_what_people_say_to_the_status() {
+    fn an_instant_begins_with_requests_and_ends_with_the_status() {
         example::register();
         let names: Vec<_> =
             of_kind(example::KIND).filter(|spec| spec.writer.is_some()).map(|spec| spec.name).collect();
@@ -503,7 +503,7 @@ mod tests {
     }
 
     #[test]
-    fn a_kind_is_added_once_however_often_it_is_registered() {
+    fn registering_a_kind_again_adds_nothing() {
         example::register();
         let before = all().count();
         example::register();
@@ -511,13 +511,13 @@ mod tests {
     }
 
     #[test]
-    fn a_name_stands_once() {
+    fn channel_names_are_unique() {
         static TWICE: [&ChannelSpec; 1] = [&ChannelSpec { kind: Some("own"), ..*SCAN.spec }];
         assert_eq!(register("own", &TWICE), Err(RegisterError::Name { name: "scan" }));
     }
 
     #[test]
-    fn a_channel_says_whose_it_is() {
+    fn a_channel_names_its_kind_of_navigator() {
         let error = register("own", example::CHANNELS).unwrap_err();
         assert_eq!(error.to_string(), "channel \"example_map\": expected the kind \"own\"");
     }
@@ -532,7 +532,7 @@ mod tests {
 
     /// The limit applied to the channels of all navigators together, so each new navigator left less room for the others.
     #[test]
-    fn a_run_has_a_limit_of_channels_and_other_kinds_do_not_count() {
+    fn the_limit_of_channels_ignores_other_kinds() {
         static OWN: ChannelSpec = ChannelSpec { kind: Some("own"), ..*example::MAP.spec };
         static PLACE: ChannelSpec = ChannelSpec { kind: Some("own"), ..*example::PLACE.spec };
         static OTHER: ChannelSpec = ChannelSpec { kind: Some("other"), ..*example::MAP.spec };

@@ -112,7 +112,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_channel_and_every_structure_is_there_once() {
+    fn every_channel_and_structure_is_generated_once() {
         let text = header();
         for spec in channels::all() {
             assert_eq!(text.matches(&format!("    {{{:?}, ", spec.name)).count(), 1, "{}", spec.name);

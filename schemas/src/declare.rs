@@ -78,7 +78,7 @@ macro_rules! __way {
         $crate::ros2::Counted
     };
     (Count) => {
-        $crate::ros2::Untold
+        $crate::ros2::Implied
     };
     (Zero) => {
         $crate::ros2::Zero
@@ -118,12 +118,12 @@ macro_rules! __own {
     )* }) => {
         const _: () = {
             use $crate::declare::{or, way};
-            use $crate::ros2::{Definition, Line, Own, Ros2Error, Way, is_untold};
+            use $crate::ros2::{Definition, Line, Own, Ros2Error, Way, is_implied};
 
             /// The form, with the same fields as the `.msg`.
             #[derive(Default, serde::Serialize, serde::Deserialize)]
             pub struct Form { $(
-                #[serde(skip_serializing_if = "is_untold")]
+                #[serde(skip_serializing_if = "is_implied")]
                 $field: <way!($($way)? $(where $count)?) as Way<$type>>::Form,
             )* }
 

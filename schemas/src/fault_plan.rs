@@ -50,7 +50,7 @@ pub enum Action {
 
 impl Action {
     /// Returns true if the fault ends, stops or starves the writer, rather than changing its messages.
-    pub const fn is_for_the_process(self) -> bool {
+    pub const fn hits_the_process(self) -> bool {
         matches!(self, Self::Kill | Self::Stop | Self::Term | Self::Starve | Self::CorruptCheckpoint)
     }
 
@@ -272,7 +272,7 @@ impl PlannedFault {
                 _ => {}
             }
         }
-        if self.when == When::After && !self.action.is_for_the_process() {
+        if self.when == When::After && !self.action.hits_the_process() {
             return wrong("when", "\"before\"", "\"after\"".to_owned());
         }
         if matches!(self.action, Action::Reorder | Action::Duplicate) && spec.max_cells > 0 {
@@ -309,8 +309,8 @@ mod tests {
     }
 
     #[test]
-    fn a_word_says_which_fault_and_key_is_wrong() {
-        let told = |from: &str, to: &str| {
+    fn errors_name_the_fault_and_the_key() {
+        let error_of = |from: &str, to: &str| {
             assert!(GOOD.contains(from));
             parse(&GOOD.replacen(from, to, 1)).unwrap_err().to_string()
         };
@@ -333,7 +333,7 @@ mod tests {
             ),
             ("\"delay\"", "\"drop\"", "fault 2: delay_ms: expected none, because only delay has one"),
         ] {
-            let error = told(from, to);
+            let error = error_of(from, to);
             assert!(error.contains(words), "{error}");
         }
     }

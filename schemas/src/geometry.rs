@@ -148,7 +148,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_polygon_encloses_what_an_odd_number_of_its_edges_shuts_in() {
+    fn a_polygon_encloses_by_the_even_odd_rule() {
         let hook = [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [3.0, 4.0], [3.0, 1.0], [0.0, 1.0]];
         assert!(encloses(&hook, [1.0, 0.5]) && encloses(&hook, [3.5, 3.5]));
         assert!(!encloses(&hook, [1.0, 2.0]) && !encloses(&hook, [5.0, 0.5]) && !encloses(&[], [0.0, 0.0]));
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn a_point_is_serialised_as_a_pair() {
+    fn a_point_is_serialized_as_a_pair() {
         let at = Point::<Sketch>::new(1.5, -2.0);
         let text = serde_json::to_string(&at).unwrap();
         assert_eq!(text, "[1.5,-2.0]");
@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn half_the_way_to_a_place_lies_in_its_direction() {
+    fn the_midpoint_lies_in_the_direction_of_the_target() {
         let (from, to) = (Point::<World>::new(1.0, 1.0), Point::new(3.0, 3.0));
         assert_eq!(from.towards(&to, 0.5), Point::new(2.0, 2.0));
         assert!((from.direction_rad(&to) - PI / 4.0).abs() < 1e-12);
@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn angles_wrap_into_the_half_open_circle() {
+    fn angles_wrap_into_the_half_open_interval() {
         for (angle, wrapped) in [(PI, PI), (-PI, PI), (3.0 * PI, PI), (0.5, 0.5), (-7.0, -7.0 + 2.0 * PI)] {
             assert!((wrap_angle(angle) - wrapped).abs() < 1e-12, "{angle}");
         }

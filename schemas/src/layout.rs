@@ -238,7 +238,7 @@ mod tests {
     use crate::message::{LaserScan, MissionStatus, Odometry, People, WalkingPerson};
 
     #[test]
-    fn a_byte_belongs_to_the_field_that_the_compiler_put_there() {
+    fn each_byte_maps_to_its_field() {
         let offset = std::mem::offset_of!(LaserScan, ranges_m) + 3 * 4 + 1;
         let leaf = Layout::of::<LaserScan>().leaf_at(offset).unwrap();
         assert_eq!((leaf.path.as_str(), leaf.offset), ("ranges_m[3]", offset - 1));
@@ -248,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn differences_are_named_with_both_values() {
+    fn differences_are_reported_with_both_values() {
         let mut a: MissionStatus = bytemuck::Zeroable::zeroed();
         let b = a;
         a.remaining_m = 2.5;

@@ -500,7 +500,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mission_is_written_as_it_is_read() {
+    fn a_mission_round_trips() {
         let mission = Mission::parse(&format!("{MISSION}\n[parameters.planner]\nmargin_m = 0.1")).unwrap();
         assert_eq!(Mission::parse(&toml::to_string(&mission).unwrap()).unwrap(), mission);
         let json = serde_json::to_string(&mission).unwrap();
@@ -508,7 +508,7 @@ mod tests {
     }
 
     #[test]
-    fn what_belongs_to_another_kind_is_kept() {
+    fn keys_of_another_kind_are_kept() {
         let other =
             MISSION.replace("kind = \"example\"", "kind = \"walls\", side = \"left\", plan_file = \"p.txt\"");
         let mut mission = Mission::parse(&other.replace("goal = [3, 4]", "rounds = 2")).unwrap();
@@ -521,7 +521,7 @@ mod tests {
     }
 
     #[test]
-    fn parameters_are_of_processes_that_there_are() {
+    fn parameters_must_belong_to_known_processes() {
         let error = refusal("[[task]]", "parameters = { mapper = { a = 1 } }\n[[task]]");
         assert!(
             error.contains("expected one of sketcher, localizer, planner") && error.contains("`mapper`"),
@@ -536,7 +536,7 @@ mod tests {
 
     /// The second of two values in one table used to remove the first.
     #[test]
-    fn values_in_tables_within_tables_are_all_taken_over() {
+    fn nested_tables_are_merged_completely() {
         let mut parameters: Parameters = "localizer.belief.hypotheses = 48".parse().unwrap();
         parameters.extend(&"localizer.belief.cone = 0.2".parse().unwrap());
         parameters.extend(&"localizer.belief.cone = 0.3".parse().unwrap());
@@ -554,7 +554,7 @@ mod tests {
     }
 
     #[test]
-    fn a_table_changes_single_values() {
+    fn a_table_overrides_single_values() {
         #[derive(Debug, PartialEq, Serialize, Deserialize)]
         #[serde(deny_unknown_fields)]
         struct Some {
@@ -568,13 +568,13 @@ mod tests {
         let error = with("lenght_m = 5").unwrap_err().to_string();
         assert!(error.contains("lenght_m") && error.contains("`length_m`"), "{error}");
         assert!(with("count = true").unwrap_err().to_string().contains("boolean"));
-        let told = |text: &str| {
+        let error_of = |text: &str| {
             let parameters: Parameters = text.parse().unwrap();
             parameters.over(Process::Planner, &base).unwrap_err().to_string()
         };
-        let slip = told("planner.lenght_m = 5");
+        let slip = error_of("planner.lenght_m = 5");
         assert_eq!(slip, "parameters.planner: unknown field `lenght_m`; did you mean `length_m`?");
-        let wrong = told("planner.count = true");
+        let wrong = error_of("planner.count = true");
         assert_eq!(wrong, "parameters.planner.count: invalid type: boolean `true`, expected usize");
         let outer = [("some".to_owned(), base)].into();
         let within: BTreeMap<String, Some> =
@@ -583,7 +583,7 @@ mod tests {
     }
 
     #[test]
-    fn a_number_that_is_none_is_named_wherever_it_stands() {
+    fn an_invalid_number_is_named_wherever_it_is() {
         // Such a number once reached the services as `null` in a file that we had written.
         for (from, to, key) in [
             ("world_heading_deg = 90", "world_heading_deg = nan", "start.world_heading_deg"),
@@ -597,13 +597,13 @@ mod tests {
 
     /// The error printed the place in Rust's debug format: "Place { polygon: None, center: Some([1.0, 2.0]), …".
     #[test]
-    fn a_place_that_is_none_is_told_in_the_words_of_the_file() {
+    fn an_invalid_place_is_quoted_from_the_file() {
         let error = refusal("center = [1.0, 2.0], radius_m = 1.0", "center = [1.0, 2.5]");
         assert!(error.ends_with("found center = [1, 2.5]"), "{error}");
     }
 
     #[test]
-    fn a_heading_beyond_a_turn_is_refused() {
+    fn a_heading_beyond_a_full_turn_is_refused() {
         // A heading of 1e300 degrees once kept the world busy forever.
         assert!(refusal("world_heading_deg = 90", "world_heading_deg = 1e300").contains("-360 to 360"));
     }
@@ -639,7 +639,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_may_not_steer_the_terminal() {
+    fn control_characters_in_a_name_are_refused() {
         assert!(refusal("\"kitchen\"", "\"\\u001b[31m\"").contains("control"));
     }
 
@@ -652,7 +652,7 @@ mod tests {
         }
 
         #[test]
-        fn no_damage_makes_it_panic(at in 0..MISSION.len(), cut in 0..MISSION.len(), put in ".{0,3}") {
+        fn damaged_missions_never_panic(at in 0..MISSION.len(), cut in 0..MISSION.len(), put in ".{0,3}") {
             let parts = MISSION.get(..at).zip(MISSION.get(cut.max(at)..));
             if let Some((head, tail)) = parts {
                 let _ = Mission::parse(&format!("{head}{put}{tail}"));

@@ -25,7 +25,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_slip_is_answered_with_what_was_meant() {
+    fn a_misspelt_name_gets_a_suggestion() {
         let known = ["particles", "least_particles", "max_speed_mps", "right", "left"];
         for (word, meant) in [
             ("particels", Some("particles")),
@@ -41,7 +41,7 @@ mod tests {
     }
 
     #[test]
-    fn the_list_of_keys_stays_if_none_was_meant() {
+    fn without_a_similar_key_the_list_is_shown() {
         let of =
             |key: &str| without_list(&format!("unknown field `{key}`, expected one of `beams`, `hit_width`"));
         assert_eq!(of("beam"), "unknown field `beam`; did you mean `beams`?");

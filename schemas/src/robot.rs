@@ -309,7 +309,7 @@ mod tests {
         yaw_rate_radps=1\nacceleration_mps2=1\nyaw_acceleration_radps2=1\n";
 
     #[test]
-    fn a_robot_needs_no_sensors_and_whoever_needs_one_hears_which_is_missing() {
+    fn the_error_for_a_missing_sensor_names_it() {
         let robot = Robot::parse(BARE).unwrap();
         assert_eq!((robot.tick_hz(), robot.laser.is_none(), robot.odometry.is_none()), (10.0, true, true));
         let error = robot.laser().unwrap_err().to_string();
@@ -328,7 +328,7 @@ mod tests {
     /// 1e300 m led to NaN. 1e6 m/s with a radius of 1e-6 m took millions of physics steps per instant, and a mount of NaN
     /// moved every beam.
     #[test]
-    fn numbers_that_no_robot_has_are_refused_with_their_keys() {
+    fn impossible_numbers_are_refused_with_their_keys() {
         let text = format!("{BARE}{SENSORS}");
         assert!(Robot::parse(&text).is_ok(), "{:?}", Robot::parse(&text));
         for (from, to, message) in [
@@ -385,7 +385,7 @@ mod tests {
 
         /// Whichever number follows whichever key, a robot that is accepted has only numbers within their bounds.
         #[test]
-        fn what_is_parsed_is_within_its_bounds(line in 0..40_usize, number in proptest::num::f64::ANY) {
+        fn parsed_numbers_are_within_bounds(line in 0..40_usize, number in proptest::num::f64::ANY) {
             let text = format!("{BARE}{SENSORS}");
             let mut lines: Vec<_> = text.lines().map(str::to_owned).collect();
             let at = line % lines.len();

@@ -24,7 +24,7 @@ pub mod transforms;
 
 pub use definitions::{Definition, Line};
 pub use fields::{Field, pose};
-pub use own::{Counted, Itself, Own, OwnMessage, OwnPart, Slice, Stamped, Untold, Way, Zero, is_untold};
+pub use own::{Counted, Implied, Itself, Own, OwnMessage, OwnPart, Slice, Stamped, Way, Zero, is_implied};
 pub use ros2_interfaces_jazzy_serde as forms;
 
 use byteorder::LittleEndian;

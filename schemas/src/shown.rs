@@ -108,7 +108,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_steers_a_terminal_or_hides_is_escaped() {
+    fn control_and_invisible_characters_are_escaped() {
         for (text, shown) in [
             ("\u{1b}[31mred\u{1b}[0m", "\\u001b[31mred\\u001b[0m"),
             ("title\u{1b}]0;x\u{7}", "title\\u001b]0;x\\u0007"),
@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn what_can_be_read_stays_as_it_is() {
+    fn visible_characters_are_unchanged() {
         // Including a decomposed accent, a narrow space, ideographs, arrows, box drawing, quotes and backslashes.
         let text = "0 → 1\te\u{301} 3,0\u{202f}m\u{a0}日本語\u{3000}العربية हिन्दी 🙂 ├─┤ \"a\" 'b' \\n × –";
         assert_eq!(one_line(text), text);
@@ -141,7 +141,7 @@ mod tests {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
         #[test]
-        fn whatever_comes_is_one_line_without_controls(text in "\\PC*|.*|[\u{1b}\u{9b}\u{202e}\n\r a-z]*") {
+        fn arbitrary_text_becomes_one_line_without_control_characters(text in "\\PC*|.*|[\u{1b}\u{9b}\u{202e}\n\r a-z]*") {
             let shown = one_line(&text);
             prop_assert!(!shown.contains(|c: char| c.is_control() && c != '\t'), "{shown:?}");
             prop_assert_eq!(one_line(&shown), shown);
@@ -149,7 +149,7 @@ mod tests {
 
         /// JSON may be filtered as it is written, because it remains the same object.
         #[test]
-        fn json_says_the_same(text in ".*|[\u{1b}\u{9b}\u{202e}\u{e0041}\n\" a-z\\\\]*") {
+        fn escaped_json_parses_to_the_same_object(text in ".*|[\u{1b}\u{9b}\u{202e}\u{e0041}\n\" a-z\\\\]*") {
             let shown = one_line(serde_json::json!({ "name": text }));
             let read: serde_json::Value = serde_json::from_str(&shown).unwrap();
             prop_assert_eq!(read["name"].as_str(), Some(text.as_str()));

@@ -93,7 +93,7 @@ mod tests {
 
     /// Values of Newcombe, Statistics in Medicine 17 (1998), table I, method 3.
     #[test]
-    fn wilson_s_interval_is_that_of_the_books() {
+    fn wilsons_interval_matches_published_values() {
         for (successes, attempts, low, high) in [
             (81, 263, 0.2553, 0.3662),
             (15, 148, 0.0624, 0.1605),
@@ -108,14 +108,14 @@ mod tests {
     }
 
     #[test]
-    fn student_s_numbers_are_those_of_the_books() {
+    fn students_t_matches_published_values() {
         for (freedom, t) in [(1.0, 12.706), (8.0, 2.306), (10.0, 2.228), (19.0, 2.093), (120.0, 1.980)] {
             assert!((student(0.95, freedom) - t).abs() < 6e-4, "{freedom}");
         }
     }
 
     #[test]
-    fn the_mean_lies_in_the_middle_of_its_interval() {
+    fn the_mean_is_the_middle_of_its_interval() {
         let [low, high] = interval_of_mean(&[1.0, 2.0, 3.0]).unwrap();
         // 4.303 / √3 on either side.
         assert!((low + 0.484).abs() < 1e-3 && (high - 4.484).abs() < 1e-3, "{low} {high}");

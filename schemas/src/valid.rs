@@ -168,7 +168,7 @@ fn limits(range_min_m: f32, range_max_m: f32) -> Checked {
 /// zero.
 fn ranges(all: &[f32], counted: u32) -> Checked {
     let split = all.split_at_checked(counted as usize).filter(|_| counted > 0);
-    let Some((found, behind)) = split else {
+    let Some((found, unused)) = split else {
         return Err(Invalid {
             field: "count of ranges",
             expected: "1 up to the capacity",
@@ -179,7 +179,7 @@ fn ranges(all: &[f32], counted: u32) -> Checked {
     let expected = "a distance, infinity or NaN";
     found.iter().try_for_each(|&range| ensure(is_range(range), "ranges_m", expected, range))?;
     let expected = "zeros after those that are counted";
-    behind.iter().try_for_each(|range| ensure(range.to_bits() == 0, "ranges_m", expected, *range))
+    unused.iter().try_for_each(|range| ensure(range.to_bits() == 0, "ranges_m", expected, *range))
 }
 
 /// Checks that numbers increase.
@@ -230,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn a_view_has_each_marker_once_and_a_camera_that_can_be() {
+    fn a_view_has_each_marker_once_and_a_possible_camera() {
         let mut valid = MarkerView::zeroed();
         (valid.half_view_rad, valid.range_min_m, valid.range_max_m) = (0.5, 0.8, 3.5);
         assert!(valid.is_valid(), "no marker is in view");
@@ -251,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn a_view_of_dots_has_as_many_as_it_counts() {
+    fn a_view_of_dots_matches_its_count() {
         let mut valid = DotView::zeroed();
         (valid.side_m, valid.dot_count, valid.dots[1].x_m) = (0.1, 2, -0.05);
         rejected(
@@ -267,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scan_has_as_many_ranges_as_it_says_and_a_sensor_that_can_be() {
+    fn a_scan_matches_its_count_and_has_a_possible_sensor() {
         let mut valid = valid_scan();
         valid.ranges_m[..4].copy_from_slice(&[f32::INFINITY, f32::NEG_INFINITY, f32::NAN, 4.9]);
         rejected(
@@ -289,7 +289,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sonar_ring_has_as_many_ranges_as_it_says_and_cones_that_can_be() {
+    fn a_sonar_ring_matches_its_count_and_has_possible_cones() {
         let mut valid = SonarScan::zeroed();
         (valid.sonar_count, valid.half_opening_rad, valid.range_max_m) = (4, 0.2, 6.0);
         valid.ranges_m[..3].copy_from_slice(&[f32::INFINITY, f32::NEG_INFINITY, 5.0]);
@@ -314,7 +314,7 @@ mod tests {
     /// A driver left old ranges after those in use. The robot drove well but its scans were missing from the recording,
     /// because the navigators accepted what the recorder rejected.
     #[test]
-    fn what_is_valid_can_be_recorded() {
+    fn valid_messages_can_be_recorded() {
         let spoils: [Spoil<LaserScan>; 6] = [
             |_| {},
             |scan| scan.ranges_m[5] = 1.0,
@@ -337,7 +337,7 @@ mod tests {
 
     /// Messages were counted as rejected, but no reason was given.
     #[test]
-    fn what_is_invalid_has_a_reason() {
+    fn invalid_messages_have_a_reason() {
         let mut half = Odometry::zeroed();
         half.pose.orientation_w = 0.5;
         assert_eq!(

@@ -31,7 +31,7 @@ fn building() -> WorldDescription {
             text += &format!("[[furniture]]\ncenter=[{x}.9,{low}.6]\nsize=[1.2,0.6]\n");
         }
     }
-    floor_plan::parse(&text).expect("a floor plan that holds")
+    floor_plan::parse(&text).expect("a valid floor plan")
 }
 
 /// Returns the map of Building 079, if it is available.
@@ -87,7 +87,7 @@ fn steps(criterion: &mut Criterion, name: &str, description: &WorldDescription, 
     for robot in ["robotino", "nomad200"] {
         let robot = robots::find(robot).ok().flatten().expect("a robot that ships");
         let start = Pose::<WorldFrame>::new(from.0, from.1, 0.0);
-        let mut floor = Floor::new(description.clone(), &robot, start, 1).expect("a world that holds");
+        let mut floor = Floor::new(description.clone(), &robot, start, 1).expect("a valid world");
         let mut readings = Readings::new();
         let name = format!("{name}, {}", robot.name);
         criterion.bench_function(&format!("{name}: sensors"), |b| {

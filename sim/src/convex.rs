@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_convex_is_refused() {
+    fn a_concave_polygon_is_refused() {
         let dent = [[0.0, 0.0], [2.0, 0.0], [0.5, 0.5], [0.0, 2.0]];
         let star: Vec<_> = (0..5).map(|i| (f64::from(i) * 144.0).to_radians().sin_cos().into()).collect();
         for corners in [&dent[..], &star, &[[0.0, 0.0], [1.0, 0.0]], &[]] {

@@ -8,7 +8,7 @@ use sketchnav_schemas::floor_plan::{FloorPlan, Marker, Wall};
 use sketchnav_schemas::geometry::{Pose, World};
 
 /// Length of the drive through a straight corridor, in metres (Patil 2019, figure 5.8).
-pub const WAY_M: f64 = 7.0;
+pub const DISTANCE_M: f64 = 7.0;
 /// How far a straight corridor, with its markers, continues beyond both ends of the drive, in metres.
 const BEYOND_M: f64 = 3.0;
 /// Distance from the beginning of a corridor to its turn, in metres.
@@ -89,7 +89,7 @@ pub struct Drive {
     /// Position at which the drive ends, in metres.
     pub goal: [f64; 2],
     /// Length of the drive, in metres.
-    pub way_m: f64,
+    pub distance_m: f64,
     /// Directions to take at the junctions, in order.
     pub turns: &'static [&'static str],
 }
@@ -192,21 +192,21 @@ impl Corridor {
     /// Returns the drives through the corridor, there and back.
     pub fn drives(&self) -> Vec<Drive> {
         let [east, north, west, south] = [0.0_f64, 90.0, 180.0, -90.0].map(f64::to_radians);
-        let drive = |name, (x, y, yaw_rad), goal, way_m, turns| Drive {
+        let drive = |name, (x, y, yaw_rad), goal, distance_m, turns| Drive {
             name,
             start: Pose::new(x, y, yaw_rad),
             goal,
-            way_m,
+            distance_m,
             turns,
         };
         let (near, corner, far) = ([FROM_END_M, 0.0], LEG_M, [LEG_M, ARM_M - FROM_END_M]);
         let around_m = corner - FROM_END_M + far[1];
         match self.shape {
             Shape::Straight => {
-                let (first, last) = ([BEYOND_M, 0.0], [BEYOND_M + WAY_M, 0.0]);
+                let (first, last) = ([BEYOND_M, 0.0], [BEYOND_M + DISTANCE_M, 0.0]);
                 vec![
-                    drive("there", (first[0], 0.0, east), last, WAY_M, &[]),
-                    drive("back", (last[0], 0.0, west), first, WAY_M, &[]),
+                    drive("there", (first[0], 0.0, east), last, DISTANCE_M, &[]),
+                    drive("back", (last[0], 0.0, west), first, DISTANCE_M, &[]),
                 ]
             }
             Shape::L => {
@@ -219,10 +219,10 @@ impl Corridor {
                 ]
             }
             Shape::U => {
-                let (end, way_m) = ([FROM_END_M, APART_M], 2.0 * (corner - FROM_END_M) + APART_M);
+                let (end, distance_m) = ([FROM_END_M, APART_M], 2.0 * (corner - FROM_END_M) + APART_M);
                 vec![
-                    drive("there", (near[0], 0.0, east), end, way_m, &[]),
-                    drive("back", (end[0], end[1], east), near, way_m, &[]),
+                    drive("there", (near[0], 0.0, east), end, distance_m, &[]),
+                    drive("back", (end[0], end[1], east), near, distance_m, &[]),
                 ]
             }
             Shape::T => {
@@ -242,7 +242,7 @@ impl Corridor {
         let (h, x, end) = (self.width_m / 2.0, LEG_M, ARM_M);
         match self.shape {
             Shape::Straight => {
-                let length = WAY_M + 2.0 * BEYOND_M;
+                let length = DISTANCE_M + 2.0 * BEYOND_M;
                 vec![[0.0, -h], [length, -h], [length, h], [0.0, h]]
             }
             Shape::L => {

@@ -1,4 +1,4 @@
-//! What stands and walks in a world, ready for physics, range sensors and pictures. Coordinates are in metres, in frame
+//! The objects and people in a world, ready for physics, range sensors and pictures. Coordinates are in metres, in frame
 //! `World`.
 
 use nalgebra::Vector2;

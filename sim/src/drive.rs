@@ -94,7 +94,7 @@ mod tests {
 
     /// At 0.1 m/s, the robot drives a tenth farther, slides a twentieth to the left and turns by 0.2 rad per metre.
     #[test]
-    fn wheels_that_slip_take_the_robot_elsewhere_by_shares_of_its_motion() {
+    fn slip_displaces_the_robot_in_proportion_to_its_motion() {
         let slip = Slip { distance: 0.1, sideways: 0.05, yaw_radpm: 0.2 };
         let close = |found: Twist, [x, y, yaw]: [f64; 3]| {
             let off = [found.vx_mps - x, found.vy_mps - y, found.yaw_rate_radps - yaw];
@@ -106,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn commands_beyond_the_limits_are_shortened() {
+    fn commands_beyond_the_limits_are_clipped() {
         let got = feasible(&twist(3.0, 4.0, -9.0), Drive::Omnidirectional, &LIMITS);
         assert!((got.vx_mps - 0.3).abs() < 1e-12 && (got.vy_mps - 0.4).abs() < 1e-12);
         assert_eq!(got.yaw_rate_radps, -1.0);

@@ -113,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn a_door_opens_the_wall_it_lies_on_and_no_other() {
+    fn a_door_opens_only_the_wall_it_lies_on() {
         let world = parse(&plan("[[door]]\nat=[2,0]\nwidth_m=0.9\n")).unwrap();
         assert_eq!(world.walls.len(), 5);
         for (x, solid) in [(1.50, true), (1.56, false), (2.0, false), (2.44, false), (2.46, true)] {
@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wall_drawn_twice_is_opened_twice() {
+    fn a_door_opens_both_copies_of_a_wall() {
         let twice = "[[wall]]\npoints=[[4,0],[0,0]]\n[[door]]\nat=[2,0]\nwidth_m=0.9\n";
         assert!(!solid_at(&parse(&plan(twice)).unwrap(), 2.0, 0.0));
     }
@@ -169,7 +169,7 @@ mod tests {
     /// In single precision, walls at 1e308 m and furniture at 1e39 m are infinitely far away, and a table of 1e-30 m is a
     /// point. The physics used to panic.
     #[test]
-    fn what_is_beyond_any_building_is_refused_by_its_number() {
+    fn numbers_beyond_any_building_are_refused() {
         let cases = [
             (
                 "[[wall]]\npoints=[[0,0],[1e308,0]]\n",
@@ -212,7 +212,7 @@ mod tests {
 
     /// 200,000 walls and 20,000 pieces of furniture on top of each other used to keep the physics busy for minutes.
     #[test]
-    fn more_of_anything_than_a_building_has_is_refused_by_its_count() {
+    fn too_many_elements_are_refused_by_their_count() {
         let cases = [
             (
                 "[[wall]]\npoints=[[0,0],[1,0]]\n",
@@ -239,7 +239,7 @@ mod tests {
 
     /// 2000 walls on one line with 1000 doors became two million pieces, which took 11 GB and several minutes.
     #[test]
-    fn walls_and_doors_do_not_multiply_without_end() {
+    fn the_number_of_wall_pieces_is_limited() {
         let walls = "[[wall]]\npoints=[[0,1],[4,1]]\n".repeat(90);
         let door = |i: i32| format!("[[door]]\nat=[{},1]\nwidth_m=0.01\n", 0.013 * f64::from(i));
         let text = plan(&(walls + &(1..=300).map(door).collect::<String>()));
@@ -274,7 +274,7 @@ mod tests {
             }
 
             #[test]
-            fn what_is_built_is_finite_in_single_precision(
+            fn built_walls_are_finite_in_single_precision(
                 points in prop::collection::vec(point(), 2..5), center in point(), size in point(), thickness in number(),
             ) {
                 let text = format!(

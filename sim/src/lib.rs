@@ -5,7 +5,7 @@
 //! robot, start, seed and commands give bit-identical results.
 //!
 //! - [`plane`], [`plane_file`]: the plane of dots, and its files.
-//! - [`description`]: what stands where, as made by [`floor_plan`] or [`ros_map`].
+//! - [`description`]: the objects in a world, as made by [`floor_plan`] or [`ros_map`].
 //! - [`floor`], [`physics`], [`drive`], [`people`]: how everything moves.
 //! - [`sensors`], [`raycast`]: what the robot measures, and when.
 //! - [`robots`], [`corridors`]: the robots and the corridors that ship.

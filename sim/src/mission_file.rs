@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn an_unknown_robot_is_answered_with_the_known_ones() {
+    fn the_error_for_an_unknown_robot_lists_the_known_ones() {
         let folder = tempfile::tempdir().unwrap();
         for file in ["building.floor.toml", "sketch-a.svg"] {
             std::fs::write(folder.path().join(file), "").unwrap();

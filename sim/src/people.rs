@@ -73,7 +73,7 @@ mod tests {
     }
 
     #[test]
-    fn people_walk_there_and_back_again() {
+    fn people_walk_back_and_forth() {
         let (mut walker, far) = (walker(), Vector2::new(99.0, 99.0));
         let mut visited = vec![walker.next];
         for _ in 0..1000 {

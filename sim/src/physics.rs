@@ -258,7 +258,7 @@ mod tests {
     /// Ten kilometres from the origin, two corners a tenth of a millimetre apart coincide in f32, and a wall of a millimetre
     /// has no interior. `parry` panics if it has to find the hull of points that all coincide.
     #[test]
-    fn what_has_no_inside_in_single_precision_is_a_line() {
+    fn a_solid_too_thin_for_single_precision_becomes_a_line() {
         let far = 9_999.0;
         let solids = [
             Convex::rectangle([far, far], [1e-4, 1e-4], 0.3),

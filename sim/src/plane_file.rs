@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn a_plane_is_listed_or_drawn_by_a_seed() {
+    fn a_plane_is_listed_or_generated_from_a_seed() {
         assert_eq!(read("dots = [[0.5, 1.0], [2.0, 3.0]]").unwrap().dots, [[0.5, 1.0], [2.0, 3.0]]);
         let random = read("random = { dots = 100, side_m = 1.0, seed = 4 }").unwrap();
         assert_eq!(random.dots, generate::uniform(100, 1.0, 4).unwrap());

@@ -66,7 +66,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_robot_passes_between_any_two_poles_of_a_field() {
+    fn any_two_poles_of_a_field_leave_room_for_a_robot() {
         for number in 1..20 {
             let poles = poles(number);
             assert_eq!(poles.len(), POLES);

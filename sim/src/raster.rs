@@ -164,7 +164,7 @@ mod tests {
         }
 
         #[test]
-        fn boxes_hold_solid_cells_alone_and_all_at_the_surface(raster in raster()) {
+        fn boxes_contain_only_solid_cells_and_the_whole_surface(raster in raster()) {
             let boxes = raster.boxes(usize::MAX).unwrap();
             for (x, y) in cells(&raster) {
                 let boxed = boxes.iter().any(|b| (b.x0..b.x1).contains(&x) && (b.y0..b.y1).contains(&y));

@@ -166,7 +166,7 @@ mod tests {
         #![proptest_config(ProptestConfig { cases: 5000, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
         /// This holds even for rays straight into a corner, where two walls meet at one point.
         #[test]
-        fn no_ray_slips_out_of_a_closed_room(x in -2.4..2.4, y in -2.4..2.4, corner in 0..4_usize, off in -1e-6..1e-6) {
+        fn no_ray_escapes_a_closed_room(x in -2.4..2.4, y in -2.4..2.4, corner in 0..4_usize, off in -1e-6..1e-6) {
             let from = Vector2::new(x, y);
             for aside in [0.0, off, 1e3 * off, 1e6 * off] {
                 let to_corner = Vector2::from(CORNERS[corner]) - from;
@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn discs_are_hit_from_outside_and_touched_from_inside() {
+    fn rays_hit_discs_from_outside_and_at_once_from_inside() {
         let cast = |x: f64, y: f64| cast_disc(Vector2::new(x, y), 1.0, Vector2::zeros(), Vector2::x(), 9.0);
         assert_eq!(cast(3.0, 0.0), Some(2.0));
         assert_eq!((cast(-3.0, 0.0), cast(3.0, 1.5), cast(11.0, 0.0)), (None, None, None));

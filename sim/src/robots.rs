@@ -32,7 +32,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_robot_that_ships_holds_and_is_called_so() {
+    fn every_shipped_robot_is_valid_and_has_the_name_of_its_file() {
         for name in names() {
             assert_eq!(find(name).unwrap().unwrap().name, name);
         }

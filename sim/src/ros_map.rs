@@ -284,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_go_up_and_what_is_not_free_is_solid() {
+    fn rows_run_upwards_and_unknown_cells_are_solid() {
         let map = map(YAML, "0 205 254\n 254 254 206").unwrap();
         let solid = |x, y| map.raster.is_solid(x, y);
         assert_eq!([solid(0, 1), solid(1, 1), solid(2, 1)], [true, true, false]);
@@ -310,7 +310,7 @@ mod tests {
     }
 
     #[test]
-    fn a_yaml_that_lies_is_refused_with_the_key() {
+    fn invalid_yaml_is_refused_with_the_key() {
         let cases = [
             ("resolution: 0.5", "resolution: 0", "resolution: expected a number above 0"),
             ("[-1.0, 2, 0]", "[-1.0, 2, 0.3]", "origin: expected a yaw of 0"),
@@ -329,7 +329,7 @@ mod tests {
     }
 
     #[test]
-    fn a_yaw_of_nothing_is_none_and_negate_is_read_in_quotes() {
+    fn a_negligible_yaw_and_a_quoted_negate_are_accepted() {
         for yaw in ["-1.2e-17", "6.283185307179586", "6.283185", "-6.2832", "0.0", "1e-9"] {
             let yaml = YAML.replace("[-1.0, 2, 0]", &format!("[-1.0, 2, {yaw}]"));
             assert!(MapInfo::parse(&yaml).is_ok(), "{yaw}");
@@ -358,7 +358,7 @@ mod tests {
     }
 
     #[test]
-    fn a_map_whose_floor_is_transparent_says_so() {
+    fn a_map_with_a_transparent_floor_is_reported() {
         let encoded = |floor: [u8; 4]| {
             let wall = |x: u32, y: u32| x == 0 || y == 0;
             let picture = image::RgbaImage::from_fn(5, 4, |x, y| {
@@ -380,7 +380,7 @@ mod tests {
 
     /// A robot that started in a transparent part of the map could not move, and a goal there was never reached.
     #[test]
-    fn what_lies_in_the_transparent_part_of_a_map_is_refused_with_the_reason() {
+    fn places_in_the_transparent_part_of_a_map_are_refused_with_the_reason() {
         let picture = image::RgbaImage::from_fn(40, 20, |x, y| {
             let is_wall = [0, 39].contains(&x) || [0, 19].contains(&y);
             image::Rgba(if is_wall { [0, 0, 0, 255] } else { [255, 255, 255, if x < 20 { 255 } else { 0 }] })
@@ -390,12 +390,12 @@ mod tests {
         let map = OccupancyMap::decode(&MapInfo::parse(YAML).unwrap(), &bytes.into_inner()).unwrap();
         assert!((map.transparent_share() - 19.0 * 18.0 / 800.0).abs() < 1e-12);
         let world = map.describe("half").unwrap();
-        let told = |error: SimError| error.to_string();
+        let text_of = |error: SimError| error.to_string();
         assert!(world.check_start([4.0, 7.0]).is_ok());
-        let error = told(world.check_start([14.0, 7.0]).unwrap_err());
+        let error = text_of(world.check_start([14.0, 7.0]).unwrap_err());
         let words = "start.world: expected a free place, found (14, 7) m, in a transparent part of the map: transparent";
         assert!(error.starts_with(words), "{error}");
-        let error = told(world.check_start([-0.9, 7.0]).unwrap_err());
+        let error = text_of(world.check_start([-0.9, 7.0]).unwrap_err());
         assert!(error.ends_with("found (-0.9, 7) m, in an occupied or unknown part of the map"), "{error}");
         let place = |x: f64| Place { center: Some([x, 7.0]), radius_m: Some(1.0), polygon: None };
         let task = |x: f64| Task {
@@ -406,7 +406,7 @@ mod tests {
         };
         // An area that overlaps free floor can be reached.
         assert!(world.check_places(&[task(4.0), task(9.5)]).is_ok());
-        let error = told(world.check_places(&[task(4.0), task(14.0)]).unwrap_err());
+        let error = text_of(world.check_places(&[task(4.0), task(14.0)]).unwrap_err());
         assert!(error.contains("there: expected a place that reaches onto free floor, found"), "{error}");
         assert!(error.contains("a transparent part of the map"), "{error}");
     }
@@ -414,7 +414,7 @@ mod tests {
     /// A picture of noise turns into a rectangle every few pixels, all of which the physics has to keep. A picture of a billion
     /// pixels used to fill the memory before its size was checked.
     #[test]
-    fn a_picture_that_is_no_floor_is_refused() {
+    fn a_picture_without_a_floor_is_refused() {
         let info = MapInfo::parse(YAML).unwrap();
         let large = OccupancyMap::decode(&info, b"P5\n40000 30000\n255\n").unwrap_err().to_string();
         assert_eq!(large, "image: expected at most 16000000 pixels, found \"40000 x 30000 pixels\"");

@@ -33,7 +33,7 @@ const LEAST_FACE_M: f64 = 0.2;
 /// Minimum number of objects in a scene.
 const LEAST_OBJECTS: usize = 7;
 /// Range of the lengths of routes, in metres.
-const WAYS_M: std::ops::Range<f64> = 8.0..60.0;
+const PATHS_M: std::ops::Range<f64> = 8.0..60.0;
 
 /// A position, in metres.
 pub type At = [f64; 2];
@@ -234,9 +234,9 @@ impl Scene {
     }
 
     /// Returns true if there are enough objects, the route is clear and neither too short nor too long, the route does not come
-    /// near itself, and the goal stands apart.
+    /// near itself, and the goal is apart from everything else.
     fn holds(&self) -> bool {
-        if self.objects.len() < LEAST_OBJECTS || !WAYS_M.contains(&self.way_m()) {
+        if self.objects.len() < LEAST_OBJECTS || !PATHS_M.contains(&self.path_m()) {
             return false;
         }
         let goal = &self.objects[self.goal].outline;
@@ -357,7 +357,7 @@ impl Scene {
     }
 
     /// Returns the length of the route, in metres.
-    pub fn way_m(&self) -> f64 {
+    pub fn path_m(&self) -> f64 {
         self.way.windows(2).map(|pair| distance(pair[0], pair[1])).sum()
     }
 
@@ -487,7 +487,7 @@ fn streets(rng: &mut Pcg64Mcg) -> Option<Scene> {
             scene.objects.push(object);
         }
     }
-    // The goal stands in the street, so the blocks next to it are nearer than the objects of other scenes.
+    // The goal is in the street, so the blocks next to it are nearer than the objects of other scenes.
     (blocks >= 6).then_some(scene)
 }
 
@@ -539,10 +539,10 @@ mod tests {
         for scene in Scene::twelve(1) {
             let world = floor_plan::parse(&toml::to_string(&scene.plan()).unwrap()).unwrap();
             Floor::new(world, &robot, Pose::new(0.0, 0.0, 0.0), 1).unwrap();
-            let (count, way_m) = (scene.objects.len(), scene.way_m());
+            let (count, path_m) = (scene.objects.len(), scene.path_m());
             assert!(
-                count >= LEAST_OBJECTS && WAYS_M.contains(&way_m),
-                "{}: {count} objects, {way_m} m",
+                count >= LEAST_OBJECTS && PATHS_M.contains(&path_m),
+                "{}: {count} objects, {path_m} m",
                 scene.name
             );
             let end = scene.way[scene.way.len() - 1];
@@ -554,19 +554,19 @@ mod tests {
     }
 
     #[test]
-    fn a_number_makes_one_scene() {
+    fn a_seed_always_gives_the_same_scene() {
         assert_eq!(Scene::laid_out(Kind::Yard, 7), Scene::laid_out(Kind::Yard, 7));
         assert_ne!(Scene::laid_out(Kind::Yard, 7).way, Scene::laid_out(Kind::Yard, 8).way);
     }
 
     /// The third hall had only six objects: scenes were generated without the bounds that other code relies on.
     #[test]
-    fn scenes_of_any_number_have_objects_and_ways_within_bounds() {
+    fn scenes_of_any_seed_have_objects_and_paths_within_bounds() {
         for kind in [Kind::Yard, Kind::Streets, Kind::Hall] {
             for number in 0..40 {
                 let scene = Scene::laid_out(kind, number);
                 assert!(scene.objects.len() >= LEAST_OBJECTS, "{}", scene.name);
-                assert!(WAYS_M.contains(&scene.way_m()), "{}: {} m", scene.name, scene.way_m());
+                assert!(PATHS_M.contains(&scene.path_m()), "{}: {} m", scene.name, scene.path_m());
             }
         }
     }

@@ -99,7 +99,7 @@ mod tests {
         #![proptest_config(ProptestConfig { rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
         #[test]
-        fn readings_are_as_many_as_the_rate_says_and_late_by_less_than_a_moment(
+        fn readings_keep_the_rate_and_are_late_by_less_than_a_step(
             rate in 0.5..100.0_f64, tick in 1.0..100.0_f64,
         ) {
             let substeps = (100.0_f64.max(rate) / tick).ceil() as u32;

@@ -96,7 +96,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 128, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn whatever_robot_is_taken_moves_and_measures(
+    fn any_robot_moves_and_measures(
         which in 0..3_usize, changes in prop::collection::vec((any::<prop::sample::Index>(), number()), 1..4),
     ) {
         let files = [
@@ -111,7 +111,7 @@ proptest! {
     }
 
     #[test]
-    fn whatever_helicopter_is_taken_flies_and_sees(
+    fn any_helicopter_flies_and_sees(
         changes in prop::collection::vec((any::<prop::sample::Index>(), number()), 1..4),
     ) {
         let text = changed(include_str!("../robots/helicopter.toml"), &changes);
@@ -124,7 +124,7 @@ proptest! {
 
     /// Walls of 1e308 m, furniture at 1e39 m and tables of 1e-30 m never reach the physics.
     #[test]
-    fn on_whatever_floor_is_taken_a_robot_moves_and_measures(
+    fn a_robot_moves_and_measures_on_any_floor(
         numbers in prop::collection::vec(number(), 14), signs in prop::collection::vec(any::<bool>(), 14),
     ) {
         let n: Vec<_> = numbers.iter().zip(&signs).map(|(n, minus)| if *minus { -n } else { *n }).collect();

@@ -13,7 +13,7 @@ use sketchnav_sim::{floor_plan, robots};
 const MADE_BY: &str = "# Made by sketchnav_sim::corridors; `SKETCHNAV_UPDATE_GOLDEN=1 cargo test -p sketchnav-sim` makes it anew.\n";
 
 #[test]
-fn golden_corridors_are_as_they_are_made() {
+fn golden_corridors_are_up_to_date() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("missions/corridor");
     let widths_m = [1.6, 2.0, 2.4, 3.0];
     let bare = widths_m.map(|width_m| Corridor::new(Shape::Straight, width_m));
@@ -47,7 +47,7 @@ fn sees_a_pair(corridor: &Corridor, x: f64) -> bool {
 /// The range of the depth image, 3.5 m, was once taken for the range at which the camera detects markers. With the thresholds
 /// of the thesis, 3, 3.5 and 4 m (3.2.3), no marker was ever far, so its rules for distances could not steer.
 #[test]
-fn a_marker_can_be_far_in_the_published_corridor() {
+fn markers_can_be_far_away_in_the_published_corridor() {
     let corridor = Corridor::published(Placement::Opposite, Numbers::Equal);
     let beside_the_wall_m = -(corridor.width_m / 2.0 - 0.38 / 2.0 - 0.2);
     let farthest_m = (0..120)
@@ -59,7 +59,7 @@ fn a_marker_can_be_far_in_the_published_corridor() {
 
 /// This determines the spacing of the markers: at least two are in view at any time (Patil 2019, 3.3).
 #[test]
-fn opposite_markers_are_in_view_everywhere_along_the_middle_and_ten_centimetres_farther_apart_they_are_not() {
+fn the_spacing_of_opposite_markers_is_the_largest_that_keeps_them_in_view() {
     let corridor = Corridor::published(Placement::Opposite, Numbers::Equal);
     let everywhere = |corridor: &Corridor| (0..130).all(|i| sees_a_pair(corridor, 3.0 + 0.01 * f64::from(i)));
     assert!(everywhere(&corridor));

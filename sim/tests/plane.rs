@@ -45,7 +45,7 @@ fn a_plane_has_views_and_the_truth_and_neither_odometry_nor_contacts() {
 }
 
 #[test]
-fn the_helicopter_follows_its_commands_and_strays_as_its_file_says() {
+fn the_helicopter_follows_commands_with_the_stated_error() {
     let straight = Robot { motion_noise: None, ..helicopter() };
     let mut still = plane(&straight, 1);
     fly(&mut still, 50, 0.04, 0.03);
@@ -79,7 +79,7 @@ fn an_old_command_stops_it() {
 }
 
 #[test]
-fn a_plane_stored_and_restored_goes_on_with_the_same_bytes() {
+fn a_restored_plane_continues_with_the_same_bytes() {
     let mut plane = plane(&helicopter(), 7);
     fly(&mut plane, 13, 0.1, 0.02);
     let stored = postcard::to_allocvec(&plane).unwrap();
@@ -89,7 +89,7 @@ fn a_plane_stored_and_restored_goes_on_with_the_same_bytes() {
 }
 
 #[test]
-fn each_world_rejects_what_it_has_nothing_for() {
+fn each_world_rejects_robots_with_unsupported_sensors() {
     let robotino = robots::find("robotino").unwrap().unwrap();
     let start = Pose::<WorldFrame>::new(0.5, 0.5, 0.0);
     let error = DotPlane::new(hundred(), &robotino, start, 1).unwrap_err().to_string();

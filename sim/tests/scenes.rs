@@ -7,7 +7,7 @@ use sketchnav_sim::scenes::Scene;
 const MADE_BY: &str = "# Made by sketchnav_sim::scenes; `SKETCHNAV_UPDATE_GOLDEN=1 cargo test -p sketchnav-sim` makes it anew.\n";
 
 #[test]
-fn golden_scenes_are_as_they_are_made() {
+fn golden_scenes_are_up_to_date() {
     let scenes = [Scene::a(), Scene::b()].map(|scene| (scene.file_name(), scene.plan()));
     for (file, plan) in scenes.into_iter().chain([("open.floor.toml".to_owned(), Scene::open())]) {
         is_as_made(&format!("landmarks/{file}"), &format!("{MADE_BY}{}", toml::to_string(&plan).unwrap()));
@@ -15,7 +15,7 @@ fn golden_scenes_are_as_they_are_made() {
 }
 
 #[test]
-fn golden_fields_are_as_they_are_made() {
+fn golden_fields_are_up_to_date() {
     let made = toml::to_string(&sketchnav_sim::poles::plan(1)).unwrap();
     is_as_made("directions/poles.floor.toml", &format!("{}{made}", MADE_BY.replace("scenes", "poles")));
 }

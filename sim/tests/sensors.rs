@@ -62,7 +62,7 @@ fn odometry_of_50_hz_and_scans_of_10_hz_at_ticks_of_10_hz() {
 }
 
 #[test]
-fn a_slow_laser_speaks_at_the_first_tick_at_or_after_its_time() {
+fn a_slow_laser_reports_at_the_first_tick_at_or_after_its_time() {
     let mut robot = robot("robotino");
     robot.tick_hz = Some(10.0);
     robot.laser.as_mut().unwrap().rate_hz = 4.0;
@@ -92,7 +92,7 @@ fn a_fast_laser_reads_between_the_ticks() {
 }
 
 #[test]
-fn a_robot_says_only_what_its_sensors_say() {
+fn a_robot_reports_only_the_sensors_that_it_has() {
     let mut blind = robot("nomad200");
     let readings = driven(&blind, 5);
     assert_eq!((readings.stamps("scan").len(), readings.stamps("sonar").len()), (0, 6));
@@ -108,7 +108,7 @@ fn a_robot_says_only_what_its_sensors_say() {
 
 /// After a restart from a checkpoint in the middle of a drive, the sonar, too, measures the same.
 #[test]
-fn a_floor_with_a_sonar_ring_stored_and_restored_goes_on_with_the_same_bytes() {
+fn a_restored_floor_with_a_sonar_ring_continues_with_the_same_bytes() {
     let mut robot = robot("nomad200");
     robot.odometry.as_mut().unwrap().rate_hz = Some(35.0);
     let mut floor = floor(&robot);
@@ -155,7 +155,7 @@ proptest! {
 
     /// The ranges of the ring equal those of a fan of rays in each cone, wherever the robot stands.
     #[test]
-    fn the_ring_hears_the_nearest_of_many_rays(x in 0.4..5.6, y in 0.4..3.6, yaw in -3.1..3.1) {
+    fn the_ring_measures_the_nearest_of_many_rays(x in 0.4..5.6, y in 0.4..3.6, yaw in -3.1..3.1) {
         let mut robot = robot("nomad200");
         let sonar = robot.sonar.as_mut().unwrap();
         (sonar.noise_per_m, sonar.range_min_m) = (0.0, 0.0);
@@ -204,7 +204,7 @@ fn the_noise_of_a_sonar_is_a_share_of_its_range() {
 }
 
 #[test]
-fn a_sonar_follows_rep_117_and_sees_through_no_wall_that_it_is_pushed_into() {
+fn a_sonar_follows_rep_117_even_when_pushed_into_a_wall() {
     let mut robot = robot("nomad200");
     robot.sonar.as_mut().unwrap().noise_per_m = 0.0;
     robot.limits.speed_mps = 2.0;

@@ -126,7 +126,7 @@ fn ranges_in_an_empty_room_are_the_distances_to_its_walls() {
 }
 
 #[test]
-fn ranges_that_are_no_measurement_follow_rep_117() {
+fn ranges_without_a_measurement_follow_rep_117() {
     let mut robot = perfect();
     let laser = robot.laser.as_mut().unwrap();
     (laser.range_min_m, laser.range_max_m, laser.dropout) = (2.0, 2.2, 0.25);
@@ -159,7 +159,7 @@ fn the_noise_of_the_laser_has_its_mean_and_spread() {
 }
 
 #[test]
-fn a_scan_can_be_asked_for_again() {
+fn a_scan_can_be_repeated() {
     let mut world = world("", &robotino(), (2.0, 2.0, 0.0), 3).unwrap();
     assert_eq!(bytemuck::bytes_of(&scan(&world)), bytemuck::bytes_of(&scan(&world)));
     let before = scan(&world);
@@ -168,22 +168,22 @@ fn a_scan_can_be_asked_for_again() {
 }
 
 #[test]
-fn odometry_without_noise_is_the_way_from_the_start() {
+fn noiseless_odometry_is_the_motion_since_the_start() {
     let mut world = world("", &perfect(), (1.0, 1.0, 0.5), 1).unwrap();
     let start = world.robot_pose();
     drive(&mut world, 40, 0.4, 0.1, 0.3);
     let odometry = odometry(&world);
-    let (told, true_way) = (odometry.pose(), start.motion_to(&world.robot_pose()));
+    let (measured, true_way) = (odometry.pose(), start.motion_to(&world.robot_pose()));
     assert!(
-        (told.x - true_way.x).abs() < 1e-9 && (told.y - true_way.y).abs() < 1e-9,
-        "{told:?} {true_way:?}"
+        (measured.x - true_way.x).abs() < 1e-9 && (measured.y - true_way.y).abs() < 1e-9,
+        "{measured:?} {true_way:?}"
     );
     assert!((odometry.twist.vx_mps - 0.4).abs() < 0.01 && (odometry.twist.yaw_rate_radps - 0.3).abs() < 1e-3);
 }
 
 /// The drift is constant within a run and has the given spread over runs. The noise grows with the square root of time.
 #[test]
-fn odometry_errs_as_much_as_its_parameters_say() {
+fn odometry_errors_match_the_parameters() {
     use sketchnav_schemas::geometry::{Base, Pose};
     use sketchnav_sim::sensors::odometry::DeadReckoning;
     let mut robot = perfect();
@@ -206,7 +206,7 @@ fn odometry_errs_as_much_as_its_parameters_say() {
 }
 
 #[test]
-fn a_robot_at_rest_counts_nothing() {
+fn a_robot_at_rest_accumulates_no_odometry() {
     let mut world = world("", &robotino(), (2.0, 2.0, 0.0), 1).unwrap();
     (0..50).for_each(|_| world.step(None));
     let odometry = odometry(&world);
@@ -233,7 +233,7 @@ fn a_stale_command_stops_the_robot_within_its_limits() {
 }
 
 #[test]
-fn a_command_from_the_future_or_without_sense_is_no_way_to_drive_on() {
+fn invalid_or_future_commands_do_not_keep_the_robot_driving() {
     let mut world = world("", &perfect(), (1.0, 2.0, 0.0), 1).unwrap();
     let mut future = command(&world, 0.5, 0.0, 0.0);
     future.header.stamp_ns = u64::MAX;
@@ -262,7 +262,7 @@ fn people_block_the_laser_and_wait_for_the_robot() {
 }
 
 #[test]
-fn a_start_where_the_robot_does_not_fit_is_refused_with_the_place() {
+fn a_start_too_narrow_for_the_robot_is_refused_with_its_place() {
     let desk = "[[furniture]]\nname='desk'\ncenter=[2,2]\nsize=[1,1]\n";
     for (x, y, found) in [
         (2.0, 2.0, "found a furniture 0.000 m away"),
@@ -292,14 +292,14 @@ fn run(world: &mut Floor, steps: u64) -> Vec<u8> {
 }
 
 #[test]
-fn two_runs_give_the_same_bytes_and_another_seed_does_not() {
+fn the_bytes_of_a_run_depend_only_on_the_seed() {
     let first = run(&mut busy(5), 300);
     assert!(first == run(&mut busy(5), 300));
     assert!(first != run(&mut busy(6), 300));
 }
 
 #[test]
-fn a_world_stored_and_restored_goes_on_with_the_same_bytes() {
+fn a_restored_world_continues_with_the_same_bytes() {
     let mut world = busy(5);
     for _ in 0..6 {
         run(&mut world, 41);

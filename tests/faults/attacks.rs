@@ -104,7 +104,7 @@ impl Attacker {
         std::thread::sleep(longest.mul_f64(self.rng.random::<f64>()));
     }
 
-    fn must_be_as_undisturbed(&self, ended: &Ended, system: &str) {
+    fn assert_undisturbed(&self, ended: &Ended, system: &str) {
         assert_eq!(ended.code, Some(0), "{ended}");
         let report = ended.json();
         assert_eq!(report["lost_messages"], 0, "{report:#}");
@@ -133,7 +133,7 @@ impl Attacker {
             wait_until("the end of the orphans", || self.place.living().is_empty());
             let has_ended = ended.code == Some(0);
             if has_ended {
-                return self.must_be_as_undisturbed(&ended, "killed");
+                return self.assert_undisturbed(&ended, "killed");
             }
             // If the supervisor was killed before its run began, or after everything except the report was done, there
             // is nothing to resume.
@@ -145,10 +145,10 @@ impl Attacker {
             };
         }
         let ended = running.end();
-        if ended.code == Some(2) && ended.err.contains("nothing to go on with") {
+        if ended.code == Some(2) && ended.err.contains("found nothing to resume") {
             return;
         }
-        self.must_be_as_undisturbed(&ended, "killed");
+        self.assert_undisturbed(&ended, "killed");
     }
 
     /// Changes, cuts off or duplicates bytes of a recording, and tries every tool on it.
@@ -205,12 +205,12 @@ impl Attacker {
             }
             let running = self.place.start("run room.toml --json --out nonsense --system nonsense");
             let pid = running.pid();
-            let (tell, told) = mpsc::channel();
-            std::thread::spawn(move || tell.send(running.end()));
+            let (sender, receiver) = mpsc::channel();
+            std::thread::spawn(move || sender.send(running.end()));
             // A mission that is accepted may drive until its task's time limit, which is too long to wait for.
-            let ended = told.recv_timeout(Duration::from_secs(15)).or_else(|_| {
+            let ended = receiver.recv_timeout(Duration::from_secs(15)).or_else(|_| {
                 send(pid, Signal::SIGINT);
-                told.recv()
+                receiver.recv()
             });
             let ended = ended.unwrap();
             let what: Vec<_> = files.iter().map(|(name, text)| format!("--- {name}\n{text}")).collect();
@@ -269,7 +269,7 @@ impl Attacker {
             one.signal(Signal::SIGKILL);
             one.end();
         });
-        self.must_be_as_undisturbed(&ended, "watched");
+        self.assert_undisturbed(&ended, "watched");
     }
 
     /// A file of another user, or a link, appears among the files of a system.
@@ -309,7 +309,7 @@ impl Attacker {
         let ended = self.place.run("run room.toml --json --out crowded --system crowded");
         let left = files.iter().filter(|file| fs::remove_file(file).is_ok()).count();
         assert_eq!(left, files.len(), "they are not ours");
-        self.must_be_as_undisturbed(&ended, "crowded");
+        self.assert_undisturbed(&ended, "crowded");
     }
 
     /// A named pipe, a device or a folder is given in place of a file. No command may wait for it forever.
@@ -399,7 +399,7 @@ fn ask(port: u16, request: &str) -> String {
     String::from_utf8_lossy(&answer).into_owned()
 }
 
-/// Asserts that a command, whatever it makes of nonsense, ends with one of its own exit codes, says what is wrong, and
+/// Asserts that a command, whatever it does with nonsense, ends with one of its own exit codes, says what is wrong, and
 /// does not panic.
 fn must_be_civil(ended: &Ended, what: &str) {
     let panicked = ["panicked", "RUST_BACKTRACE", "overflow"].iter().any(|word| ended.err.contains(word));

@@ -25,7 +25,7 @@ impl SmallDisk {
         let mut mount = needs::program("mount")?;
         let mounted = mount.args(["-t", "tmpfs", "-o", &option, "tmpfs"]).arg(&at).output();
         if !mounted.is_ok_and(|output| output.status.success()) {
-            needs::skipped("root", "a disk of its own cannot be mounted");
+            needs::skipped("root", "no file system can be mounted");
             return None;
         }
         Some(Self(at))
@@ -64,15 +64,15 @@ fn begin(place: &Place, mission: &str, options: &str) -> Running {
 /// this waits for more messages than that.
 fn drive_on(place: &Place) {
     let steps = 2 * STATUS.spec.history() + 50;
-    let heard = place.run(&format!("echo status --count {steps} --system day"));
-    assert_eq!(heard.code, Some(0), "{heard}");
-    assert!(heard.err.contains("the history of status"), "{heard}");
+    let echoed = place.run(&format!("echo status --count {steps} --system day"));
+    assert_eq!(echoed.code, Some(0), "{echoed}");
+    assert!(echoed.err.contains("the history of status"), "{echoed}");
 }
 
 /// Waits until this many faults have been reported.
 fn wait_for_faults(place: &Place, count: usize) {
-    let heard = place.run(&format!("echo faults --count {count} --system day"));
-    assert_eq!(heard.code, Some(0), "{heard}");
+    let echoed = place.run(&format!("echo faults --count {count} --system day"));
+    assert_eq!(echoed.code, Some(0), "{echoed}");
 }
 
 fn info(place: &Place, recording: &Path) -> Value {
@@ -102,7 +102,7 @@ fn write_long_drive(place: &Place) {
 
 /// The robot keeps driving. Once there is room again, messages that are still in the channels are written after all.
 #[test]
-fn a_full_disk_is_told_and_the_recording_goes_on_when_there_is_room() {
+fn a_full_disk_is_reported_and_recording_resumes_once_there_is_space() {
     let place = Place::new();
     let Some(disk) = SmallDisk::mount(place.files().join("disk"), "600k") else { return };
     write_long_drive(&place);
@@ -142,14 +142,14 @@ fn with_shared_memory(place: &Place, size: &str, script: &str) -> Option<Ended> 
     let ended = command.spawn().ok().map(|child| Running::of(child).end());
     let ended = ended.filter(|ended| ended.code != Some(99) && !ended.err.contains("unshare"));
     if ended.is_none() {
-        needs::skipped("root", "no shared memory of its own to be had");
+        needs::skipped("root", "no separate /dev/shm can be mounted");
     }
     ended
 }
 
 /// The command used to end silently, after a loop in which processes were killed by SIGBUS, including the supervisor.
 #[test]
-fn full_shared_memory_is_refused_with_a_word() {
+fn full_shared_memory_is_refused_with_an_explanation() {
     let place = Place::new();
     let Some(ended) = with_shared_memory(&place, "4m", "exec $0 demo --system day") else { return };
     assert_eq!(ended.code, Some(3), "{ended}");
@@ -160,7 +160,7 @@ fn full_shared_memory_is_refused_with_a_word() {
 
 /// A process that dies finds no room to start again and is given up. The supervisor then removes everything.
 #[test]
-fn shared_memory_that_fills_up_ends_the_mission_with_a_word() {
+fn shared_memory_that_fills_up_ends_the_mission_with_an_explanation() {
     let place = Place::new();
     let script = r#"
         $0 demo --system day --speed 5 --out out & run=$!
@@ -191,7 +191,7 @@ fn with_file_limit(place: &Place, blocks: u32, arguments: &str) -> Option<Ended>
 /// When a file grows beyond the limit, the kernel sends SIGXFSZ. This signal used to end the supervisor silently, and the next
 /// system had to remove its files.
 #[test]
-fn a_limit_on_the_size_of_files_is_told() {
+fn a_limit_on_file_size_is_reported() {
     let place = Place::new();
     let demo = "demo --json --system day --out out";
     for (blocks, code, words) in [
@@ -209,7 +209,7 @@ fn a_limit_on_the_size_of_files_is_told() {
 /// To the recorder, a limit that is reached while the robot drives is like a full disk. It does not affect the
 /// supervisor.
 #[test]
-fn a_limit_on_the_size_of_files_ends_nobody() {
+fn a_limit_on_file_size_ends_no_process() {
     let place = Place::new();
     write_long_drive(&place);
     let mut running = place.start("run long.toml --json --system day --out out --speed 5");
@@ -239,7 +239,7 @@ fn a_limit_on_the_size_of_files_ends_nobody() {
 /// The results folder is removed while the robot drives. The recording is gone, and with it the judge's verdict. The
 /// states of the tasks that the planner had reported were once lost, too.
 #[test]
-fn a_mission_whose_results_are_removed_tells_its_tasks_all_the_same() {
+fn a_mission_whose_results_are_removed_still_reports_its_tasks() {
     let place = Place::new();
     let running = drive_patiently(&place, "--out out --speed 20");
     fs::remove_dir_all(place.files().join("out")).unwrap();
@@ -257,7 +257,7 @@ fn a_mission_whose_results_are_removed_tells_its_tasks_all_the_same() {
 
 /// The system's folder is removed. The running processes already have open what they need, and leave nothing behind.
 #[test]
-fn a_folder_that_goes_away_stops_nobody() {
+fn removing_the_systems_folder_stops_no_process() {
     let place = Place::new();
     let running = drive_patiently(&place, "--out out --speed 10");
     fs::remove_dir_all(place.root()).unwrap();
@@ -268,7 +268,7 @@ fn a_folder_that_goes_away_stops_nobody() {
 
 /// Without its folder, the system cannot restart any process. The mission fails, and the error says why.
 #[test]
-fn without_its_folder_a_system_survives_no_death() {
+fn without_its_folder_a_system_ends_at_the_first_death() {
     let place = Place::new();
     let running = drive(&place, "--out out --speed 10");
     let planner = place.serving("day", "planner");
@@ -284,7 +284,7 @@ fn without_its_folder_a_system_survives_no_death() {
 /// A cleanup program had removed the folder of a killed system, but not its shared memory. The next run with the same name
 /// continued with the tasks of the other mission, and counted 4,446 messages as lost.
 #[test]
-fn what_a_killed_system_left_without_a_folder_enters_no_other() {
+fn leftovers_of_a_killed_system_without_a_folder_enter_no_other() {
     let place = Place::new();
     let running = drive(&place, "--out out --speed 20");
     running.signal(Signal::SIGKILL);
@@ -301,7 +301,7 @@ fn what_a_killed_system_left_without_a_folder_enters_no_other() {
 }
 
 #[test]
-fn clean_removes_what_is_dead_and_leaves_what_lives() {
+fn clean_removes_dead_systems_and_leaves_running_ones() {
     let place = Place::new();
     let mut living = place.start("demo --json --system living --speed 5");
     place.wait_until_driving(&mut living, "living");
@@ -320,7 +320,7 @@ fn clean_removes_what_is_dead_and_leaves_what_lives() {
 
 /// Another user of the machine can list `/dev/shm`, and can create files there with the prefix of a system's files.
 #[test]
-fn a_file_of_another_user_among_those_of_a_system_ends_the_mission() {
+fn another_users_file_among_those_of_a_system_ends_the_mission() {
     let place = Place::new();
     let running = drive(&place, "--out out --speed 5");
     let owner = place.files_of("day").into_iter().find(|file| file.ends_with("_owner")).unwrap();

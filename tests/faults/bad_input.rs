@@ -63,7 +63,7 @@ const YAML: &str = "image: room.pgm\nresolution: 0.05\norigin: [0.0, 0.0, 0.0]\n
 
 /// The room is good input before the cases below spoil it, both as a floor plan and as a map.
 #[test]
-fn the_room_itself_is_good_input() {
+fn the_unchanged_room_is_valid() {
     for spoil in [(|_| ()) as fn(&Path), |folder| with_map(folder, YAML)] {
         let place = Place::new();
         room::write(place.files());
@@ -76,7 +76,7 @@ fn the_room_itself_is_good_input() {
 /// The physics engine used to panic at once if a number was far from anything found indoors. After 13 s the mission was
 /// given up with exit code 3.
 #[test]
-fn numbers_that_no_physics_holds_are_refused() {
+fn numbers_beyond_the_physics_are_refused() {
     are_refused(&[
         Case {
             story: "furniture in another galaxy",
@@ -211,7 +211,7 @@ fn a_bad_mission_file_is_refused() {
 }
 
 #[test]
-fn a_wrong_parameter_is_answered_with_the_right_one() {
+fn a_misspelt_parameter_gets_a_suggestion() {
     are_refused(&[
         Case {
             story: "planner",
@@ -332,7 +332,7 @@ fn a_bad_drawing_is_refused() {
 }
 
 #[test]
-fn a_place_in_the_drawing_where_nobody_can_be_is_refused() {
+fn an_impossible_place_in_the_drawing_is_refused() {
     are_refused(&[
         Case {
             story: "a start inside a wall",
@@ -387,7 +387,7 @@ fn bad_usage_is_refused() {
     ];
     let place = Place::new();
     room::write(place.files());
-    fs::write(place.files().join("garbage.mcap"), "this is no recording, however long it may be").unwrap();
+    fs::write(place.files().join("garbage.mcap"), "this is not a recording, however long it is").unwrap();
     for (arguments, says) in cases {
         let ended = place.run(arguments);
         assert_eq!(ended.code, Some(2), "{arguments}: {ended}");
@@ -406,7 +406,7 @@ const ON_A_TINY_DISK: &str = "mkdir tiny && mount -t tmpfs -o size=500k tmpfs ti
     \"$0\" demo --json --system full --out tiny\ncode=$?\n\
     cp -r tiny/demo-001 saved\nexit $code";
 
-fn on_a_tiny_disk(place: &Place) -> Option<Ended> {
+fn on_a_small_disk(place: &Place) -> Option<Ended> {
     if !needs::has(&["unshare", "mount", "sh"]) {
         return None;
     }
@@ -423,8 +423,8 @@ fn on_a_tiny_disk(place: &Place) -> Option<Ended> {
 #[test]
 fn a_full_disk_ends_the_recording_and_not_the_mission() {
     let place = Place::new();
-    let Some(ended) = on_a_tiny_disk(&place) else {
-        return needs::skipped("root", "no tiny file system can be mounted here");
+    let Some(ended) = on_a_small_disk(&place) else {
+        return needs::skipped("root", "no small file system can be mounted");
     };
     assert_eq!(ended.code, Some(4), "{ended}");
     assert_eq!(ended.json()["success"], true, "{ended}");

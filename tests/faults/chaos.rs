@@ -24,12 +24,7 @@ fn start(place: &Place, mission: &str) -> Running {
 
 /// Asserts that nothing is lost or left over, and that every message is the same as in the undisturbed run. Returns how
 /// often `processes` were restarted.
-fn ends_as_if_nothing_had_been(
-    place: &Place,
-    running: Running,
-    undisturbed: &Path,
-    processes: &[&str],
-) -> u64 {
+fn assert_ends_undisturbed(place: &Place, running: Running, undisturbed: &Path, processes: &[&str]) -> u64 {
     let ended = running.end();
     assert_eq!(ended.code, Some(0), "{ended}");
     let report = ended.json();
@@ -50,7 +45,7 @@ fn ends_as_if_nothing_had_been(
 }
 
 /// Kills processes one after another, each a different number of steps after the one before.
-fn killed_one_after_the_other(processes: &[&str]) {
+fn kill_in_turn(processes: &[&str]) {
     let place = Place::new();
     let undisturbed = undisturbed(&place, "demo");
     let mut running = start(&place, "demo");
@@ -58,13 +53,13 @@ fn killed_one_after_the_other(processes: &[&str]) {
     // A single reader listens all along. Starting a new one for each kill would take longer than the mission on a busy
     // machine.
     let mut echo = place.command("echo status --system disturbed").spawn().unwrap();
-    let mut heard = BufReader::new(echo.stdout.take().unwrap()).lines().map_while(Result::ok);
+    let mut lines = BufReader::new(echo.stdout.take().unwrap()).lines().map_while(Result::ok);
     let echo = Running::of(echo);
     let mut kills = 0;
     for (i, process) in processes.iter().cycle().take(10).enumerate() {
         // A reader is first given the channel's history.
         let steps = if i == 0 { STATUS.spec.history() + 1 } else { 1 + 29 * i % 90 };
-        if heard.by_ref().take(steps).count() < steps {
+        if lines.by_ref().take(steps).count() < steps {
             break;
         }
         // No process is found while the previous one is still being restarted.
@@ -72,32 +67,32 @@ fn killed_one_after_the_other(processes: &[&str]) {
         kills += u64::from(!pids.is_empty());
         pids.into_iter().for_each(kill_if_alive);
     }
-    drop(heard);
+    drop(lines);
     echo.signal(Signal::SIGINT);
     echo.end();
-    let restarts = ends_as_if_nothing_had_been(&place, running, &undisturbed, processes);
+    let restarts = assert_ends_undisturbed(&place, running, &undisturbed, processes);
     // A fast machine reaches the end after a few kills, and the death of the last process killed may then go unnoticed.
     assert!(kills >= 2 && restarts + 1 >= kills, "{kills} kills, {restarts} restarts");
 }
 
 #[test]
-fn a_killed_localizer_goes_on_where_it_was() {
-    killed_one_after_the_other(&["localizer"]);
+fn a_killed_localizer_resumes() {
+    kill_in_turn(&["localizer"]);
 }
 
 #[test]
-fn a_killed_planner_goes_on_where_it_was() {
-    killed_one_after_the_other(&["planner"]);
+fn a_killed_planner_resumes() {
+    kill_in_turn(&["planner"]);
 }
 
 /// Physics, laser noise, people and contacts continue with exactly the same bits.
 #[test]
-fn a_killed_world_goes_on_where_it_was() {
-    killed_one_after_the_other(&["world"]);
+fn a_killed_world_resumes() {
+    kill_in_turn(&["world"]);
 }
 
 /// Checks what users see: the figures that the command itself reports for its kills.
-fn chaos_finds_nothing_lost(options: &str) {
+fn chaos_finds_no_loss(options: &str) {
     let place = Place::new();
     let mission = repository().join("sim/missions/building/building-a.toml");
     let ended = place.run(&format!("chaos {} --json {options}", mission.display()));
@@ -111,50 +106,50 @@ fn chaos_finds_nothing_lost(options: &str) {
 }
 
 #[test]
-fn twenty_kills_of_anybody_at_random_moments_lose_nothing() {
-    chaos_finds_nothing_lost("--kills 20 --seed 5");
+fn twenty_random_kills_lose_nothing() {
+    chaos_finds_no_loss("--kills 20 --seed 5");
 }
 
 #[test]
-fn kills_of_processes_that_start_lose_nothing() {
-    chaos_finds_nothing_lost("--kills 20 --seed 6 --at-start-up");
+fn killing_starting_processes_loses_nothing() {
+    chaos_finds_no_loss("--kills 20 --seed 6 --at-start-up");
 }
 
 /// A restarted recorder reads again what was not written yet. The recording says how often the recorder was restarted.
 #[test]
 fn a_killed_recorder_leaves_no_gap() {
-    killed_one_after_the_other(&["recorder"]);
+    kill_in_turn(&["recorder"]);
 }
 
 #[test]
-fn killed_in_turn_they_go_on() {
-    killed_one_after_the_other(&SERVICES);
+fn processes_killed_in_turn_resume() {
+    kill_in_turn(&SERVICES);
 }
 
 /// All processes die at the same moment, so none is left that could tell the others what they have missed.
 #[test]
-fn killed_all_at_once_they_go_on() {
+fn processes_killed_all_at_once_resume() {
     let place = Place::new();
     let undisturbed = undisturbed(&place, "demo");
     let mut running = start(&place, "demo");
     place.wait_until_driving(&mut running, "disturbed");
     let serving = SERVICES.map(|process| place.serving("disturbed", process));
     serving.concat().into_iter().for_each(kill_if_alive);
-    let restarts = ends_as_if_nothing_had_been(&place, running, &undisturbed, &SERVICES);
+    let restarts = assert_ends_undisturbed(&place, running, &undisturbed, &SERVICES);
     assert_eq!(restarts, SERVICES.len() as u64);
 }
 
 /// In real time, no process waits for another. The robot stops, and drives on when its navigators are back.
 #[test]
-fn killed_in_real_time_they_come_to_their_goals() {
+fn processes_killed_in_real_time_reach_their_goals() {
     let place = Place::new();
     building::write_patient(place.files());
     let mut running = start(&place, &format!("run {} --speed 10", building::PATIENT));
     place.wait_until_driving(&mut running, "disturbed");
     for process in SERVICES {
         let steps = (STATUS.spec.history() + 50).to_string();
-        let heard = place.run(&format!("echo status --count {steps} --system disturbed"));
-        assert_eq!(heard.code, Some(0), "{heard}");
+        let echoed = place.run(&format!("echo status --count {steps} --system disturbed"));
+        assert_eq!(echoed.code, Some(0), "{echoed}");
         place.serving("disturbed", process).into_iter().for_each(kill_if_alive);
     }
     let ended = running.end();
@@ -165,7 +160,7 @@ fn killed_in_real_time_they_come_to_their_goals() {
 
 /// A process that dies before it has joined, or while it opens its channels, leaves nothing that prevents its restart.
 #[test]
-fn killed_while_they_start_they_start_again() {
+fn processes_killed_while_starting_start_again() {
     let place = Place::new();
     room::write(place.files());
     let undisturbed = undisturbed(&place, "run room.toml");
@@ -181,21 +176,21 @@ fn killed_while_they_start_they_start_again() {
             }
         }
     }
-    let restarts = ends_as_if_nothing_had_been(&place, running, &undisturbed, &SERVICES);
+    let restarts = assert_ends_undisturbed(&place, running, &undisturbed, &SERVICES);
     assert_eq!(restarts, 3 * SERVICES.len() as u64);
 }
 
 /// A process that dies each time before it makes any progress is given up, and the mission fails.
 #[test]
-fn a_process_that_dies_again_and_again_is_given_up() {
+fn a_process_that_keeps_dying_is_given_up() {
     let place = Place::new();
     let mut running = start(&place, "demo --speed 5");
     place.wait_until_driving(&mut running, "disturbed");
-    let (tell, told) = std::sync::mpsc::channel();
-    let waiting = std::thread::spawn(move || tell.send(running.end()));
+    let (sender, receiver) = std::sync::mpsc::channel();
+    let waiting = std::thread::spawn(move || sender.send(running.end()));
     let ended = loop {
         place.serving("disturbed", "planner").into_iter().for_each(kill_if_alive);
-        if let Ok(ended) = told.try_recv() {
+        if let Ok(ended) = receiver.try_recv() {
             break ended;
         }
     };
@@ -249,20 +244,20 @@ fn drive_on(place: &Place) -> Running {
     let mut running = start(place, "demo");
     place.wait_until_driving(&mut running, "disturbed");
     let steps = STATUS.spec.history() + 50;
-    let heard = place.run(&format!("echo status --count {steps} --system disturbed"));
-    assert_eq!(heard.code, Some(0), "{heard}");
+    let echoed = place.run(&format!("echo status --count {steps} --system disturbed"));
+    assert_eq!(echoed.code, Some(0), "{echoed}");
     running
 }
 
 /// The older checkpoint is less recent, but just as valid.
 #[test]
-fn a_damaged_checkpoint_is_refused_and_the_other_one_does() {
+fn a_damaged_checkpoint_is_refused_and_the_other_is_used() {
     for process in ["localizer", "planner", "world"] {
         let place = Place::new();
         let undisturbed = undisturbed(&place, "demo");
         let running = drive_on(&place);
         damage_and_kill(&place, process, 1);
-        let restarts = ends_as_if_nothing_had_been(&place, running, &undisturbed, &[process]);
+        let restarts = assert_ends_undisturbed(&place, running, &undisturbed, &[process]);
         assert_eq!(restarts, 1, "{process}");
     }
 }
@@ -270,7 +265,7 @@ fn a_damaged_checkpoint_is_refused_and_the_other_one_does() {
 /// The state of the process is lost, so it continues from the task and the position in its last messages. This is
 /// reported.
 #[test]
-fn navigators_without_any_good_checkpoint_begin_where_they_were() {
+fn navigators_without_a_valid_checkpoint_continue_from_their_last_messages() {
     for process in ["localizer", "planner"] {
         let place = Place::new();
         let running = drive_on(&place);
@@ -290,7 +285,7 @@ fn navigators_without_any_good_checkpoint_begin_where_they_were() {
 
 /// A world that does not know where the robot is cannot continue. The mission fails, and the error says why.
 #[test]
-fn a_world_without_any_good_checkpoint_is_given_up() {
+fn a_world_without_a_valid_checkpoint_is_given_up() {
     let place = Place::new();
     let running = drive_on(&place);
     damage_and_kill(&place, "world", 2);

@@ -30,7 +30,7 @@ fn happened(place: &Place, report: &Value) -> Vec<String> {
 }
 
 #[test]
-fn processes_are_hit_before_the_messages_that_the_plan_names_and_nothing_is_lost() {
+fn faults_hit_before_the_planned_messages_and_lose_nothing() {
     let place = Place::new();
     let (calm, _) = place.mission("run demo --out calm", "calm");
     plan(
@@ -112,14 +112,14 @@ fn a_starved_process_is_only_slower_in_lockstep() {
 /// In real time, no process waits for another. The planner is stopped for 95 ms before it may send its command, so that command
 /// is late however fast or slow the machine is.
 #[test]
-fn the_commands_of_a_starved_planner_are_late_in_real_time() {
+fn a_starved_planner_is_late_in_real_time() {
     let place = Place::new();
     plan(&place, "plan.toml", &["command 40 starve"]);
     let running = place.start("run demo --faults plan.toml --speed 5 --json --system hungry --out hungry");
     // Once the late message has appeared on `latency`, it is also in the recording.
     support::wait_until("the end of the starvation", || {
-        let told = place.run("echo latency --system hungry --once");
-        told.code == Some(0) && told.json()["source_seq"].as_u64().unwrap() > 60
+        let output = place.run("echo latency --system hungry --once");
+        output.code == Some(0) && output.json()["source_seq"].as_u64().unwrap() > 60
     });
     running.signal(nix::sys::signal::Signal::SIGINT);
     let report = running.end().json();
@@ -134,7 +134,7 @@ fn the_commands_of_a_starved_planner_are_late_in_real_time() {
 /// When a supervisor is killed, the kernel ends or continues the processes that it had stopped, so none of them remains
 /// stopped.
 #[test]
-fn nobody_is_left_stopped_by_a_supervisor_that_is_killed() {
+fn a_killed_supervisor_leaves_no_process_stopped() {
     let place = Place::new();
     std::fs::write(
         place.files().join("plan.toml"),
@@ -146,8 +146,8 @@ fn nobody_is_left_stopped_by_a_supervisor_that_is_killed() {
     let running =
         place.start("run demo --faults plan.toml --speed 1 --json --system orphaned --out orphaned");
     support::wait_until("two starvations", || {
-        let told = place.run("echo faults --system orphaned --count 2");
-        told.code == Some(0) && told.out.matches("starve at").count() == 2
+        let output = place.run("echo faults --system orphaned --count 2");
+        output.code == Some(0) && output.out.matches("starve at").count() == 2
     });
     running.signal(nix::sys::signal::Signal::SIGKILL);
     running.end();
@@ -157,7 +157,7 @@ fn nobody_is_left_stopped_by_a_supervisor_that_is_killed() {
 }
 
 #[test]
-fn chaos_draws_starvations_and_plays_them_again() {
+fn chaos_draws_starvations_and_repeats_them() {
     let place = Place::new();
     let drawn = place.run("chaos demo --at-messages --signal starve,kill --kills 6 --seed 4 --json");
     assert_eq!(drawn.code, Some(0), "{drawn}");
@@ -177,7 +177,7 @@ fn chaos_draws_starvations_and_plays_them_again() {
 /// A writer that is killed before the same message again and again makes no progress and is given up. This failure does
 /// not depend on the clock.
 #[test]
-fn a_failed_runs_schedule_fails_in_the_same_place_again() {
+fn a_failed_runs_schedule_fails_in_the_same_place() {
     let place = Place::new();
     plan(&place, "fatal.toml", &["estimate 77 kill"; 12]);
     let play = |schedule: &str| {
@@ -205,7 +205,7 @@ fn a_failed_runs_schedule_fails_in_the_same_place_again() {
 }
 
 #[test]
-fn kills_before_messages_lose_nothing_and_are_played_again() {
+fn kills_before_messages_lose_nothing_and_can_be_repeated() {
     let place = Place::new();
     let drawn = place.run("chaos demo --at-messages --kills 12 --seed 5 --json");
     assert_eq!(drawn.code, Some(0), "{drawn}");
@@ -227,7 +227,7 @@ fn kills_before_messages_lose_nothing_and_are_played_again() {
 /// Random kills happen at moments measured by the clock. The schedule that is written afterwards names the first
 /// message at or after each moment.
 #[test]
-fn what_happened_by_lot_is_written_as_a_schedule() {
+fn random_faults_are_written_as_a_schedule() {
     let place = Place::new();
     let drawn = place.run("chaos demo --kills 5 --seed 3 --targets localizer,planner --json");
     assert_eq!(drawn.code, Some(0), "{drawn}");
@@ -241,7 +241,7 @@ fn what_happened_by_lot_is_written_as_a_schedule() {
 }
 
 #[test]
-fn messages_are_delayed_doubled_and_exchanged() {
+fn messages_are_delayed_duplicated_and_swapped() {
     let place = Place::new();
     let (calm, _) = place.mission("run demo --out calm", "calm");
     plan(&place, "plan.toml", &["estimate 30 duplicate", "command 40 delay", "tick 50 duplicate"]);
@@ -256,10 +256,10 @@ fn messages_are_delayed_doubled_and_exchanged() {
     let running = place.start("run demo --faults lost.toml --speed 5 --json --system lossy --out lossy");
     // The delayed message is sent together with the next one. A gap only becomes apparent when the following message
     // arrives.
-    for (channel, behind) in [("plan", 8), ("particles", 3)] {
+    for (channel, seq) in [("plan", 8), ("particles", 3)] {
         support::wait_until(channel, || {
-            let told = place.run(&format!("echo {channel} --system lossy --once"));
-            told.code == Some(0) && told.json()["seq"].as_u64().unwrap() >= behind
+            let output = place.run(&format!("echo {channel} --system lossy --once"));
+            output.code == Some(0) && output.json()["seq"].as_u64().unwrap() >= seq
         });
     }
     running.signal(nix::sys::signal::Signal::SIGINT);
@@ -268,7 +268,7 @@ fn messages_are_delayed_doubled_and_exchanged() {
 }
 
 #[test]
-fn a_plan_that_is_none_is_refused_with_a_word() {
+fn an_invalid_plan_is_refused_with_the_reason() {
     let place = Place::new();
     for (text, words) in [
         (

@@ -78,7 +78,7 @@ fn echo(scan: &mut LaserScan) {
 }
 
 #[test]
-fn a_driver_that_writes_garbage_crashes_nobody() {
+fn a_driver_that_writes_garbage_crashes_no_process() {
     let place = Place::new();
     room::write(place.files());
     let options = "--speed 1 --without world --json";
@@ -89,9 +89,9 @@ fn a_driver_that_writes_garbage_crashes_nobody() {
     place.settle(&mut command);
     let driver = Running::spawn(command);
     // The history comes first. The remaining estimates follow while the driver drives.
-    let heard = place.run(&format!("echo estimate --count 300 --system {SYSTEM}"));
-    assert_eq!(heard.out.lines().count(), 300, "{heard}");
-    assert!(heard.out.lines().all(|line| !line.contains("null")), "numbers alone");
+    let echoed = place.run(&format!("echo estimate --count 300 --system {SYSTEM}"));
+    assert_eq!(echoed.out.lines().count(), 300, "{echoed}");
+    assert!(echoed.out.lines().all(|line| !line.contains("null")), "numbers alone");
     driver.signal(Signal::SIGTERM);
     let driver = driver.end();
     assert_eq!(driver.code, Some(0), "{driver}");

@@ -28,12 +28,12 @@ fn kinds<'a>(faults: &'a [Value], process: &str) -> Vec<&'a str> {
 #[test]
 fn a_death_a_restart_and_a_recovery_are_recorded() {
     let place = Place::new();
-    let running = drive(&place, "told", "max");
-    let first = place.serving("told", "localizer");
+    let running = drive(&place, "killed", "max");
+    let first = place.serving("killed", "localizer");
     first.iter().copied().for_each(kill_if_alive);
     let ended = running.end();
     assert_eq!(ended.code, Some(0), "{ended}");
-    let faults = faults(&place, "told");
+    let faults = faults(&place, "killed");
     assert_eq!(kinds(&faults, "localizer"), ["died", "restarted", "recovered"], "{faults:?}");
     assert_eq!(faults[0]["pid"], first[0]);
     assert!(faults[0]["words"].as_str().unwrap().contains("SIGKILL"), "{faults:?}");
@@ -43,7 +43,7 @@ fn a_death_a_restart_and_a_recovery_are_recorded() {
 
 /// A process stopped by SIGSTOP still exists, so only its silence shows that something is wrong.
 #[test]
-fn a_stopped_process_is_found_by_its_silence_and_nothing_is_lost() {
+fn a_stopped_process_is_detected_and_nothing_is_lost() {
     let place = Place::new();
     let mission = repository().join("sim/missions/building/building-a.toml");
     let options = "--signal stop --kills 2 --seed 2 --targets planner,world --json";
@@ -65,19 +65,19 @@ fn a_stopped_process_is_found_by_its_silence_and_nothing_is_lost() {
 
 /// In real time, a person stops a process for a moment. This is reported, and the process continues without a restart.
 #[test]
-fn a_process_that_goes_on_in_time_is_left_alone() {
+fn a_process_that_continues_in_time_is_left_alone() {
     let place = Place::new();
     let running = drive(&place, "pause", "5 --stopped-limit 600");
     let planner = place.serving("pause", "planner");
     planner.iter().for_each(|&pid| send(pid, Signal::SIGSTOP));
     // It is reported as soon as its deadline has passed.
-    let heard = place.run("echo faults --count 1 --system pause");
+    let echoed = place.run("echo faults --count 1 --system pause");
     planner.iter().for_each(|&pid| send(pid, Signal::SIGCONT));
-    assert!(heard.out.contains("no sign of life"), "{heard}");
-    assert_eq!(heard.json()["message"]["process"], 4, "{heard}");
+    assert!(echoed.out.contains("no sign of life"), "{echoed}");
+    assert_eq!(echoed.json()["message"]["process"], 4, "{echoed}");
     let steps = STATUS.spec.history() + 30;
-    let heard = place.run(&format!("echo status --count {steps} --system pause"));
-    assert_eq!(heard.code, Some(0), "{heard}");
+    let echoed = place.run(&format!("echo status --count {steps} --system pause"));
+    assert_eq!(echoed.code, Some(0), "{echoed}");
     assert_eq!(place.serving("pause", "planner"), planner);
     running.signal(Signal::SIGINT);
     running.end();
@@ -102,16 +102,16 @@ fn a_stopped_recorder_does_not_outlive_its_supervisor() {
 }
 
 #[test]
-fn a_process_that_is_given_up_is_told_too() {
+fn giving_up_a_process_is_reported() {
     let place = Place::new();
     let running = drive(&place, "end", "5 --stopped-limit 600");
     // Without scans, no planner makes any progress.
     place.serving("end", "world").into_iter().for_each(|pid| send(pid, Signal::SIGSTOP));
-    let (tell, told) = std::sync::mpsc::channel();
-    let waiting = std::thread::spawn(move || tell.send(running.end()));
+    let (sender, receiver) = std::sync::mpsc::channel();
+    let waiting = std::thread::spawn(move || sender.send(running.end()));
     let ended = loop {
         place.serving("end", "planner").into_iter().for_each(kill_if_alive);
-        if let Ok(ended) = told.try_recv() {
+        if let Ok(ended) = receiver.try_recv() {
             break ended;
         }
     };

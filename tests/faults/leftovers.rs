@@ -123,7 +123,7 @@ fn after_the_supervisor_was_killed_its_name_is_free_at_once() {
 /// A stopped process does not receive the request to end. It used to be killed after a time limit, and a run that had
 /// lost nothing ended with an error. Now the process is continued, and ends with the others.
 #[test]
-fn a_process_that_is_stopped_ends_with_the_others() {
+fn a_stopped_process_is_ended_with_the_system() {
     let place = Place::new();
     let running = drive(&place, "stuck");
     send(place.pid("stuck", "localizer"), Signal::SIGSTOP);

@@ -15,7 +15,7 @@ fn limited(place: &Place, limits: &str, arguments: &str) -> Ended {
 /// With a limit of 64 open files, the error used to blame `/dev/shm` or came from the shared memory library. With 64
 /// KiB of stack, the program overflowed its stack.
 #[test]
-fn a_limit_that_is_too_low_is_raised_or_named() {
+fn a_limit_that_is_too_low_is_raised_or_reported() {
     if !needs::has(&["bash"]) {
         return;
     }

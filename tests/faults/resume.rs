@@ -34,7 +34,7 @@ fn resume(place: &Place) -> Running {
     place.start(&format!("run --json --resume {}", folder(place, "killed").display()))
 }
 
-fn ends_as_if_nothing_had_been(place: &Place, ended: &Ended, undisturbed: &Path, deaths: u64) {
+fn assert_ends_undisturbed(place: &Place, ended: &Ended, undisturbed: &Path, deaths: u64) {
     assert_eq!(ended.code, Some(0), "{ended}");
     let report = ended.json();
     assert_eq!(report["lost_messages"], 0, "{report:#}");
@@ -51,25 +51,25 @@ fn ends_as_if_nothing_had_been(place: &Place, ended: &Ended, undisturbed: &Path,
 }
 
 #[test]
-fn a_mission_goes_on_after_its_supervisor_was_killed() {
+fn a_mission_resumes_after_its_supervisor_was_killed() {
     let place = Place::new();
     let undisturbed = undisturbed(&place);
     let running = drive(&place, "");
     kill(&place, running);
     let ended = resume(&place).end();
-    ends_as_if_nothing_had_been(&place, &ended, &undisturbed, 1);
+    assert_ends_undisturbed(&place, &ended, &undisturbed, 1);
 }
 
 /// The supervisor is killed several times, the second time while the recorder is stopped.
 #[test]
-fn it_may_be_killed_as_often_as_one_likes() {
+fn a_mission_may_be_killed_and_resumed_repeatedly() {
     let place = Place::new();
     let undisturbed = undisturbed(&place);
     let mut running = drive(&place, "");
     for round in 0..3 {
         let steps = STATUS.spec.history() + 40;
-        let heard = place.run(&format!("echo status --count {steps} --system killed"));
-        assert_eq!(heard.code, Some(0), "{heard}");
+        let echoed = place.run(&format!("echo status --count {steps} --system killed"));
+        assert_eq!(echoed.code, Some(0), "{echoed}");
         if round == 1 {
             place.serving("killed", "recorder").into_iter().for_each(|pid| send(pid, Signal::SIGSTOP));
         }
@@ -77,12 +77,12 @@ fn it_may_be_killed_as_often_as_one_likes() {
         running = resume(&place);
         place.wait_until_driving(&mut running, "killed");
     }
-    ends_as_if_nothing_had_been(&place, &running.end(), &undisturbed, 3);
+    assert_ends_undisturbed(&place, &running.end(), &undisturbed, 3);
 }
 
 /// In real time, no process waits for another. The robot stands still after the last step that the world has made.
 #[test]
-fn in_real_time_too() {
+fn a_mission_resumes_in_real_time_too() {
     let place = Place::new();
     room::write(place.files());
     let mut running = place.start("run room.toml --json --out killed --system killed --speed 1");
@@ -99,15 +99,15 @@ fn in_real_time_too() {
 /// started, including the simulated world, which took over from the robot's driver. Now a process that was left out
 /// before is left out again.
 #[test]
-fn a_simulated_world_does_not_take_the_place_of_a_robot() {
+fn resuming_does_not_replace_a_robot_by_a_simulated_world() {
     let place = Place::new();
     room::write(place.files());
     let mut running =
         place.start("run room.toml --json --out killed --system killed --speed 1 --without world");
     place.wait_until_joined(&mut running, "killed", &BESIDE_A_DRIVER);
     let driver = place.driver("killed");
-    let heard = place.run("echo status --count 20 --system killed");
-    assert_eq!(heard.out.lines().count(), 20, "{heard}");
+    let echoed = place.run("echo status --count 20 --system killed");
+    assert_eq!(echoed.out.lines().count(), 20, "{echoed}");
     running.signal(Signal::SIGKILL);
     assert_eq!(running.end().code, None);
     wait_until("the end of the services", || place.living().len() == 1);
@@ -127,7 +127,7 @@ fn a_simulated_world_does_not_take_the_place_of_a_robot() {
 }
 
 #[test]
-fn what_cannot_be_resumed_is_told() {
+fn a_mission_that_cannot_be_resumed_is_reported() {
     let place = Place::new();
     let running = drive(&place, "--speed 5");
     let early = resume(&place).end();

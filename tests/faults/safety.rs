@@ -31,7 +31,7 @@ fn forged(recording: &str, forged: &Path, change: impl FnOnce(&mut RunConfig)) {
 /// `replay` used to copy the files that a forged recording names into another recording, and `rerun` printed their
 /// first bytes.
 #[test]
-fn a_strangers_recording_gets_no_file_of_the_user() {
+fn a_foreign_recording_gets_no_file_of_the_user() {
     const SECRET: &str = "BEGIN OPENSSH PRIVATE KEY";
     let place = Place::new();
     let recording = recorded(&place);
@@ -69,7 +69,7 @@ fn is_tame(ended: &Ended, what: &str) {
 /// An error about an escape sequence used to send that sequence to the terminal, and names in recordings got there
 /// unfiltered.
 #[test]
-fn nothing_from_outside_steers_the_terminal() {
+fn no_text_from_outside_controls_the_terminal() {
     const WILD: &str = "\u{1b}]0;x\u{7}\u{1b}[31m\u{9b}2J\u{202e}\u{200b}\nforged: 9 of 9 tasks reached";
     let place = Place::new();
     let recording = recorded(&place);
@@ -121,7 +121,7 @@ fn nothing_from_outside_steers_the_terminal() {
 /// If the supervisor was killed between the end of its system and its report, there used to be neither a table nor
 /// pictures, and nothing to resume.
 #[test]
-fn the_end_of_a_run_can_be_made_up_for() {
+fn an_unfinished_end_of_a_run_is_completed_by_resuming() {
     let place = Place::new();
     let recording = recorded(&place);
     let folder = Path::new(&recording).parent().unwrap();
@@ -134,9 +134,9 @@ fn the_end_of_a_run_can_be_made_up_for() {
     pictures().for_each(|entry| fs::remove_file(entry.unwrap().path()).unwrap());
     let report = place.fine(&format!("run --json --resume {}", folder.display())).json();
     assert_eq!((&report["success"], pictures().count()), (&true.into(), drawn), "{report:#}");
-    let told = place.fine(&format!("run --resume {}", folder.display()));
+    let output = place.fine(&format!("run --resume {}", folder.display()));
     assert!(
-        told.out.contains("1 of 1 tasks reached") && told.err.contains("the mission had ended"),
-        "{told}"
+        output.out.contains("1 of 1 tasks reached") && output.err.contains("the mission had ended"),
+        "{output}"
     );
 }

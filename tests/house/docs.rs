@@ -93,7 +93,7 @@ fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
 
 /// A guarantee is only worth as much as its test. A page that names a missing test promises nothing.
 #[test]
-fn tests_and_files_that_are_named_exist() {
+fn named_tests_and_files_exist() {
     let mut files = Vec::new();
     sources(repository(), &mut files);
     let functions = pattern(r"fn (\w+)");
@@ -172,7 +172,7 @@ fn is_placeholder(word: &str) -> bool {
 }
 
 #[test]
-fn every_command_is_one_that_the_program_takes() {
+fn every_documented_command_is_valid() {
     let mut findings = Findings::default();
     for page in pages::all().into_iter().filter(|page| page.name() != CHANGES) {
         for (number, words, is_whole) in commands(&page) {
@@ -261,7 +261,7 @@ fn commands_for_landmarks_run() {
 
 /// A code block that no test runs must say so by having a language other than `sh`.
 #[test]
-fn no_section_is_forgotten() {
+fn every_section_with_commands_is_tested() {
     let run = [
         ("docs/missions.md", "A mission by a drawing, step by step"),
         ("docs/missions.md", "Run it"),
@@ -297,13 +297,13 @@ fn the_mission_of_the_corridor_page_reaches_its_end() {
 }
 
 #[test]
-fn the_mission_of_the_page_on_navigators_is_driven() {
+fn the_mission_in_the_page_on_navigators_is_driven() {
     drive_the_mission_of("docs/write-a-navigator.md", &Place::of_program("wall_follower"));
 }
 
 /// The page once used a different name for a trait than the code.
 #[test]
-fn the_code_of_the_page_on_navigators_is_that_of_the_file() {
+fn code_in_the_page_on_navigators_equals_the_file() {
     let file = fs::read_to_string(repository().join("tests/stranger/wall_follower.rs")).unwrap();
     let blocks = Page::of("docs/write-a-navigator.md").blocks();
     let code: Vec<_> = blocks.iter().filter(|block| block.language == "rust").collect();
@@ -404,7 +404,7 @@ fn shown(value: &Value) -> String {
 }
 
 #[test]
-fn figures_of_the_readme_are_those_of_the_results() {
+fn figures_in_the_readme_are_in_the_results() {
     let readme = Page::of("README.md");
     let results = Page::of("docs/results.md");
     let figures = pattern(r"[\d.]+ %(?: \(\d+ to \d+\))?");
@@ -418,7 +418,7 @@ fn figures_of_the_readme_are_those_of_the_results() {
 /// Figures used to be copied by hand, and some came from a different version than the code. Now `eval all --page`
 /// writes them, and figures without an entry in its file are marked with a dagger.
 #[test]
-fn figures_of_the_pages_are_those_that_were_driven() {
+fn figures_on_the_pages_come_from_the_results() {
     let file = repository().join("docs/results.json");
     let kept = file.is_file().then(|| fs::read_to_string(&file).unwrap());
     assert!(kept.as_ref().is_none_or(|text| text.len() < 500_000), "docs/results.json is large");

@@ -16,7 +16,7 @@ const FEATURES: [(&str, &str, bool); 6] = [
 
 /// Returns true if this build has all features that the commands in a section need. The plain build has no DDS, no
 /// Zenoh, no live view and no manual pages.
-fn has_what_it_takes(heading: &str) -> bool {
+fn has_what_it_needs(heading: &str) -> bool {
     let commands = Page::of(PAGE).commands(heading);
     let lacks = |line: &String| {
         let needed = FEATURES.into_iter().find(|(words, ..)| line.contains(words));
@@ -33,7 +33,7 @@ macro_rules! sections {
     ($($test:ident: $heading:literal,)*) => {
         $(#[test]
         fn $test() {
-            if has_what_it_takes($heading) {
+            if has_what_it_needs($heading) {
                 run(PAGE, $heading);
             }
         })*
@@ -62,7 +62,7 @@ sections! {
 
 #[cfg(not(feature = "zenoh"))]
 #[test]
-fn a_build_without_zenoh_says_how_to_get_one_with_it() {
+fn a_build_without_zenoh_says_how_to_add_it() {
     let ended = support::Place::new().run("bridge ros2 --system lab --rmw zenoh");
     assert_eq!(ended.code, Some(2), "{ended}");
     assert!(ended.err.contains("cargo build --release --features zenoh"), "{ended}");
@@ -70,7 +70,7 @@ fn a_build_without_zenoh_says_how_to_get_one_with_it() {
 
 #[cfg(not(feature = "ros2"))]
 #[test]
-fn a_build_without_ros_2_says_how_to_get_one_with_it() {
+fn a_build_without_ros_2_says_how_to_add_it() {
     let ended = support::Place::new().run("bridge ros2 --system lab");
     assert_eq!(ended.code, Some(2), "{ended}");
     assert!(ended.err.contains("cargo build --release --features ros2"), "{ended}");

@@ -31,7 +31,7 @@ fn pytest(place: &Place, python: &PathBuf, file: &str, variable: &str, value: &s
 
 /// As with other generated files, `SKETCHNAV_UPDATE_GOLDEN=1` rewrites the file.
 #[test]
-fn the_layouts_of_the_package_are_those_of_the_table() {
+fn the_layouts_of_the_package_are_up_to_date() {
     let path = package().join("sketchnav/_layouts.py");
     sketchnav_navigators::register(&[]).unwrap();
     let expected = sketchnav_schemas::python::layouts();
@@ -39,7 +39,7 @@ fn the_layouts_of_the_package_are_those_of_the_table() {
         std::fs::write(&path, &expected).unwrap();
     }
     let found = std::fs::read_to_string(&path).unwrap();
-    assert!(found == expected, "{}: SKETCHNAV_UPDATE_GOLDEN=1 writes it anew", path.display());
+    assert!(found == expected, "{}: SKETCHNAV_UPDATE_GOLDEN=1 updates it", path.display());
 }
 
 #[test]
@@ -56,7 +56,7 @@ fn python_reads_a_running_system() {
 
 /// An observer may die at any moment without occupying the pipeline's places for readers.
 #[test]
-fn a_reader_in_python_that_is_killed_fifty_times_does_no_harm() {
+fn killing_a_python_reader_fifty_times_does_no_harm() {
     let Some(python) = python("numpy, iceoryx2") else { return };
     let place = Place::new();
     let mut running = place.start("run demo --json --system snake --speed 1");
@@ -96,7 +96,7 @@ fn python_reads_a_recording_as_frames() {
 /// Trials that are driven by workers on other machines give the same report as a single machine, whatever happens to a
 /// worker.
 #[test]
-fn two_dask_workers_one_of_them_killed_give_the_report_of_one_machine() {
+fn two_dask_workers_give_the_report_of_one_machine_despite_a_kill() {
     let Some(python) = python("distributed") else { return };
     let place = Place::new();
     let project = repository().display();

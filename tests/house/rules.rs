@@ -107,7 +107,7 @@ fn has_example(source: &str) -> bool {
 /// Programs that a machine may lack are requested through `needs`, which lists all of them. The project itself calls no
 /// other programs, except the reader's pager.
 #[test]
-fn no_program_is_called_but_by_its_name_in_the_list() {
+fn only_listed_programs_are_called() {
     let mut found = Vec::new();
     for path in sources(repository(), ".rs") {
         let place = path.strip_prefix(repository()).unwrap().display().to_string();
@@ -209,7 +209,7 @@ fn place_of(path: &Path) -> String {
 
 /// In each pure crate, clippy forbids clocks, threads, opening files, and maps without an order.
 #[test]
-fn pure_crates_have_clippy_guard_them() {
+fn clippy_guards_pure_crates() {
     for pure in pure() {
         let guard = pure.folder.join("clippy.toml");
         assert!(guard.exists(), "expected {}", guard.display());
@@ -240,7 +240,7 @@ fn no_process_reads_the_wall_clock() {
 
 /// People and programs see the table of channels itself.
 #[test]
-fn the_command_line_shows_the_pipeline_as_it_is() {
+fn the_command_line_shows_the_actual_pipeline() {
     let place = support::Place::new();
     let shown = place.run("channels --json").json();
     sketchnav_navigators::register(&[]).unwrap();
@@ -299,7 +299,7 @@ fn the_pipeline_is_written_down_once() {
 }
 
 #[test]
-fn a_list_that_stands_twice_is_seen() {
+fn a_duplicate_list_is_detected() {
     let code =
         "const A: [&str; 4] = [\"world\", \"planner\",\n \"localizer\", \"recorder\"]; fn f() { g(&[1]) }";
     assert_eq!(lists(code).filter(|list| list.contains("\"recorder\"")).count(), 1);

@@ -15,7 +15,7 @@ fn place(mission: &str) -> Place {
 }
 
 #[test]
-fn a_mission_is_driven_replayed_executed_again_judged_and_shown() {
+fn a_mission_is_driven_replayed_rerun_judged_and_shown() {
     let place = place("corridor-a.toml");
     let recording = &place.driven("mission.toml");
     let messages = place.messages(recording);
@@ -55,14 +55,14 @@ fn a_page_shows_the_markers_around_the_robot() {
 }
 
 #[test]
-fn kills_leave_the_same_bytes_by_either_method() {
+fn kills_leave_the_same_bytes_with_either_method() {
     for (mission, kills) in [("corridor-a.toml", 12), ("corridor-qtc.toml", 6)] {
         place(mission).is_identical_after("mission.toml", kills, "world,localizer,planner,recorder");
     }
 }
 
 #[test]
-fn what_a_mission_or_a_rule_file_lacks_is_said_before_anything_starts() {
+fn errors_in_a_mission_or_rule_file_are_reported_before_the_start() {
     let place = place("corridor-qtc.toml");
     let path = place.files().join("mission.toml");
     let text = std::fs::read_to_string(&path).unwrap();

@@ -32,7 +32,7 @@ fn from_a_picture_of_the_plane_the_navigator_arrives() {
 
 /// A map with branches goes through all that a straight one does: run, rerun, replay, judge and report.
 #[test]
-fn a_map_that_branches_leads_the_navigator_past_its_errors() {
+fn a_branching_map_corrects_the_navigators_errors() {
     let place = place("branching.toml");
     let recording = &place.driven("mission.toml --seed 1");
     place.is_reproduced(recording, &["world", "sketcher", "localizer", "planner"]);
@@ -112,7 +112,7 @@ const B: &str = "[0.17, 0.11]";
 const C: &str = "[0.16, 0.16]";
 
 #[test]
-fn the_six_kinds_of_success_and_failure_are_told_apart() {
+fn the_six_kinds_of_success_and_failure_are_distinguished() {
     let all = format!("{A}, {B}, {C}, [0.6, 0.6]");
     // The verdict is followed by the exit code, which depends on what the navigator itself believes. It does not notice
     // when it goes astray.
@@ -137,7 +137,7 @@ fn the_six_kinds_of_success_and_failure_are_told_apart() {
 
 /// The second entry knows B and C by what surrounds them. It is meant for B, and attains C, which is farther away.
 #[test]
-fn a_written_map_that_branches_is_followed_and_each_landmark_judged_as_that_of_its_entry() {
+fn a_written_branching_map_is_followed_and_judged_entry_by_entry() {
     let all = format!("{A}, {B}, {C}, [0.6, 0.6]");
     let knows_both = "(*, SW)\n\
                       (Isol, (none+none+point+point, NW, 4), (*, SE, 3), (point+none+none+point, -), -)\n\
@@ -170,7 +170,7 @@ fn a_written_map_that_branches_is_followed_and_each_landmark_judged_as_that_of_i
 }
 
 #[test]
-fn what_a_mission_lacks_is_said_with_exit_code_2() {
+fn errors_in_a_mission_end_with_exit_code_2() {
     let place = place("hundred.toml");
     let path = place.files().join("mission.toml");
     let text = fs::read_to_string(&path).unwrap();

@@ -17,7 +17,7 @@ fn start(place: &Place) -> Running {
 }
 
 #[test]
-fn the_example_of_a_driver_drives_a_mission() {
+fn the_example_driver_drives_a_mission() {
     let place = Place::new();
     let running = start(&place);
     let driver = place.driver("driver");
@@ -31,7 +31,7 @@ fn the_example_of_a_driver_drives_a_mission() {
 /// The laser used to be the clock for everything, with exactly one odometry reading per scan. With more readings, the
 /// history of the odometry was too short for a late reader, and its messages counted as lost.
 #[test]
-fn wheels_that_are_read_five_times_a_scan_lose_nothing() {
+fn odometry_at_five_times_the_scan_rate_loses_nothing() {
     let place = Place::new();
     let running = start(&place);
     let driver = place.driver("driver 5");
@@ -58,12 +58,12 @@ const PERIOD_NS: u64 = 100_000_000;
 /// messages for ones that they had already received. They dropped the messages for as long as the first driver had run,
 /// and nothing was reported. The clock and the odometry also restarted at 0, which readers see as a jump.
 #[test]
-fn a_driver_that_is_started_again_goes_on() {
+fn a_restarted_driver_continues() {
     let place = Place::new();
     let running = start(&place);
     let first = place.driver("driver");
-    let heard = place.run(&format!("echo scan --count {BEFORE} --system driver"));
-    assert_eq!(heard.out.lines().count(), BEFORE, "{heard}");
+    let echoed = place.run(&format!("echo scan --count {BEFORE} --system driver"));
+    assert_eq!(echoed.out.lines().count(), BEFORE, "{echoed}");
     first.signal(Signal::SIGKILL);
     assert_eq!(first.end().code, None);
     let second = place.driver("driver");
@@ -75,18 +75,18 @@ fn a_driver_that_is_started_again_goes_on() {
     let recording = Recording::open(Path::new(report["recording"].as_str().unwrap())).unwrap();
     let (scans, odometry) = (recording.all(SCAN).unwrap(), recording.all(ODOMETRY).unwrap());
     assert!(scans.len() > BEFORE, "{}", scans.len());
-    goes_on(&scans);
-    goes_on(&odometry);
+    assert_continuous(&scans);
+    assert_continuous(&odometry);
     for pair in odometry.windows(2) {
-        let way_m = pair[0].pose().position().distance(&pair[1].pose().position());
-        assert!(way_m < 0.5, "{way_m} m from {:?}", pair[0].header);
+        let jump_m = pair[0].pose().position().distance(&pair[1].pose().position());
+        assert!(jump_m < 0.5, "{jump_m} m from {:?}", pair[0].header);
     }
     place.assert_nothing_left("driver");
 }
 
 /// Asserts that the messages continue without a gap. If the second driver were ignored for as long as the first one
 /// ran, there would be a gap of that length.
-fn goes_on<T: Message>(messages: &[T]) {
+fn assert_continuous<T: Message>(messages: &[T]) {
     for (seq, message) in (1..).zip(messages) {
         assert_eq!((message.header().seq, message.header().source_seq), (seq, seq));
     }

@@ -10,7 +10,7 @@ fn eval(place: &Place, arguments: &str) -> Ended {
 }
 
 #[test]
-fn trials_by_the_processes_give_the_same_messages() {
+fn trials_run_as_processes_give_the_same_messages() {
     let place = Place::new();
     let ended = eval(
         &place,
@@ -23,7 +23,7 @@ fn trials_by_the_processes_give_the_same_messages() {
 
 /// With nothing to check, `eval` once failed after everything had been driven, and printed no figures.
 #[test]
-fn a_check_of_no_trial_is_none() {
+fn checking_no_trial_is_allowed() {
     let place = Place::new();
     let ended = eval(&place, "laboratory --drawings a --trials 1 --sample 1 --check-processes 0 --json");
     assert_eq!(ended.code, Some(0), "{ended}");
@@ -33,7 +33,7 @@ fn a_check_of_no_trial_is_none() {
 /// If the folder of `--output` was removed while trials were driven for hours, all results used to be lost. They are
 /// now printed anyway. A folder that is missing from the start is reported before anything is driven.
 #[test]
-fn results_are_printed_also_where_no_report_can_be_written() {
+fn results_are_printed_even_if_no_report_can_be_written() {
     let place = Place::new();
     let taken = place.files().join("taken");
     std::fs::create_dir(&taken).unwrap();
@@ -50,7 +50,7 @@ fn results_are_printed_also_where_no_report_can_be_written() {
 /// The folders of missions and data used to be those of the machine that compiled the program. A suite that found no
 /// data there drove nothing and succeeded.
 #[test]
-fn who_lacks_missions_or_data_or_trials_is_told_what_to_do() {
+fn missing_missions_data_or_trials_are_reported_with_a_remedy() {
     let place = Place::new();
     for (arguments, words) in [
         (
@@ -71,7 +71,7 @@ fn who_lacks_missions_or_data_or_trials_is_told_what_to_do() {
 /// One in eight numbers of a run once reached the processes with a different last bit, because the JSON parser rounded
 /// inexactly.
 #[test]
-fn the_numbers_of_a_run_lose_no_bit_on_their_way_to_the_processes() {
+fn numbers_reach_the_processes_bit_for_bit() {
     let mut rng = Pcg64Mcg::seed_from_u64(1);
     for _ in 0..10_000 {
         let number = 2540.0 * rng.random::<f64>();
@@ -97,11 +97,15 @@ fn in_parts(place: &Place) -> usize {
 }
 
 /// Returns the report without figures that were measured by the clock.
-fn timeless(told: &Ended) -> serde_json::Value {
-    let mut told = told.json();
-    told["wall_seconds"] = 0.into();
-    told["outcomes"].as_array_mut().unwrap().iter_mut().for_each(|ended| ended["cost"]["busy_s"] = 0.into());
-    told
+fn timeless(output: &Ended) -> serde_json::Value {
+    let mut output = output.json();
+    output["wall_seconds"] = 0.into();
+    output["outcomes"]
+        .as_array_mut()
+        .unwrap()
+        .iter_mut()
+        .for_each(|ended| ended["cost"]["busy_s"] = 0.into());
+    output
 }
 
 #[test]
@@ -125,7 +129,7 @@ fn an_experiment_in_parts_has_the_report_of_one_machine_byte_for_byte() {
 }
 
 #[test]
-fn parts_that_are_missing_or_of_something_else_are_refused() {
+fn missing_and_foreign_parts_are_refused() {
     let place = Place::new();
     let jobs = in_parts(&place);
     let refused = |options: &str, words: &str| {

@@ -26,7 +26,7 @@ fn write(place: &Place, file: &str, text: &str) {
 }
 
 #[test]
-fn a_mission_is_driven_replayed_executed_again_judged_and_shown() {
+fn a_mission_is_driven_replayed_rerun_judged_and_shown() {
     let place = place("scene-a.toml");
     let recording = &place.driven("mission.toml");
     let messages = place.messages(recording);
@@ -38,7 +38,10 @@ fn a_mission_is_driven_replayed_executed_again_judged_and_shown() {
     let judged = place.fine(&format!("judge {recording} --json")).json();
     assert_eq!(judged.pointer("/0/verdict/tasks/0/reached"), Some(&Value::Bool(true)), "{judged}");
     let sketch = std::fs::read_to_string(place.files().join(recording).with_file_name("sketch.svg")).unwrap();
-    assert!(sketch.contains("The sketch with its states"), "beside the recording lies the sketch");
+    assert!(
+        sketch.contains("The sketch with its states"),
+        "the picture of the sketch is beside the recording"
+    );
     let words = [
         "The sketch with its states",
         "The true scene: the path, and what matched",
@@ -50,7 +53,7 @@ fn a_mission_is_driven_replayed_executed_again_judged_and_shown() {
 }
 
 #[test]
-fn kills_leave_the_same_bytes_by_every_method() {
+fn kills_leave_the_same_bytes_with_every_method() {
     for (mission, kills) in [("scene-b.toml", 8), ("scene-a-labels.toml", 8), ("scene-a-words.toml", 6)] {
         place(mission).is_identical_after("mission.toml", kills, "world,sketcher,localizer,planner,recorder");
     }
@@ -59,13 +62,13 @@ fn kills_leave_the_same_bytes_by_every_method() {
 /// A route in words is equivalent to the sketch from which it was made. The robot drives to the same place with the
 /// same commands.
 #[test]
-fn a_sketch_and_its_words_drive_to_the_same_place() {
+fn a_sketch_and_its_description_lead_to_the_same_place() {
     let place = place("scene-a-states.toml");
     let drive = |folder: &str| {
         let (report, _) = place.mission(&format!("run mission.toml --out {folder}"), folder);
         let recording = report["recording"].as_str().unwrap().to_owned();
-        let told = place.fine(&format!("judge {recording} --json")).json();
-        (told.pointer("/0/verdict/tasks/0").unwrap().clone(), recording)
+        let output = place.fine(&format!("judge {recording} --json")).json();
+        (output.pointer("/0/verdict/tasks/0").unwrap().clone(), recording)
     };
     let (by_sketch, recording) = drive("sketch");
     let words = place.fine("landmarks mission.toml").out;
@@ -87,26 +90,26 @@ fn a_sketch_and_its_words_drive_to_the_same_place() {
 /// A person tells the robot where in the sketch it is, in this case near the start of the route. The robot believes this from
 /// the next view on.
 #[test]
-fn a_robot_by_belief_is_told_where_it_is() {
+fn a_robot_that_navigates_by_belief_accepts_its_pose() {
     let place = place("scene-a.toml");
-    let mut running = place.start("run mission.toml --system told --speed 1 --json --out told");
-    place.wait_until_driving(&mut running, "told");
-    let told = place.fine("send here --at 28,118 --heading 10 --system told --json").json();
-    assert_eq!(told["order"], "here", "{told:#}");
-    let ordered_ns = told["stamp_ns"].as_u64().unwrap();
+    let mut running = place.start("run mission.toml --system posed --speed 1 --json --out posed");
+    place.wait_until_driving(&mut running, "posed");
+    let output = place.fine("send here --at 28,118 --heading 10 --system posed --json").json();
+    assert_eq!(output["order"], "here", "{output:#}");
+    let ordered_ns = output["stamp_ns"].as_u64().unwrap();
     support::wait_until("views after the order", || {
-        let newest = place.fine("echo landmark_view --once --system told --field fit").json();
+        let newest = place.fine("echo landmark_view --once --system posed --field fit").json();
         newest["stamp_ns"].as_u64().unwrap() > ordered_ns + 3 * TICK_NS
     });
     for (wrong, words) in [
         ("here --at 161,10", "expected a place in the drawing of 160 × 160 px, found 161,10"),
         ("resume --at 1,1", "--at: expected the order `here`, found `resume`"),
     ] {
-        let ended = place.run(&format!("send {wrong} --system told"));
+        let ended = place.run(&format!("send {wrong} --system posed"));
         assert_eq!(ended.code, Some(2), "{ended}");
         assert!(ended.err.contains(words), "{ended}");
     }
-    place.fine("send abort --system told");
+    place.fine("send abort --system posed");
     let recording = running.end().json()["recording"].as_str().unwrap().to_owned();
     let open = Recording::open(std::path::Path::new(&recording)).unwrap();
     let orders: Vec<_> = open.channel(MISSION).unwrap().map(|order| order.unwrap().0).collect();
@@ -126,7 +129,7 @@ fn a_robot_by_belief_is_told_where_it_is() {
 }
 
 #[test]
-fn labels_that_a_camera_reads_are_believed() {
+fn labels_read_by_a_camera_are_used() {
     let place = place("scene-a-labels.toml");
     let recording = &place.driven("mission.toml");
     assert!(place.messages(recording)["/markers"] > 100);
@@ -136,7 +139,7 @@ fn labels_that_a_camera_reads_are_believed() {
 }
 
 #[test]
-fn markers_that_mean_nothing_are_named() {
+fn unknown_labels_and_markers_are_named() {
     let place = place("scene-a-labels.toml");
     let mission = read(&place, "mission.toml");
     for (from, to, words) in [
@@ -172,7 +175,7 @@ fn a_robot_with_a_laser_drives_the_same_sketch() {
 }
 
 #[test]
-fn what_is_wrong_is_said_before_anything_starts() {
+fn errors_are_reported_before_the_start() {
     let place = place("scene-a.toml");
     let mission = read(&place, "mission.toml");
     let drawn = read(&place, SKETCH);
@@ -201,7 +204,7 @@ fn what_is_wrong_is_said_before_anything_starts() {
     };
     let far = around([[140, 5], [150, 5], [150, 15], [140, 15]]);
     let on_the_way = around([[40, 130], [60, 130], [60, 150], [40, 150]]);
-    for (mission, sketch, told) in [
+    for (mission, sketch, expected) in [
         (
             mission.replace("nomad200", "blind.toml"),
             &drawn,
@@ -230,7 +233,7 @@ fn what_is_wrong_is_said_before_anything_starts() {
         write(&place, SKETCH, sketch);
         write(&place, "mine.txt", words);
         let ended = place.run("run mission.toml");
-        assert_eq!(ended.code, Some(2), "{told}: {ended}");
-        assert!(ended.err.contains(told), "{told}: {ended}");
+        assert_eq!(ended.code, Some(2), "{expected}: {ended}");
+        assert!(ended.err.contains(expected), "{expected}: {ended}");
     }
 }

@@ -11,7 +11,7 @@ use support::page::{Page, free_port, wait_for};
 use support::{kill_if_alive, repository, wait_until};
 
 #[test]
-fn a_mission_is_driven_replayed_executed_again_and_tells_what_corresponds() {
+fn a_mission_is_driven_replayed_rerun_and_reports_correspondences() {
     let place = place();
     let recording = &place.driven("arms.toml");
     let messages = place.messages(recording);
@@ -40,7 +40,7 @@ fn places(feed: &Value) -> Vec<Value> {
 /// Over the page's own protocol, the robot asks, its planner is killed in the meantime, and the robot drives on after
 /// the answer.
 #[test]
-fn a_robot_that_asks_is_driven_on_by_the_answer() {
+fn a_robot_that_asks_continues_after_the_answer() {
     let (place, port, name) = (doubtful(), free_port(), "asks");
     let line = format!("run arms.toml --pad --port {port} --system {name} --speed 3 --out out --json");
     let mut running = place.start(&line);
@@ -76,7 +76,7 @@ fn a_robot_that_asks_is_driven_on_by_the_answer() {
     let report = running.end().json();
     place.assert_nothing_left(name);
     let recording = report["recording"].as_str().unwrap();
-    agrees_with_what_was_tapped(recording);
+    agrees_with_the_tap(recording);
     place.fine(&format!("replay {recording} --live recorder --rate max --record again.mcap"));
     for process in ["localizer", "planner"] {
         let refused = place.run(&format!("rerun {recording} --process {process}"));
@@ -84,7 +84,7 @@ fn a_robot_that_asks_is_driven_on_by_the_answer() {
     }
 }
 
-fn agrees_with_what_was_tapped(recording: &str) {
+fn agrees_with_the_tap(recording: &str) {
     let recording = Recording::open(recording.as_ref()).unwrap();
     let orders = recording.channel(ORDERS).unwrap().filter_map(|order| order.unwrap().0.here());
     let questions: Vec<_> =
@@ -104,8 +104,8 @@ fn agrees_with_what_was_tapped(recording: &str) {
 
 /// The answer can also be given by command, without the page.
 #[test]
-fn a_robot_that_asks_hears_who_answers_by_hand() {
-    let (place, port, name) = (doubtful(), free_port(), "told");
+fn a_robot_that_asks_accepts_an_answer_by_command() {
+    let (place, port, name) = (doubtful(), free_port(), "asking");
     let line = format!("run arms.toml --pad --port {port} --system {name} --speed 3 --out out --json");
     let mut running = place.start(&line);
     wait_for(&mut running, port);

@@ -56,7 +56,7 @@ demos! {
 
 /// Scripts read the report by these keys.
 #[test]
-fn the_report_has_the_keys_that_the_documentation_promises() {
+fn the_report_has_the_documented_keys() {
     let place = Place::new();
     room::write(place.files());
     let (report, code) = place.mission("run room.toml", "room");
@@ -99,7 +99,7 @@ fn the_report_has_the_keys_that_the_documentation_promises() {
 
 /// Without `--json`, the user sees a table, and where to find the recording and the pictures.
 #[test]
-fn a_person_gets_a_table() {
+fn a_terminal_gets_a_table() {
     let place = Place::new();
     room::write(place.files());
     let ended = place.run("run room.toml --out results --system room");
@@ -111,7 +111,7 @@ fn a_person_gets_a_table() {
 
 /// A second run does not overwrite the results of the first.
 #[test]
-fn every_run_has_a_folder_of_its_own() {
+fn every_run_has_its_own_folder() {
     let place = Place::new();
     room::write(place.files());
     let recording = |_| place.mission("run room.toml --out results", "room").0["recording"].clone();
@@ -147,7 +147,7 @@ fn succeeds_with_data(mission: &str) {
 }
 
 #[test]
-fn the_laboratory_succeeds_though_a_part_is_drawn_at_another_scale() {
+fn the_laboratory_succeeds_with_a_part_drawn_at_another_scale() {
     succeeds(&ships("laboratory/laboratory-a.toml"));
 }
 
@@ -157,14 +157,14 @@ fn drawn_routes_are_followed() {
 }
 
 #[test]
-fn a_person_s_drawing_of_a_real_environment_leads_to_its_places() {
+fn a_persons_drawing_of_a_real_environment_leads_to_its_places() {
     if needs::data_file("sketches/kth/world.yaml").is_some() {
         succeeds_with_data("tests/kth/kth-00.toml");
     }
 }
 
 #[test]
-fn a_map_that_a_robot_made_is_a_world() {
+fn a_map_made_by_a_robot_serves_as_a_world() {
     if needs::data_file("maps/Freiburg79_scan_furnitures.yaml").is_some() {
         succeeds_with_data("tests/freiburg/freiburg-079.toml");
     }
@@ -173,7 +173,7 @@ fn a_map_that_a_robot_made_is_a_world() {
 /// There is no promise that a robot with a different drive and laser reaches the same places, but it must get to the
 /// end of the mission.
 #[test]
-fn another_robot_drives_the_laboratory_to_its_end() {
+fn another_robot_completes_the_laboratory() {
     let place = Place::new();
     for file in ["laboratory-a.toml", "laboratory.floor.toml", "sketch-a.png"] {
         std::fs::copy(ships("laboratory").join(file), place.files().join(file)).unwrap();
@@ -187,7 +187,7 @@ fn another_robot_drives_the_laboratory_to_its_end() {
 
 /// Otherwise, the first user of a mission that ships broken would be the one to find out.
 #[test]
-fn every_mission_that_ships_can_be_opened() {
+fn every_shipped_mission_can_be_opened() {
     let mut count = 0;
     for folder in ["building", "laboratory", "routes"] {
         for entry in std::fs::read_dir(ships(folder)).unwrap() {

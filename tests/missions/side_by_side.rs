@@ -36,8 +36,8 @@ fn two_systems_do_not_see_each_other() {
     }
     stop(&place, two, "two");
     one.must_live();
-    let heard = place.run("echo scan --count 200 --system one");
-    assert_eq!(heard.code, Some(0), "{heard}");
+    let echoed = place.run("echo scan --count 200 --system one");
+    assert_eq!(echoed.code, Some(0), "{echoed}");
     stop(&place, one, "one");
     place.assert_nothing_left("one");
 }
@@ -56,7 +56,7 @@ fn two_systems_at_full_speed_lose_nothing() {
 }
 
 #[test]
-fn a_second_system_of_the_same_name_is_refused_and_the_first_drives_on() {
+fn a_second_system_of_the_same_name_is_refused() {
     let place = Place::new();
     let mut first = drive(&place, "lab");
     room::write(place.files());
@@ -72,7 +72,7 @@ fn a_second_system_of_the_same_name_is_refused_and_the_first_drives_on() {
 }
 
 #[test]
-fn a_name_that_no_system_can_have_is_refused() {
+fn an_invalid_system_name_is_refused() {
     let place = Place::new();
     room::write(place.files());
     let ended = place.run("run room.toml --system My_Lab");
@@ -88,12 +88,12 @@ fn echo_prints_messages_as_they_come() {
     let place = Place::new();
     let running = drive(&place, "lab");
     // The system's name may be omitted if only one is running.
-    let heard = place.run("echo status --count 3");
-    assert_eq!(heard.code, Some(0), "{heard}");
-    let messages: Vec<Value> = heard.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let echoed = place.run("echo status --count 3");
+    assert_eq!(echoed.code, Some(0), "{echoed}");
+    let messages: Vec<Value> = echoed.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     let seqs: Vec<_> = messages.iter().map(|message| message["seq"].as_u64().unwrap()).collect();
     assert_eq!(seqs, [seqs[0], seqs[0] + 1, seqs[0] + 2]);
-    assert!(messages.iter().all(|message| message["message"]["task_count"] == 9), "{heard}");
+    assert!(messages.iter().all(|message| message["message"]["task_count"] == 9), "{echoed}");
     // The drawing was sent once, long ago, but its channel keeps it for late readers.
     let sketch = place.run("echo sketch --count 1");
     assert_eq!(sketch.code, Some(0), "{}", sketch.err);
@@ -102,7 +102,7 @@ fn echo_prints_messages_as_they_come() {
 
 /// The laser of the demo's robot scans ten times per simulated second, whatever the mission's speed.
 #[test]
-fn hz_measures_a_channel_s_rate() {
+fn hz_measures_the_rate_of_a_channel() {
     let place = Place::new();
     let running = drive(&place, "lab");
     let measured = place.run("hz scan --count 20");
@@ -129,19 +129,19 @@ fn hz_does_not_count_the_history() {
 }
 
 #[test]
-fn an_observer_that_must_choose_is_told_between_what() {
+fn an_ambiguous_system_is_an_error_that_lists_the_choices() {
     let place = Place::new();
     let (one, two) = (drive(&place, "one"), drive(&place, "two"));
-    let heard = place.run("echo status --count 1");
-    assert_eq!(heard.code, Some(2), "{heard}");
-    assert!(heard.err.contains("--system one or --system two"), "{heard}");
+    let echoed = place.run("echo status --count 1");
+    assert_eq!(echoed.code, Some(2), "{echoed}");
+    assert!(echoed.err.contains("--system one or --system two"), "{echoed}");
     stop(&place, one, "one");
     stop(&place, two, "two");
 }
 
 /// A developer runs the localizer under a debugger. The system waits for it and then drives as usual.
 #[test]
-fn a_process_may_be_run_by_hand() {
+fn a_process_can_be_run_by_hand() {
     let place = Place::new();
     room::write(place.files());
     let mut system = place.start("run room.toml --json --system lab --without localizer");

@@ -43,7 +43,7 @@ fn driven(place: &Place) -> String {
 }
 
 #[test]
-fn it_drives_a_mission_and_its_recording_is_replayed_executed_again_and_judged() {
+fn a_stranger_drives_a_mission_that_is_replayed_rerun_and_judged() {
     let place = place();
     let recording = driven(&place);
     let info = place.fine(&format!("info {recording} --json")).json();
@@ -69,13 +69,13 @@ fn it_drives_a_mission_and_its_recording_is_replayed_executed_again_and_judged()
 #[test]
 fn twenty_kills_leave_the_same_bytes() {
     let place = place();
-    let told =
+    let output =
         place.fine("chaos wall.toml --kills 20 --targets world,localizer,planner,recorder --json").json();
-    assert_eq!(told["identical"], true, "{told}");
+    assert_eq!(output["identical"], true, "{output}");
 }
 
 #[test]
-fn what_its_mission_lacks_is_said_before_anything_starts() {
+fn errors_in_its_mission_are_reported_before_the_start() {
     let place = place();
     let path = place.files().join("wall.toml");
     std::fs::write(&path, MISSION.replace("seconds = 40\n", "")).unwrap();
@@ -95,7 +95,7 @@ fn what_its_mission_lacks_is_said_before_anything_starts() {
 
 /// The pad used to start anyway, and ended with an error of the shared memory library about a missing channel.
 #[test]
-fn people_cannot_draw_for_it_but_watch_it() {
+fn people_can_watch_it_but_not_draw_for_it() {
     let place = place();
     let ended = place.run("pad --mission wall.toml --system walls");
     assert_eq!(ended.code, Some(2), "{ended}");

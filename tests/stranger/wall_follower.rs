@@ -30,7 +30,7 @@ const AHEAD_M: f64 = 0.9;
 const MEMORY: f64 = 0.5;
 
 sketchnav_schemas::declare::messages! {
-    /// The walls around the robot, as its sonars hear them.
+    /// The walls around the robot, as its sonars measure them.
     pub struct Walls version 1 in "base_link" {
         /// The nearest echo ahead, metres from the robot's centre.
         pub ahead_m: f64,
@@ -59,7 +59,7 @@ const NAVIGATOR: Navigator = Navigator {
         "follows the wall on the right by sonar, for as long as each task says",
         [
             |_, _| Ok(Box::new(Silent)),
-            |_, _| Ok(Box::new(Ears { heard: None })),
+            |_, _| Ok(Box::new(Ears { walls_m: None })),
             |run, _| Ok(Box::new(Driver { seconds: seconds(&run.mission)?, agenda: Agenda::new(run) })),
         ],
     )
@@ -92,7 +92,7 @@ impl Stage for Silent {
 
 /// Measures how far away the walls are.
 struct Ears {
-    heard: Option<[f64; 2]>,
+    walls_m: Option<[f64; 2]>,
 }
 
 impl Stage for Ears {
@@ -102,20 +102,20 @@ impl Stage for Ears {
     fn step(&mut self, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError> {
         if let Some(scan) = instant.fresh(SONAR)? {
             let now = [nearest(scan, 0.0), nearest(scan, -std::f64::consts::FRAC_PI_2)];
-            let before = self.heard.unwrap_or(now);
-            self.heard = Some([0, 1].map(|i| MEMORY * before[i] + (1.0 - MEMORY) * now[i]));
+            let before = self.walls_m.unwrap_or(now);
+            self.walls_m = Some([0, 1].map(|i| MEMORY * before[i] + (1.0 - MEMORY) * now[i]));
         }
-        let [ahead_m, right_m] = self.heard.unwrap_or([0.0; 2]);
+        let [ahead_m, right_m] = self.walls_m.unwrap_or([0.0; 2]);
         out.send(WALLS, |walls| (walls.ahead_m, walls.right_m) = (ahead_m, right_m))?;
         Ok(())
     }
 
     fn state(&self) -> impl Serialize {
-        self.heard
+        self.walls_m
     }
 
     fn restore(&mut self, state: Self::State) -> Result<(), StageError> {
-        self.heard = state;
+        self.walls_m = state;
         Ok(())
     }
 }

@@ -82,19 +82,19 @@ fn echo_prints_a_recording_as_it_prints_a_system() {
 }
 
 #[test]
-fn a_build_says_which_one_it_is() {
+fn version_identifies_the_build() {
     let place = Place::new();
-    let told = place.fine("--version");
+    let output = place.fine("--version");
     let begin = format!("sketchnav {} (", env!("CARGO_PKG_VERSION"));
-    assert!(told.out.starts_with(&begin) && told.out.contains("build "), "{told}");
-    assert_eq!(place.fine("-V").out, told.out);
+    assert!(output.out.starts_with(&begin) && output.out.contains("build "), "{output}");
+    assert_eq!(place.fine("-V").out, output.out);
     let usage = place.fine("run --help").out;
     assert!(usage.contains("sketchnav run --resume <DIR>"), "{usage}");
 }
 
 /// Writing a mission for a deformed floor used to require looking up its start and goals in an image editor.
 #[test]
-fn deform_says_where_places_land_and_what_it_leaves_out() {
+fn deform_reports_places_and_omissions() {
     let place = Place::new();
     let floor = repository().join("sim/missions/building/building.floor.toml");
     let deform = |options: &str| format!("deform {} -o drawing.svg {options}", floor.display());
@@ -124,14 +124,14 @@ fn deform_says_where_places_land_and_what_it_leaves_out() {
 
 /// A history contains up to 128 messages, but `--once` shows only the current state.
 #[test]
-fn once_is_the_newest_message() {
+fn once_prints_the_newest_message() {
     let place = Place::new();
     let running = started(&place);
     let seq = || lines(&place.fine("echo status --once"))[0]["seq"].as_u64().unwrap();
     let first = seq();
     assert_eq!(lines(&place.fine("echo /status --once")).len(), 1, "a topic is a channel, too");
-    let behind = place.fine("echo status --count 20");
-    let newest = lines(&behind).iter().map(|line| line["seq"].as_u64().unwrap()).max().unwrap();
+    let history = place.fine("echo status --count 20");
+    let newest = lines(&history).iter().map(|line| line["seq"].as_u64().unwrap()).max().unwrap();
     let later = seq();
     assert!(first > 1 && later >= first && later >= newest.min(first + 1), "{first}, {newest}, {later}");
     // A message that stays in the history until a new one arrives is also the newest one.
@@ -140,11 +140,11 @@ fn once_is_the_newest_message() {
 }
 
 #[test]
-fn hz_tells_bandwidth_and_percentiles() {
+fn hz_prints_bandwidth_and_percentiles() {
     let place = Place::new();
     let running = started(&place);
-    let told = place.fine("hz estimate --count 20 --json");
-    let last = lines(&told).pop().unwrap();
+    let output = place.fine("hz estimate --count 20 --json");
+    let last = lines(&output).pop().unwrap();
     assert_eq!((&last["channel"], &last["messages"]), (&"estimate".into(), &20.into()), "{last:#}");
     let simulated = last["simulated_rate_hz"].as_f64().unwrap();
     assert!((simulated - 10.0).abs() < 1e-6, "{last:#}");
@@ -160,7 +160,7 @@ fn hz_tells_bandwidth_and_percentiles() {
 }
 
 #[test]
-fn channels_of_a_system_tell_who_is_connected() {
+fn channels_lists_the_connected_processes() {
     let place = Place::new();
     let running = started(&place);
     let all = place.fine(&format!("channels {NAME} --json")).json();
@@ -190,8 +190,8 @@ fn an_order_by_hand_pauses_the_mission_and_is_recorded() {
     let place = Place::new();
     let running = started(&place);
     let state = || lines(&place.fine("echo status --once --field state"))[0]["fields"]["state"].clone();
-    let told = place.fine(&format!("send pause --system {NAME} --json")).json();
-    assert_eq!((&told["order"], &told["seq"]), (&"pause".into(), &2.into()), "{told:#}");
+    let output = place.fine(&format!("send pause --system {NAME} --json")).json();
+    assert_eq!((&output["order"], &output["seq"]), (&"pause".into(), &2.into()), "{output:#}");
     support::wait_until("a pause", || state() == 2);
     place.fine("send resume");
     support::wait_until("the way on", || state() == 1);
@@ -206,9 +206,10 @@ fn an_order_by_hand_pauses_the_mission_and_is_recorded() {
     let recording = report["recording"].as_str().unwrap();
     let info = place.fine(&format!("info {recording} --json")).json();
     let faults = info["faults"].as_array().unwrap().iter();
-    let told: Vec<_> = faults.map(|fault| [&fault["kind"], &fault["words"]].map(Value::to_string)).collect();
+    let output: Vec<_> =
+        faults.map(|fault| [&fault["kind"], &fault["words"]].map(Value::to_string)).collect();
     let expected = ["pause", "resume", "here", "abort"];
-    assert_eq!(told, expected.map(|order| ["\"order given\"".into(), format!("\"send: {order}\"")]));
+    assert_eq!(output, expected.map(|order| ["\"order given\"".into(), format!("\"send: {order}\"")]));
     let orders: Vec<_> = Recording::open(recording.as_ref())
         .unwrap()
         .channel(MISSION)
@@ -222,15 +223,15 @@ fn an_order_by_hand_pauses_the_mission_and_is_recorded() {
 
 /// Sends the order `here`, which the estimate must follow. A position outside the drawing is bad input.
 fn says_where_it_is(place: &Place) {
-    let told = place.fine("send here --at 1700,300 --heading -90 --json").json();
+    let output = place.fine("send here --at 1700,300 --heading -90 --json").json();
     assert_eq!(
-        (&told["order"], &told["at"]),
+        (&output["order"], &output["at"]),
         (&"here".into(), &serde_json::json!([1700.0, 300.0])),
-        "{told:#}"
+        "{output:#}"
     );
     support::wait_until("the estimate there", || {
-        let told = place.fine("echo estimate --once --field pose.position.x");
-        let fields = lines(&told)[0]["fields"].clone();
+        let output = place.fine("echo estimate --once --field pose.position.x");
+        let fields = lines(&output)[0]["fields"].clone();
         fields["pose.position.x"].as_f64().is_some_and(|x| (x - 1700.0).abs() < 250.0)
     });
     for (wrong, words) in [
@@ -249,14 +250,18 @@ fn says_where_it_is(place: &Place) {
 }
 
 #[test]
-fn a_process_is_started_anew_and_nothing_is_lost() {
+fn a_process_is_restarted_and_nothing_is_lost() {
     let place = Place::new();
     let running = started(&place);
     for (process, how) in [("localizer", ""), ("world", "--kill"), ("recorder", "--kill")] {
         let before = place.pid(NAME, process);
-        let told = place.fine(&format!("restart {process} {how} --json")).json();
-        assert_eq!((&told["pid_before"], &told["process"]), (&before.into(), &process.into()), "{told:#}");
-        assert_eq!(told["pid"], place.pid(NAME, process), "{told:#}");
+        let output = place.fine(&format!("restart {process} {how} --json")).json();
+        assert_eq!(
+            (&output["pid_before"], &output["process"]),
+            (&before.into(), &process.into()),
+            "{output:#}"
+        );
+        assert_eq!(output["pid"], place.pid(NAME, process), "{output:#}");
     }
     let wrong = place.run("restart pad");
     assert!(wrong.code == Some(2) && wrong.err.contains("pad: expected a process that runs"), "{wrong}");
@@ -266,21 +271,21 @@ fn a_process_is_started_anew_and_nothing_is_lost() {
 }
 
 #[test]
-fn logs_are_told_by_process_and_followed_to_the_end() {
+fn logs_are_shown_by_process_and_followed_to_the_end() {
     let place = Place::new();
     let running = started(&place);
     let follow = place.start("logs --follow --json");
     place.fine("restart localizer --kill");
     ended(running);
-    let told = follow.end();
-    assert_eq!(told.code, Some(0), "{told}");
-    let told = lines(&told);
+    let output = follow.end();
+    assert_eq!(output.code, Some(0), "{output}");
+    let output = lines(&output);
     // The recorder reports this about itself when it ends.
     let is_recorders = |line: &Value| {
         let words = line["line"].as_str().unwrap();
         line["process"] == "recorder" && words.contains("messages recorded, 0 missing")
     };
-    assert!(told.iter().any(is_recorders), "{told:?}");
+    assert!(output.iter().any(is_recorders), "{output:?}");
     let nothing = place.run("logs");
     assert!(nothing.code == Some(2) && nothing.err.contains("no system is running"), "{nothing}");
 }
@@ -291,9 +296,9 @@ fn a_graph_shows_the_rates_of_a_running_system() {
     let table = place.fine("graph --kind corridor -o table.svg --json").json();
     assert!(table["figures"].is_null() && table["channels"].to_string().contains("relations"), "{table:#}");
     let running = started(&place);
-    let told = place.fine(&format!("graph --system {NAME} -o live.svg --json")).json();
-    let figures = told["figures"].as_array().unwrap();
-    assert_eq!(figures.len(), told["channels"].as_array().unwrap().len(), "{told:#}");
+    let output = place.fine(&format!("graph --system {NAME} -o live.svg --json")).json();
+    let figures = output["figures"].as_array().unwrap();
+    assert_eq!(figures.len(), output["channels"].as_array().unwrap().len(), "{output:#}");
     for file in ["table.svg", "live.svg"] {
         let svg = std::fs::read_to_string(place.files().join(file)).unwrap();
         assert!(svg.contains(">tick</text>") && svg.ends_with("</svg>\n"), "{file}");
@@ -305,28 +310,28 @@ fn a_graph_shows_the_rates_of_a_running_system() {
     ended(running);
 }
 
-fn finding<'a>(told: &'a Value, check: &str) -> &'a Value {
-    let all = told["findings"].as_array().unwrap();
-    all.iter().find(|finding| finding["check"] == check).unwrap_or_else(|| panic!("{told:#}"))
+fn finding<'a>(output: &'a Value, check: &str) -> &'a Value {
+    let all = output["findings"].as_array().unwrap();
+    all.iter().find(|finding| finding["check"] == check).unwrap_or_else(|| panic!("{output:#}"))
 }
 
 #[test]
-fn doctor_and_ps_find_what_a_dead_system_left() {
+fn doctor_and_ps_find_leftovers_of_a_dead_system() {
     let place = Place::new();
-    let told = place.fine("doctor --json").json();
+    let output = place.fine("doctor --json").json();
     for check in ["version", "kernel", "shared memory", "folder", "file size", "open files", "leftovers"] {
-        assert_eq!(finding(&told, check)["level"], "fine", "{told:#}");
+        assert_eq!(finding(&output, check)["level"], "fine", "{output:#}");
     }
     let running = started(&place);
     running.signal(Signal::SIGKILL);
     running.end();
     support::wait_until("the death of all", || place.living().is_empty());
     let ps = place.fine("ps").out;
-    let goes_on = "tools: its supervisor was killed; resume it with: sketchnav run --resume ";
-    assert!(ps.lines().any(|line| line.starts_with(goes_on)), "{ps}");
-    let told = place.fine("doctor --json").json();
-    let leftovers = finding(&told, "leftovers");
-    assert_eq!(leftovers["level"], "warning", "{told:#}");
+    let hint = "tools: its supervisor was killed; resume it with: sketchnav run --resume ";
+    assert!(ps.lines().any(|line| line.starts_with(hint)), "{ps}");
+    let output = place.fine("doctor --json").json();
+    let leftovers = finding(&output, "leftovers");
+    assert_eq!(leftovers["level"], "warning", "{output:#}");
     assert!(leftovers["found"].as_str().unwrap().contains(NAME), "{leftovers:#}");
     assert!(leftovers["advice"].as_str().unwrap().contains("sketchnav clean"), "{leftovers:#}");
     place.fine("clean");
@@ -336,39 +341,39 @@ fn doctor_and_ps_find_what_a_dead_system_left() {
     let program = place.command("").get_program().to_owned();
     limited.args(["-c", "ulimit -n 64; ulimit -f 1000; exec \"$0\" doctor --json"]).arg(program);
     place.settle(&mut limited);
-    let told = Running::spawn(limited).end();
-    assert_eq!(told.code, Some(1), "{told}");
+    let output = Running::spawn(limited).end();
+    assert_eq!(output.code, Some(1), "{output}");
     for (check, advice) in [("open files", "ulimit -n"), ("file size", "ulimit -f")] {
-        let finding = finding(&told.json(), check).clone();
+        let finding = finding(&output.json(), check).clone();
         assert_eq!(finding["level"], "error", "{finding:#}");
         assert!(finding["advice"].as_str().unwrap().contains(advice), "{finding:#}");
     }
 }
 
 #[test]
-fn doctor_refuses_a_folder_that_others_may_enter() {
+fn doctor_rejects_a_folder_open_to_others() {
     use std::os::unix::fs::PermissionsExt;
     let place = Place::new();
     std::fs::create_dir(place.root()).unwrap();
     std::fs::set_permissions(place.root(), std::fs::Permissions::from_mode(0o755)).unwrap();
-    let told = place.run("doctor --json");
-    assert_eq!(told.code, Some(1), "{told}");
-    let finding = finding(&told.json(), "folder").clone();
+    let output = place.run("doctor --json");
+    assert_eq!(output.code, Some(1), "{output}");
+    let finding = finding(&output.json(), "folder").clone();
     assert_eq!(finding["level"], "error", "{finding:#}");
     assert!(finding["found"].as_str().unwrap().contains("found mode 0755"), "{finding:#}");
 }
 
 /// The recorder was killed before, so the recording so far is in two files.
 #[test]
-fn a_snapshot_keeps_the_last_seconds_and_the_system_records_on() {
+fn a_snapshot_keeps_the_last_seconds_and_recording_continues() {
     let place = Place::new();
     let running = started(&place);
     // By then the robot has looked around and is planning.
     place.fine("echo estimate --count 60 --csv --field header.stamp.sec");
     place.fine("restart recorder --kill");
-    let told = place.fine("snapshot --last 2 -o moment.mcap --json").json();
-    let second = |key: &str| told[key].as_f64().unwrap();
-    assert!((second("end_s") - second("start_s") - 2.0).abs() < 1e-6, "{told:#}");
+    let output = place.fine("snapshot --last 2 -o moment.mcap --json").json();
+    let second = |key: &str| output[key].as_f64().unwrap();
+    assert!((second("end_s") - second("start_s") - 2.0).abs() < 1e-6, "{output:#}");
     let info = place.fine("info moment.mcap --json").json();
     assert_eq!(info["missing"], 0, "{info:#}");
     let messages = place.messages("moment.mcap");

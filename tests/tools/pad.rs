@@ -90,7 +90,7 @@ fn draw(page: &mut Page) {
 }
 
 #[test]
-fn what_is_drawn_is_driven_aborted_restored_and_recorded() {
+fn a_drawing_is_driven_aborted_restored_and_recorded() {
     let stage = Stage::new("drawn", "--speed 3");
     let mut page = stage.page();
     assert_eq!((&page.hello["drives"], &page.hello["mode"]), (&json!(true), &json!("draws")));
@@ -130,8 +130,8 @@ fn what_is_drawn_is_driven_aborted_restored_and_recorded() {
     assert_eq!(again.code, Some(0), "{again}");
     assert!(again.out.contains("according to the robot only"), "{again}");
     for tool in ["info FILE", "judge FILE", "report FILE -o page.html"] {
-        let told = place.run(&tool.replace("FILE", &recording.display().to_string()));
-        assert_eq!(told.code, Some(0), "{tool}: {told}");
+        let output = place.run(&tool.replace("FILE", &recording.display().to_string()));
+        assert_eq!(output.code, Some(0), "{tool}: {output}");
     }
     let judged = place.run(&format!("judge {} --json", recording.display())).json();
     let task = &judged[0]["verdict"]["tasks"][0];
@@ -173,7 +173,7 @@ fn arrived_as_drawn(recording: &Path) {
 }
 
 #[test]
-fn what_may_not_come_in_is_refused_and_the_mission_goes_on() {
+fn invalid_requests_are_refused_and_the_mission_continues() {
     let stage = Stage::new("guarded", "--speed 3");
     let mut page = stage.page();
     draw(&mut page);
@@ -215,7 +215,7 @@ fn what_may_not_come_in_is_refused_and_the_mission_goes_on() {
 }
 
 #[test]
-fn a_token_is_asked_for_where_there_is_one() {
+fn a_configured_token_is_required() {
     let stage = Stage::new("tokened", "--token abcdefgh12345678");
     let get =
         |path: &str, headers: &[(&str, &str)]| request(stage.port, &format!("GET {path}"), headers, b"").0;
@@ -229,7 +229,7 @@ fn a_token_is_asked_for_where_there_is_one() {
 }
 
 #[test]
-fn a_lost_link_to_who_drives_pauses_the_robot() {
+fn losing_the_drivers_connection_pauses_the_robot() {
     let stage = Stage::new("unattended", "--speed 3");
     let mut driver = stage.page();
     draw(&mut driver);
@@ -269,7 +269,7 @@ fn a_lost_link_to_who_drives_pauses_the_robot() {
 }
 
 #[test]
-fn whoever_is_killed_the_drawing_is_driven() {
+fn the_drawing_is_driven_whichever_process_is_killed() {
     let stage = Stage::new("killed", "--speed 3");
     let mut page = stage.page();
     let (place, name) = (&stage.place, stage.name);
@@ -317,7 +317,7 @@ fn whoever_is_killed_the_drawing_is_driven() {
 /// Even if the pad and the sketcher die at any moment, or both at once, a drawing that is sent under one name is
 /// accepted, and only once.
 #[test]
-fn what_is_sent_is_taken_over_once_whoever_dies() {
+fn requests_are_taken_once_whichever_process_dies() {
     let stage = Stage::new("sent", "--speed 2");
     let mut page = stage.page();
     page.must("/api/limit", &json!({ "link_limit_s": 60 }));
@@ -340,8 +340,8 @@ fn what_is_sent_is_taken_over_once_whoever_dies() {
             page = back;
             answer = page.send(path, body, &name);
         }
-        let (status, told) = answer.unwrap();
-        assert_eq!(status, 200, "{name}: {told}");
+        let (status, answer) = answer.unwrap();
+        assert_eq!(status, 200, "{name}: {answer}");
         // Sending the drawing again under the same name gives the same answer, and no second drawing. The pad may still
         // be about to die.
         page = loop {
@@ -349,7 +349,7 @@ fn what_is_sent_is_taken_over_once_whoever_dies() {
                 break back;
             }
         };
-        assert_eq!(page.send(path, body, &name).unwrap_or((200, told.clone())), (200, told), "{name}");
+        assert_eq!(page.send(path, body, &name).unwrap_or((200, answer.clone())), (200, answer), "{name}");
     }
     assert_eq!(page.hello["path"], route());
     page.until_allowed("execute");
@@ -365,7 +365,7 @@ fn what_is_sent_is_taken_over_once_whoever_dies() {
 /// A pad whose checkpoints are damaged has forgotten everything that was drawn. A driving robot can still be stopped,
 /// and drawings that are sent again are accepted.
 #[test]
-fn a_pad_that_has_lost_its_memory_stops_the_robot_and_draws_on() {
+fn a_pad_without_its_state_stops_the_robot_and_continues() {
     let stage = Stage::new("forgetful", "--speed 1");
     let mut page = stage.page();
     draw(&mut page);
@@ -400,7 +400,7 @@ fn a_pad_that_has_lost_its_memory_stops_the_robot_and_draws_on() {
 /// In spite of silent connections, bodies that never arrive and pages that only watch, the driving page keeps working,
 /// and a new page with a request is served.
 #[test]
-fn a_flood_of_connections_locks_nobody_out() {
+fn a_flood_of_connections_locks_out_no_user() {
     let stage = Stage::new("flooded", "--speed 3");
     let mut driver = stage.page();
     draw(&mut driver);
@@ -430,7 +430,7 @@ fn a_flood_of_connections_locks_nobody_out() {
     let mut newcomer = stage.page();
     newcomer.until_state("driving");
     let (status, words) = said(silent.next_back().unwrap());
-    assert!(status == 408 || status == 503, "in the end it is told why: {status} {words}");
+    assert!(status == 408 || status == 503, "in the end it gets the reason: {status} {words}");
     // Each wait above and below takes ten seconds, and a page that sends nothing for twenty seconds is assumed to be
     // gone.
     newcomer.read();
@@ -492,7 +492,7 @@ fn are_metrics(text: &str) {
 }
 
 #[test]
-fn a_mission_from_a_file_is_watched_aborted_and_gone_on_with() {
+fn a_mission_from_a_file_is_watched_aborted_and_resumed() {
     let (place, port) = (Place::new(), free_port());
     let mission = repository().join(LABORATORY);
     let line = format!("run {} --speed 5 --pad --port {port} --system watched --json", mission.display());
@@ -573,7 +573,7 @@ fn a_page_without_an_address_leaves_no_folder() {
 /// lockstep. The pad used to answer an abort with `ok` during that time without passing it on, and the robot drove off
 /// a second later. Here the sketcher is not started until the mission has been aborted.
 #[test]
-fn an_abort_before_the_robot_drives_is_heard() {
+fn an_abort_before_the_robot_drives_is_obeyed() {
     for (name, speed) in [("early", "2"), ("early-lockstep", "max")] {
         let (place, port) = (Place::new(), free_port());
         let mission = repository().join(LABORATORY);

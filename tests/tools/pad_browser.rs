@@ -19,7 +19,7 @@ use support::page::{TOKEN, free_port, wait_for};
 use support::{Ended, Place, repository};
 
 #[test]
-fn the_modules_of_the_page_hold_by_themselves() {
+fn the_modules_of_the_page_pass_their_own_tests() {
     let Some(mut node) = needs::program("node") else { return };
     let folder = fs::read_dir(repository().join("tests/pad")).unwrap();
     let mut tests: Vec<_> = folder.map(|entry| entry.unwrap().path()).collect();
@@ -42,7 +42,7 @@ fn a_person_with_a_pen_draws_sends_drives_stops_and_arrives() {
     keep_pictures(place.files(), &["desktop.png", "phone.png", "arrived.png"]);
 
     pad.must_live();
-    the_localizer_has_what_was_drawn(&place);
+    the_localizer_has_the_drawing(&place);
     pad.signal(Signal::SIGINT);
     pad.end();
     place.assert_nothing_left("pad");
@@ -51,7 +51,7 @@ fn a_person_with_a_pen_draws_sends_drives_stops_and_arrives() {
 /// Whatever is drawn can be selected, moved, scaled, turned, copied, grouped, aligned and edited point by point, and each step
 /// can be undone.
 #[test]
-fn what_is_drawn_is_selected_and_changed_by_mouse_pen_fingers_and_keys() {
+fn drawings_are_edited_by_mouse_pen_touch_and_keyboard() {
     let Some(browser) = Browser::find() else { return };
     let place = Place::new();
     let (mut pad, link) = pad(&place);
@@ -69,7 +69,7 @@ fn what_is_drawn_is_selected_and_changed_by_mouse_pen_fingers_and_keys() {
 
 /// The page draws where the robot may be. A tap on one of these places, or on its button, is an answer.
 #[test]
-fn a_robot_that_asks_is_answered_by_a_tap_and_by_a_button() {
+fn a_question_is_answered_by_a_tap_and_by_a_button() {
     let Some(browser) = Browser::find() else { return };
     let (place, port) = (doubtful(), free_port());
     let mut running =
@@ -84,7 +84,7 @@ fn a_robot_that_asks_is_answered_by_a_tap_and_by_a_button() {
 
 /// Checks what the page of a study measures about the pen, and what it stores.
 #[test]
-fn a_participant_practises_draws_drives_and_answers_and_the_next_one_can_begin() {
+fn a_participant_completes_a_session_and_the_next_can_begin() {
     let Some(browser) = Browser::find() else { return };
     let (place, port) = (Place::new(), free_port());
     let mission = repository().join(format!("{MISSION}.toml"));
@@ -122,9 +122,9 @@ fn a_participant_practises_draws_drives_and_answers_and_the_next_one_can_begin()
 }
 
 /// Asserts that the cells on the channel are those that result from reading the drawing as the page saves it.
-fn the_localizer_has_what_was_drawn(place: &Place) {
-    let heard = place.run("echo sketch --count 1 --system pad").json();
-    let grid = &heard["message"]["grid"];
+fn the_localizer_has_the_drawing(place: &Place) {
+    let echoed = place.run("echo sketch --count 1 --system pad").json();
+    let grid = &echoed["message"]["grid"];
     let mission = mission();
     let options = Options::of_mission(&mission, 1).unwrap();
     let drawing = read(&fs::read(place.files().join("sent.json")).unwrap(), "sent.json", &options).unwrap();

@@ -69,8 +69,8 @@ impl Study {
     }
 }
 
-fn tell(page: &Page, told: &Value) -> u16 {
-    page.post("/api/study", told.to_string().as_bytes()).0
+fn post(page: &Page, body: &Value) -> u16 {
+    page.post("/api/study", body.to_string().as_bytes()).0
 }
 
 fn until_stage(page: &mut Page, stage: &str) {
@@ -111,37 +111,37 @@ fn draw(page: &mut Page) {
 }
 
 #[test]
-fn participants_come_one_after_the_other_and_all_they_do_is_kept() {
+fn participants_follow_each_other_and_everything_is_kept() {
     let mut study = Study::start(Place::new());
     let mut page = study.page();
-    assert_eq!(page.post("/api/sketch", &strokes()).0, 409, "nobody takes part yet");
+    assert_eq!(page.post("/api/sketch", &strokes()).0, 409, "no participant yet");
     assert!(body(study.port, "/api/place.svg").contains("<svg"));
-    assert_eq!(tell(&page, &json!({ "begin": { "code": "../p" } })), 400);
-    assert_eq!(tell(&page, &json!({ "begin": { "code": "P-1", "age": 30 } })), 200);
+    assert_eq!(post(&page, &json!({ "begin": { "code": "../p" } })), 400);
+    assert_eq!(post(&page, &json!({ "begin": { "code": "P-1", "age": 30 } })), 200);
     until_stage(&mut page, "draw");
     assert_eq!(
         (&page.hello["study"]["code"], &page.hello["study"]["sheet"]),
         (&json!("p-1"), &json!("landscape"))
     );
     let watcher = Page::open(study.port, None);
-    assert_eq!(tell(&watcher, &measures()), 403, "only the participant's page belongs to the study");
+    assert_eq!(post(&watcher, &measures()), 403, "only the participant's page belongs to the study");
 
     draw(&mut page);
     let (status, answer) = page.order("execute");
     assert_eq!(status, 409, "{answer}");
     assert!(answer["error"].as_str().unwrap().contains("how long they took"), "{answer}");
-    assert_eq!(tell(&page, &measures()), 200);
+    assert_eq!(post(&page, &measures()), 200);
     assert_eq!(page.order("execute").0, 200);
     until_stage(&mut page, "driven");
     page.until_state("driving");
-    assert_eq!(tell(&page, &answers(&page, 4)), 409, "not while the robot drives");
+    assert_eq!(post(&page, &answers(&page, 4)), 409, "not while the robot drives");
     page.until_state("ended");
     for step in ["sketch", "path", "execute", "again"] {
         assert!(!page.feed["allowed"].as_array().unwrap().contains(&json!(step)), "{step}: {}", page.feed);
     }
     assert_eq!((page.post("/api/sketch", &strokes()).0, page.order("again").0), (409, 409), "it drives once");
-    assert_eq!(tell(&page, &answers(&page, 6)), 400);
-    assert_eq!(tell(&page, &answers(&page, 4)), 200);
+    assert_eq!(post(&page, &answers(&page, 6)), 400);
+    assert_eq!(post(&page, &answers(&page, 4)), 200);
     until_stage(&mut page, "done");
     drop((page, watcher));
 
@@ -167,11 +167,11 @@ fn participants_come_one_after_the_other_and_all_they_do_is_kept() {
             .ends_with("4,4,4,4,4,4,\"more, \"\"colours\"\"\"")
     );
     assert_eq!(
-        tell(&page, &json!({ "begin": { "code": "p-1" } })),
+        post(&page, &json!({ "begin": { "code": "p-1" } })),
         409,
-        "who has finished does not begin again"
+        "a participant who has finished does not begin again"
     );
-    assert_eq!(tell(&page, &json!({ "begin": { "code": "p-2" } })), 200);
+    assert_eq!(post(&page, &json!({ "begin": { "code": "p-2" } })), 200);
     until_stage(&mut page, "draw");
     assert_eq!(page.hello["study"]["sheet"], "portrait", "the other group");
     drop(page);
@@ -190,29 +190,29 @@ fn participants_come_one_after_the_other_and_all_they_do_is_kept() {
 
 /// The whole system is stopped before the drive, or between the drive and the answers.
 #[test]
-fn a_study_that_was_stopped_goes_on_with_the_same_participant() {
+fn a_stopped_study_resumes_with_the_same_participant() {
     let mut study = Study::start(Place::new());
     let mut page = study.page();
-    assert_eq!(tell(&page, &json!({ "begin": { "code": "p-1" } })), 200);
+    assert_eq!(post(&page, &json!({ "begin": { "code": "p-1" } })), 200);
     draw(&mut page);
     drop(page);
 
     let mut study = Study::start(study.end());
     let mut page = study.page();
-    assert_eq!(tell(&page, &json!({ "begin": { "code": "p-1" } })), 200);
+    assert_eq!(post(&page, &json!({ "begin": { "code": "p-1" } })), 200);
     until_stage(&mut page, "draw");
     draw(&mut page);
-    assert_eq!(tell(&page, &measures()), 200);
+    assert_eq!(post(&page, &measures()), 200);
     assert_eq!(page.order("execute").0, 200);
     page.until_state("ended");
     drop(page);
 
     let mut study = Study::start(study.end());
     let mut page = study.page();
-    assert_eq!(tell(&page, &json!({ "begin": { "code": "p-1" } })), 200);
+    assert_eq!(post(&page, &json!({ "begin": { "code": "p-1" } })), 200);
     until_stage(&mut page, "driven");
     assert_eq!(page.post("/api/sketch", &strokes()).0, 409, "only the answers are missing");
-    assert_eq!(tell(&page, &answers(&page, 5)), 200);
+    assert_eq!(post(&page, &answers(&page, 5)), 200);
     drop(page);
     drop(study.page());
     let drive: Value = serde_json::from_str(&study.read("p-1/drive.json")).unwrap();
@@ -222,7 +222,7 @@ fn a_study_that_was_stopped_goes_on_with_the_same_participant() {
 }
 
 #[test]
-fn a_folder_that_is_no_study_is_named_with_what_was_expected() {
+fn a_folder_without_a_study_is_reported() {
     let place = Place::new();
     let mission = repository().join(format!("{MISSION}.toml"));
     let refused = |arguments: &str, words: &str| {

@@ -31,7 +31,7 @@ fn fine(place: &Place, arguments: &str) -> Ended {
 /// `sketchnav diff … | head -1` once reported that two recordings were identical, because the exit code of any command
 /// was 0 if nothing read its output any more.
 #[test]
-fn who_does_not_read_on_gets_the_same_exit_code() {
+fn closing_the_pipe_does_not_change_the_exit_code() {
     let place = Place::new();
     let golden = repository().join("recordings/golden");
     let [story, log] = ["story.mcap", "log.mcap"].map(|name| golden.join(name).display().to_string());
@@ -53,9 +53,9 @@ fn a_run_its_replay_and_its_rerun_are_the_same_bytes() {
         std::fs::remove_file(place.files().join(name)).unwrap();
     }
     for process in ["world", "sketcher", "localizer", "planner"] {
-        let told = fine(&place, &format!("rerun {recording} --process {process} --json")).json();
-        assert_eq!((&told["identical"], &told["difference"]), (&Value::Bool(true), &Value::Null));
-        assert!(told["same"].as_u64() > Some(0) && told["same"] == told["recorded"], "{told}");
+        let output = fine(&place, &format!("rerun {recording} --process {process} --json")).json();
+        assert_eq!((&output["identical"], &output["difference"]), (&Value::Bool(true), &Value::Null));
+        assert!(output["same"].as_u64() > Some(0) && output["same"] == output["recorded"], "{output}");
     }
     for live in ["localizer,planner", "sketcher,localizer,planner", "planner"] {
         fine(&place, &format!("replay {recording} --live {live},recorder --rate max --record again.mcap"));
@@ -65,21 +65,21 @@ fn a_run_its_replay_and_its_rerun_are_the_same_bytes() {
 }
 
 #[test]
-fn another_parameter_is_a_difference_that_is_named_and_judged() {
+fn another_parameter_makes_a_difference_that_is_named_and_judged() {
     let place = Place::new();
     let recording = recorded(&place);
     let ended =
         place.run(&format!("rerun {recording} --process localizer --set particles=200 --json -o now.mcap"));
     assert_eq!(ended.code, Some(1), "{ended}");
-    let told = ended.json();
-    let difference = &told["difference"];
+    let output = ended.json();
+    let difference = &output["difference"];
     assert_eq!(
         (difference["channel"].as_str(), difference["seq"].as_u64()),
         (Some("particles"), Some(1)),
-        "{told}"
+        "{output}"
     );
-    assert!(difference["what"]["field"]["a"].is_string(), "{told}");
-    assert_eq!(told["judged"].as_array().map(Vec::len), Some(2));
+    assert!(difference["what"]["field"]["a"].is_string(), "{output}");
+    assert_eq!(output["judged"].as_array().map(Vec::len), Some(2));
     fine(&place, "info now.mcap");
     // Whatever differs, it differs by less than this tolerance.
     let all = [
@@ -95,16 +95,16 @@ fn another_parameter_is_a_difference_that_is_named_and_judged() {
     let tolerances: Vec<_> = all.iter().map(|field| format!("--tolerance estimate.{field}=1e9")).collect();
     let line =
         format!("rerun {recording} --process localizer --set particles=200 --json {}", tolerances.join(" "));
-    let told = place.run(&line).json();
+    let output = place.run(&line).json();
     // The samples of the particles, for which no tolerance is given, differ by construction.
-    assert_eq!(told["difference"]["channel"], "particles", "{told}");
+    assert_eq!(output["difference"]["channel"], "particles", "{output}");
     // If the tolerance of one field is far too small, that field is reported as different.
     let particles =
         ["count", "total", "particles"].map(|field| format!(" --tolerance particles.{field}=1e9"));
     let line = line.replace("scale_a_pxpm=1e9", "scale_a_pxpm=1e-9") + &particles.concat();
-    let told = place.run(&line).json();
-    assert_eq!(told["difference"]["channel"], "estimate", "{told}");
-    assert_eq!(told["difference"]["what"]["field"]["field"], "scale_a_pxpm", "{told}");
+    let output = place.run(&line).json();
+    assert_eq!(output["difference"]["channel"], "estimate", "{output}");
+    assert_eq!(output["difference"]["what"]["field"]["field"], "scale_a_pxpm", "{output}");
     let wrong =
         ["--set particlez=2", "--set particles=many", "--tolerance estimate=1", "--tolerance estimate.x=1"];
     for wrong in wrong {
@@ -114,7 +114,7 @@ fn another_parameter_is_a_difference_that_is_named_and_judged() {
 }
 
 #[test]
-fn the_tools_have_the_exit_codes_of_mcaps_own() {
+fn the_tools_have_the_exit_codes_of_mcap() {
     let place = Place::new();
     let recording = recorded(&place);
     let whole = std::fs::read(&recording).unwrap();
@@ -159,18 +159,18 @@ fn the_tools_have_the_exit_codes_of_mcaps_own() {
 
 /// Without live processes, the replay plays for observers, over and over, until it is asked to end.
 #[test]
-fn a_replay_for_onlookers_leaves_nothing() {
+fn a_replay_for_observers_leaves_nothing_behind() {
     let place = Place::new();
     let recording = recorded(&place);
     let replay = place.start(&format!("replay {recording} --rate 100 --loop --system again"));
-    let heard = loop {
-        let heard = place.run("echo estimate --system again --count 400");
-        if heard.code == Some(0) {
-            break heard;
+    let echoed = loop {
+        let echoed = place.run("echo estimate --system again --count 400");
+        if echoed.code == Some(0) {
+            break echoed;
         }
     };
     // Numbers and stamps keep increasing when the replay starts again.
-    let lines: Vec<Value> = heard.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let lines: Vec<Value> = echoed.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     assert_eq!(lines.len(), 400);
     for field in ["seq", "stamp_ns", "source_seq"] {
         assert!(lines.is_sorted_by_key(|line| line[field].as_u64()), "{field}");
@@ -205,10 +205,10 @@ fn a_replay_for_onlookers_leaves_nothing() {
 }
 
 /// Writes a copy of the recording in which, in the third second, a localizer died and a planner reported its health.
-fn with_a_fault(recording: &Path, told: &Path) {
+fn with_a_fault(recording: &Path, copy: &Path) {
     let recording = Recording::open(recording).unwrap();
     let files: Vec<_> = sketchnav_recordings::sources::of_recording(&recording).cloned().collect();
-    let sink = std::fs::File::create(told).unwrap();
+    let sink = std::fs::File::create(copy).unwrap();
     sketchnav_navigators::register(&[]).unwrap();
     let mut writer = Writer::create_with(sink, &recording.run().unwrap(), &files).unwrap();
     for message in recording.timeline(Selection::default()).unwrap() {
@@ -227,26 +227,29 @@ fn with_a_fault(recording: &Path, told: &Path) {
 /// orders used to be those of the replay itself, and no faults were sent. The health of the recorded planner was played
 /// beside that of the live one, which looked like a restart.
 #[test]
-fn a_replay_speaks_for_the_supervisor_too() {
+fn a_replay_includes_messages_of_the_supervisor() {
     let place = Place::new();
     let recording = recorded(&place);
-    with_a_fault(recording.as_ref(), &place.files().join("told.mcap"));
-    let replay = place.start("replay told.mcap --rate 100 --loop --system told");
+    with_a_fault(recording.as_ref(), &place.files().join("faulty.mcap"));
+    let replay = place.start("replay faulty.mcap --rate 100 --loop --system faulty");
     for channel in ["mission", "faults"] {
-        let heard = loop {
-            let heard = place.run(&format!("echo {channel} --system told --count 2"));
-            if heard.code == Some(0) {
-                break heard;
+        let echoed = loop {
+            let echoed = place.run(&format!("echo {channel} --system faulty --count 2"));
+            if echoed.code == Some(0) {
+                break echoed;
             }
         };
-        let lines: Vec<Value> = heard.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
-        assert_eq!([&lines[0]["seq"], &lines[1]["seq"]], [1, 2], "{heard}");
-        assert_eq!(heard.out.contains("by a test"), channel == "faults", "{heard}");
+        let lines: Vec<Value> = echoed.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+        assert_eq!([&lines[0]["seq"], &lines[1]["seq"]], [1, 2], "{echoed}");
+        assert_eq!(echoed.out.contains("by a test"), channel == "faults", "{echoed}");
     }
     replay.signal(Signal::SIGTERM);
     assert_eq!(replay.end().code, Some(3));
     // A live planner receives the orders that came before the start, and only the faults of its own system.
-    fine(&place, "replay told.mcap --start 2 --end 4 --live planner,recorder --rate max --record part.mcap");
+    fine(
+        &place,
+        "replay faulty.mcap --start 2 --end 4 --live planner,recorder --rate max --record part.mcap",
+    );
     let info = fine(&place, "info part.mcap --json").json();
     let count = |topic: &str| {
         let topics = info["topics"].as_array().unwrap();
@@ -259,17 +262,17 @@ fn a_replay_speaks_for_the_supervisor_too() {
 /// The replay runs at full speed, over and over, with standard error in a file. In that case signals were once not
 /// checked, and the replay could only be killed.
 #[test]
-fn a_replay_at_full_speed_ends_when_asked_to() {
+fn a_replay_at_full_speed_ends_on_request() {
     let place = Place::new();
     let recording = recorded(&place);
     let replay = place.start(&format!("replay {recording} --rate max --loop --system endless"));
-    let heard = loop {
-        let heard = place.run("echo estimate --system endless --count 400");
-        if heard.code == Some(0) {
-            break heard;
+    let echoed = loop {
+        let echoed = place.run("echo estimate --system endless --count 400");
+        if echoed.code == Some(0) {
+            break echoed;
         }
     };
-    assert_eq!(heard.out.lines().count(), 400);
+    assert_eq!(echoed.out.lines().count(), 400);
     replay.signal(Signal::SIGTERM);
     let ended = replay.end();
     assert_eq!(ended.code, Some(3), "{ended}");
@@ -279,7 +282,7 @@ fn a_replay_at_full_speed_ends_when_asked_to() {
 /// In the background of a shell, the replay used to configure the terminal for its keys, and was stopped because of
 /// that.
 #[test]
-fn a_replay_in_the_background_goes_on() {
+fn a_replay_in_the_background_continues() {
     let place = Place::new();
     let recording = recorded(&place);
     let terminal = openpty(None, None).unwrap();
@@ -298,7 +301,7 @@ fn a_replay_in_the_background_goes_on() {
 /// The output used to be created before the input was read, so `-o` with the recording's own name destroyed the
 /// recording.
 #[test]
-fn what_is_read_is_not_written_over() {
+fn inputs_are_not_overwritten() {
     let place = Place::new();
     let recording = recorded(&place);
     let (same, page) = (place.files().join("same.mcap"), place.files().join("page.mcap"));
@@ -325,7 +328,7 @@ fn what_is_read_is_not_written_over() {
 /// The recordings of a mission's runs have the same name, each in its own folder, so their tables used to overwrite
 /// each other. The parts of two splits also ended up in one folder.
 #[test]
-fn of_several_recordings_none_takes_anothers_place() {
+fn results_of_several_recordings_do_not_overwrite_each_other() {
     let place = Place::new();
     let recording = recorded(&place);
     for folder in ["run-001", "run-002"] {
@@ -350,7 +353,7 @@ fn of_several_recordings_none_takes_anothers_place() {
 }
 
 #[test]
-fn a_page_shows_the_run_and_needs_no_other_file() {
+fn a_page_shows_the_run_and_is_self_contained() {
     let place = Place::new();
     let recording = recorded(&place);
     assert_eq!(fine(&place, &format!("report {recording} -o page.html --json")).json()["page"], "page.html");
@@ -373,7 +376,7 @@ fn write_log(place: &Place, log: &str, map: &str) {
 /// The mission of a log used to be written as text in which names were quoted as in Rust. "\u{308}" is not valid TOML,
 /// so a decomposed "ü", as in file names on macOS, was rejected.
 #[test]
-fn a_log_and_its_map_may_have_any_name() {
+fn logs_and_maps_may_have_any_name() {
     let place = Place::new();
     let [log, map] = ["bu\u{308}ro.log", "bu\u{308}ro \"a\".yaml"];
     write_log(&place, log, map);
@@ -387,7 +390,7 @@ fn a_log_and_its_map_may_have_any_name() {
 
 /// For invalid logs and options, the error says where the mistake is, before anything is written.
 #[test]
-fn what_is_no_log_is_told_by_its_name() {
+fn errors_about_logs_begin_with_the_file_name() {
     let place = Place::new();
     let write = |name: &str, text: &[u8]| std::fs::write(place.files().join(name), text).unwrap();
     write_log(&place, "good.log", "map.yaml");
@@ -447,7 +450,7 @@ fn trajectory_errors_agree_with_evo() {
 
 /// rosbags reads the parts in a rosbag2 folder, each of which contains the latched topics.
 #[test]
-fn a_folder_of_rosbag2_is_read_by_rosbags() {
+fn rosbags_reads_our_rosbag2_folders() {
     let Some(python) = needs::python("rosbags", "SKETCHNAV_PYTHON", "rosbags") else { return };
     let place = Place::new();
     let recording = recorded(&place);

@@ -15,7 +15,7 @@ fn relations(answer: &Value) -> Vec<(String, String)> {
 }
 
 #[test]
-fn a_table_of_positions_becomes_a_story_of_an_encounter() {
+fn a_table_of_positions_yields_the_relations_of_an_encounter() {
     let place = Place::new();
     std::fs::write(place.files().join("encounter.csv"), ENCOUNTER).unwrap();
     let answer = place.run("relations encounter.csv --calculus qtc-b --json").json();
@@ -35,7 +35,7 @@ fn a_table_of_positions_becomes_a_story_of_an_encounter() {
 
 /// People were once not recorded, so nothing could be said about them afterwards.
 #[test]
-fn a_recording_tells_of_the_robot_and_of_every_person() {
+fn a_recording_yields_the_relations_of_the_robot_and_every_person() {
     let place = Place::new();
     let mission = repository().join("sim/missions/building/building-a.toml");
     let text = std::fs::read_to_string(&mission).unwrap();
@@ -64,7 +64,7 @@ fn a_recording_tells_of_the_robot_and_of_every_person() {
 }
 
 #[test]
-fn bad_tables_and_options_are_answered_with_the_line_and_what_was_expected() {
+fn errors_in_tables_and_options_name_the_line_and_the_expectation() {
     let place = Place::new();
     let write = |name: &str, text: &str| std::fs::write(place.files().join(name), text).unwrap();
     write("no-y.csv", "time_s,object,x_m\n0,a,1\n");

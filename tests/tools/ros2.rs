@@ -50,7 +50,7 @@ fn wait_for_status(place: &Place, what: &str, holds: impl Fn(&Value) -> bool) {
 }
 
 #[test]
-fn real_ros_2_hears_the_robot_and_its_orders_drive_it() {
+fn ros_2_receives_the_robots_topics_and_drives_it() {
     let Some(python) = ros2_python() else { return };
     let (place, domain) = (Place::new(), domain(0));
     let mut running = place.start("run demo --json --system lab --speed 1");
@@ -88,8 +88,8 @@ fn real_ros_2_hears_the_robot_and_its_orders_drive_it() {
 
     bridge.must_live();
     running.signal(Signal::SIGINT);
-    let told = running.end().json();
-    assert_eq!(told["lost_messages"], 0, "{told:#}");
+    let output = running.end().json();
+    assert_eq!(output["lost_messages"], 0, "{output:#}");
     let ended = bridge.end();
     assert_eq!(ended.code, Some(0), "{ended}");
     assert!(ended.err.contains("\"stand on your head\": expected one of start, abort"), "{ended}");
@@ -101,7 +101,7 @@ fn real_ros_2_hears_the_robot_and_its_orders_drive_it() {
 }
 
 #[test]
-fn bad_input_is_told_and_nothing_is_opened() {
+fn bad_input_is_reported_and_nothing_is_opened() {
     let place = Place::new();
     let refused = |arguments: &str, says: &str| {
         let ended = place.run(&format!("bridge ros2 {arguments}"));
@@ -131,7 +131,7 @@ fn bad_input_is_told_and_nothing_is_opened() {
 
 /// A late reader receives the drawing, which is much longer than a datagram, as a type that it knows only from IDL.
 #[test]
-fn a_reader_of_another_maker_gets_the_latched_drawing() {
+fn a_reader_of_another_vendor_gets_the_latched_drawing() {
     let Some(python) = ros2_python() else { return };
     let has_cyclone = Command::new(&python).args(["-c", "import cyclonedds"]).output();
     if !has_cyclone.is_ok_and(|output| output.status.success()) {
@@ -220,7 +220,7 @@ fn ip(arguments: &str) -> bool {
 /// The bridge communicates by multicast over a wire, as on any network. The node shares nothing else with the robot's
 /// host.
 #[test]
-fn ros_2_on_another_host_hears_the_robot_and_gives_it_a_goal() {
+fn ros_2_on_another_host_sees_the_robot_and_sends_a_goal() {
     let Some(python) = ros2_python() else { return };
     let Some(hosts) = Hosts::new() else { return };
     let (place, domain) = (Place::new(), domain(2));
@@ -247,7 +247,7 @@ fn ros_2_on_another_host_hears_the_robot_and_gives_it_a_goal() {
 
 /// Drives the mission in two rooms with a ROS 2 robot, which takes the place of the simulated world.
 #[test]
-fn a_robot_of_ros_2_drives_a_mission_in_the_world_s_place() {
+fn a_ros_2_robot_replaces_the_world() {
     let Some(python) = ros2_python() else { return };
     let (place, domain) = (Place::new(), domain(1));
     room::write(place.files());
@@ -261,7 +261,7 @@ fn a_robot_of_ros_2_drives_a_mission_in_the_world_s_place() {
 }
 
 #[test]
-fn a_system_with_a_world_of_its_own_takes_no_robot() {
+fn a_system_with_its_own_world_refuses_a_robot() {
     let place = Place::new();
     let mut running = place.start("run demo --json --system lab --speed 1");
     place.wait_until_driving(&mut running, "lab");

@@ -19,7 +19,7 @@ fn row<'a>(snapshot: &'a Value, process: &str) -> &'a Value {
 }
 
 #[test]
-fn a_program_sees_how_the_processes_get_on() {
+fn json_shows_the_progress_of_the_processes() {
     let place = Place::new();
     let mut running = place.start("demo --json --system seen --speed 5");
     place.wait_until_driving(&mut running, "seen");
@@ -44,8 +44,11 @@ fn a_program_sees_how_the_processes_get_on() {
     // The supervisor may already have restarted the stopped process.
     let sketcher = row(&snapshot, "sketcher");
     assert!(sketcher["state"] == "stopped" || sketcher["restarts"] == 1, "{snapshot:#}");
-    let told = snapshot["faults"].as_array().unwrap().iter();
-    assert!(told.into_iter().any(|fault| fault.as_str().unwrap().contains("localizer died")), "{snapshot:#}");
+    let output = snapshot["faults"].as_array().unwrap().iter();
+    assert!(
+        output.into_iter().any(|fault| fault.as_str().unwrap().contains("localizer died")),
+        "{snapshot:#}"
+    );
     running.signal(Signal::SIGINT);
     running.end();
     place.assert_nothing_left("seen");
@@ -53,7 +56,7 @@ fn a_program_sees_how_the_processes_get_on() {
 
 /// The pad used to have no row, so it could be neither watched nor killed, not even in its own systems.
 #[test]
-fn a_program_sees_how_the_pad_gets_on() {
+fn json_shows_the_progress_of_the_pad() {
     let place = Place::new();
     let mut running = place.start("demo --json --pad --port 0 --system seen --speed 5");
     place.wait_until_driving(&mut running, "seen");

@@ -59,7 +59,7 @@ fn link_of(running: &mut Command) -> (Running, String) {
 }
 
 #[test]
-fn other_peoples_viewer_decodes_every_topic_of_a_running_demo() {
+fn a_third_party_viewer_decodes_every_topic_of_a_running_demo() {
     let Some(packages) = packages() else { return };
     let place = Place::new();
     let (mut running, link) =
@@ -83,7 +83,7 @@ fn other_peoples_viewer_decodes_every_topic_of_a_running_demo() {
     for topic in &wanted {
         assert!(watched[topic]["decoded"].as_u64() > Some(0), "{topic}: {watched:#}");
     }
-    what_was_shown_is_what_was_recorded(&watched, report["recording"].as_str().unwrap());
+    shown_messages_equal_the_recorded_ones(&watched, report["recording"].as_str().unwrap());
     let picture = fs::read_to_string(picture).unwrap();
     assert!(picture.matches("<rect").count() > 100 && picture.contains("<polyline"), "{picture:.300}");
     if let Some(folder) = std::env::var_os("SKETCHNAV_PICTURES") {
@@ -92,7 +92,7 @@ fn other_peoples_viewer_decodes_every_topic_of_a_running_demo() {
 }
 
 /// Asserts that the type and bytes of every message shown are the same as in the recording, for recorded topics.
-fn what_was_shown_is_what_was_recorded(watched: &Value, recording: &str) {
+fn shown_messages_equal_the_recorded_ones(watched: &Value, recording: &str) {
     let recording = Recording::open(recording.as_ref()).unwrap();
     let mut recorded: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
     for topic in recording.topics().unwrap() {
@@ -139,8 +139,8 @@ type Messages = BTreeMap<String, Vec<(u64, Vec<u8>)>>;
 /// status and the messages come through different queues, so either may be late.
 fn take(viewer: &mut Viewer, all: &mut Messages, status: u8, messages: usize) -> Option<(u64, bool, String)> {
     sketchnav_navigators::register(&[]).unwrap();
-    let (mut told, mut count) = (None, all.values().map(Vec::len).sum::<usize>());
-    while told.is_none() || count < messages {
+    let (mut playback, mut count) = (None, all.values().map(Vec::len).sum::<usize>());
+    while playback.is_none() || count < messages {
         match viewer.wait() {
             Came::Message(topic, ns, cdr)
                 if channels::of_topic(&topic).is_some() || topic.starts_with("/tf") =>
@@ -149,12 +149,12 @@ fn take(viewer: &mut Viewer, all: &mut Messages, status: u8, messages: usize) ->
                 all.entry(topic).or_default().push((ns, cdr));
             }
             Came::Playback { status: found, at_ns, did_seek, request } if found == status => {
-                told = Some((at_ns, did_seek, request));
+                playback = Some((at_ns, did_seek, request));
             }
             _ => {}
         }
     }
-    told
+    playback
 }
 
 /// Returns the number of topics of a recording, including derived ones.
@@ -166,28 +166,28 @@ fn topic_count(recording: &Recording) -> usize {
 }
 
 #[test]
-fn a_recording_is_played_whole_and_sought_and_whatever_is_latched_comes_first() {
+fn a_recording_is_played_and_seeked_with_latched_messages_first() {
     let place = Place::new();
     let recording = Recording::open(&story()).unwrap();
     let (first_ns, last_ns) = recording.index().unwrap().span_ns().unwrap();
     let (running, link) = view(&place, &format!("{} --paused", story().display()));
     let mut viewer = Viewer::of_all(&link, topic_count(&recording));
-    let told = |ns: u64| serde_json::json!({ "sec": ns / 1_000_000_000, "nsec": ns % 1_000_000_000 });
-    assert_eq!(viewer.info["dataStartTime"], told(first_ns), "{}", viewer.info);
-    assert_eq!(viewer.info["dataEndTime"], told(last_ns), "{}", viewer.info);
+    let time = |ns: u64| serde_json::json!({ "sec": ns / 1_000_000_000, "nsec": ns % 1_000_000_000 });
+    assert_eq!(viewer.info["dataStartTime"], time(first_ns), "{}", viewer.info);
+    assert_eq!(viewer.info["dataEndTime"], time(last_ns), "{}", viewer.info);
 
     let (mut whole, wanted) = (Messages::new(), expected(&recording, first_ns));
     viewer.ask(true, 8.0, None, "play");
-    let told = take(&mut viewer, &mut whole, PLAYING, 0).unwrap();
-    assert_eq!((told.1, told.2.as_str()), (false, "play"));
+    let playback = take(&mut viewer, &mut whole, PLAYING, 0).unwrap();
+    assert_eq!((playback.1, playback.2.as_str()), (false, "play"));
     take(&mut viewer, &mut whole, ENDED, count(&wanted));
     assert!(whole == wanted, "{:?}, expected {:?}", counts(&whole), counts(&wanted));
 
     let middle_ns = first_ns.midpoint(last_ns);
     let (mut half, wanted) = (Messages::new(), expected(&recording, middle_ns));
     viewer.ask(false, 8.0, Some(middle_ns), "there");
-    let told = take(&mut viewer, &mut half, PAUSED, 0);
-    assert_eq!(told, Some((middle_ns, true, "there".to_owned())));
+    let playback = take(&mut viewer, &mut half, PAUSED, 0);
+    assert_eq!(playback, Some((middle_ns, true, "there".to_owned())));
     viewer.ask(true, 8.0, None, "on");
     take(&mut viewer, &mut half, ENDED, count(&wanted));
     assert!(half == wanted, "{:?}, expected {:?}", counts(&half), counts(&wanted));
@@ -207,7 +207,7 @@ fn counts(all: &Messages) -> BTreeMap<&str, usize> {
 
 /// A second viewer once received no latched messages, because the first one had already taken them.
 #[test]
-fn who_comes_second_gets_what_is_latched_and_nobody_leaves_a_channel_open() {
+fn a_second_client_gets_latched_messages_and_channels_are_closed() {
     sketchnav_navigators::register(&[]).unwrap();
     let place = Place::new();
     let mut running = place.start("run demo --json --system seen --speed 2");
@@ -245,7 +245,7 @@ fn who_comes_second_gets_what_is_latched_and_nobody_leaves_a_channel_open() {
 }
 
 #[test]
-fn bad_input_is_refused_before_anything_begins() {
+fn bad_input_is_refused_before_anything_starts() {
     let place = Place::new();
     let taken = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = taken.local_addr().unwrap().port();
@@ -280,7 +280,7 @@ fn panels(layout: &Value) -> BTreeSet<String> {
 /// Every topic of the layout and every field that it plots exists. Every panel is arranged, and of a kind that both
 /// viewers have (Lichtblick: packages/suite-base/src/panels).
 #[test]
-fn the_layout_names_what_there_is() {
+fn the_layout_refers_to_existing_topics() {
     sketchnav_navigators::register(&[]).unwrap();
     let file = repository().join("docs/foxglove-layout.json");
     let layout: Value = serde_json::from_str(&fs::read_to_string(file).unwrap()).unwrap();

@@ -64,7 +64,7 @@ fn is_whole(read: &Value, drawing: &Value) {
 }
 
 #[test]
-fn a_node_of_rmw_zenoh_hears_the_robot_and_its_orders_drive_it() {
+fn an_rmw_zenoh_node_receives_the_robots_topics_and_drives_it() {
     let Some(python) = zenoh_python() else { return };
     let (place, port) = (Place::new(), free_port());
     let mut running = place.start("run demo --json --system lab --speed 1");
@@ -110,15 +110,15 @@ fn a_node_of_rmw_zenoh_hears_the_robot_and_its_orders_drive_it() {
 
     bridge.must_live();
     running.signal(Signal::SIGINT);
-    let told = running.end().json();
-    assert_eq!(told["lost_messages"], 0, "{told:#}");
+    let output = running.end().json();
+    assert_eq!(output["lost_messages"], 0, "{output:#}");
     let ended = bridge.end();
     assert_eq!(ended.code, Some(0), "{ended}");
     assert!(ended.err.contains("\"stand on your head\": expected one of start, abort"), "{ended}");
     place.assert_nothing_left("lab");
 
     // The hash of each type is the one that other software computes from the definitions in the recording.
-    let recording = told["recording"].as_str().unwrap();
+    let recording = output["recording"].as_str().unwrap();
     let hashes = node(&place, &python, &["hashes", recording]).json();
     let hashes = hashes.as_object().unwrap();
     assert!(hashes.len() > 10, "{hashes:?}");
@@ -133,7 +133,7 @@ fn a_node_of_rmw_zenoh_hears_the_robot_and_its_orders_drive_it() {
 
 /// A subscriber, which is also the router, starts before the bridge.
 #[test]
-fn a_subscriber_that_waits_at_the_router_gets_the_latched_drawing() {
+fn a_subscriber_waiting_at_the_router_gets_the_latched_drawing() {
     let Some(python) = zenoh_python() else { return };
     let (place, port) = (Place::new(), free_port());
     let mut running = place.start("run demo --json --system lab --speed 1");
@@ -159,7 +159,7 @@ fn a_subscriber_that_waits_at_the_router_gets_the_latched_drawing() {
 
 /// Drives the mission in two rooms with a robot connected over Zenoh, which takes the place of the simulated world.
 #[test]
-fn a_robot_of_rmw_zenoh_drives_a_mission_in_the_world_s_place() {
+fn an_rmw_zenoh_robot_replaces_the_world() {
     let Some(python) = zenoh_python() else { return };
     let (place, port) = (Place::new(), free_port());
     room::write(place.files());
@@ -173,7 +173,7 @@ fn a_robot_of_rmw_zenoh_drives_a_mission_in_the_world_s_place() {
 }
 
 #[test]
-fn bad_input_is_told_and_nothing_is_opened() {
+fn bad_input_is_reported_and_nothing_is_opened() {
     let place = Place::new();
     let refused = |arguments: &str, code: i32, says: &str| {
         let ended = place.run(&format!("bridge ros2 {arguments}"));

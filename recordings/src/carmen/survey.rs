@@ -116,7 +116,7 @@ pub enum Doubt {
 pub struct Motion {
     last: Option<[f64; 3]>,
     /// Distance travelled, in metres.
-    pub way_m: f64,
+    pub distance_m: f64,
     turn_rad: f64,
 }
 
@@ -124,14 +124,14 @@ impl Motion {
     fn push<F>(&mut self, pose: &Pose<F>) {
         let now = [pose.x, pose.y, pose.yaw_rad];
         if let Some([x, y, yaw_rad]) = self.last.replace(now) {
-            self.way_m += (now[0] - x).hypot(now[1] - y);
+            self.distance_m += (now[0] - x).hypot(now[1] - y);
             self.turn_rad += (now[2] - yaw_rad).abs();
         }
     }
 
     /// Returns true if there is any motion.
     pub fn moves(&self) -> bool {
-        self.way_m > STILL || self.turn_rad > STILL
+        self.distance_m > STILL || self.turn_rad > STILL
     }
 }
 
@@ -225,7 +225,7 @@ impl Facts {
             self.gap = Gap { line, odometry_lines, motion: Motion::default() };
         }
         self.gap.motion.push(own);
-        if self.gap.motion.way_m > self.longest_gap.motion.way_m {
+        if self.gap.motion.distance_m > self.longest_gap.motion.distance_m {
             self.longest_gap = self.gap;
         }
     }
@@ -331,16 +331,16 @@ impl Survey {
     }
 
     /// The distance travelled according to the odometry of `reading`, in metres.
-    pub fn odometry_way_m(&self, reading: &Reading) -> f64 {
-        let own = self.kinds.get(&reading.kind).map_or(0.0, |facts| facts.own.way_m);
-        if reading.odometry == OdometrySource::Lines { self.chained.way_m } else { own }
+    pub fn odometry_distance_m(&self, reading: &Reading) -> f64 {
+        let own = self.kinds.get(&reading.kind).map_or(0.0, |facts| facts.own.distance_m);
+        if reading.odometry == OdometrySource::Lines { self.chained.distance_m } else { own }
     }
 
     /// Returns the reasons to check the log before relying on it, if it is read in this way.
     pub fn doubts(&self, reading: &Reading) -> Vec<Doubt> {
         let Some(facts) = self.kinds.get(&reading.kind) else { return Vec::new() };
         let moves = self.chained.moves() || facts.own.moves();
-        let reference_m = facts.reference.way_m;
+        let reference_m = facts.reference.distance_m;
         let still = match (moves, facts.reference.moves()) {
             (true, _) => self.partial(reading, facts),
             (false, true) => Some(Doubt::Still { reference_m }),
@@ -356,11 +356,11 @@ impl Survey {
     }
 
     fn partial(&self, reading: &Reading, facts: &Facts) -> Option<Doubt> {
-        let (lines_m, scans_m) = (self.chained.way_m, facts.own.way_m);
+        let (lines_m, scans_m) = (self.chained.distance_m, facts.own.distance_m);
         if reading.odometry != OdometrySource::Lines || !facts.own.moves() {
             return None;
         }
-        let Gap { line, motion: Motion { way_m: gap_m, .. }, .. } = facts.longest_gap;
+        let Gap { line, motion: Motion { distance_m: gap_m, .. }, .. } = facts.longest_gap;
         if gap_m > LONGEST_GAP_M {
             return Some(Doubt::Gap { line, gap_m, lines_m, scans_m });
         }

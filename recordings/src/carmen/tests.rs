@@ -37,7 +37,7 @@ fn words(left_out: &[LeftOut]) -> Vec<String> {
 }
 
 #[test]
-fn what_the_mapper_put_right_is_not_in_the_odometry() {
+fn corrections_by_the_mapper_stay_out_of_the_odometry() {
     let (scans, left_out) = read(LOG);
     assert_eq!((scans.len(), left_out.len()), (2, 0));
     let first = (scans[0].odometry, scans[0].reference);
@@ -49,7 +49,7 @@ fn what_the_mapper_put_right_is_not_in_the_odometry() {
 /// The step from the last ODOM line before a scan to the first one after it was always left out. With ODOM and FLASER lines
 /// alternating, as in raw logs, the robot never moved.
 #[test]
-fn the_odometry_of_a_raw_log_is_what_it_says() {
+fn the_odometry_of_a_raw_log_is_taken_as_it_is() {
     let log: String = [0.0, 1.0, 2.0].map(|x| odom(x) + &flaser(x + 0.1, x + 0.1)).concat();
     let way: Vec<_> = read(log).0.into_iter().map(|scan| scan.odometry.x).collect();
     assert_eq!(way, [0.0, 1.0, 2.0]);
@@ -57,11 +57,11 @@ fn the_odometry_of_a_raw_log_is_what_it_says() {
 
 /// gmapping's `scanstudio2carmen` writes no ODOM lines. The robot appeared to stand still, and was localized without error.
 #[test]
-fn without_odom_lines_the_scans_own_pose_is_the_odometry() {
+fn without_odom_lines_the_odometry_is_the_pose_of_the_scans() {
     let log: String = [0.0, 1.0, 2.5].map(|x| flaser(7.0 + x, x)).concat();
     let survey = Survey::of(log.as_bytes()).unwrap();
     let reading = survey.reading().unwrap();
-    assert_eq!((reading.odometry, survey.odometry_way_m(&reading)), (OdometrySource::Scans, 2.5));
+    assert_eq!((reading.odometry, survey.odometry_distance_m(&reading)), (OdometrySource::Scans, 2.5));
     assert_eq!(survey.doubts(&reading), []);
     let (scans, _) = read(log);
     assert_eq!(scans.iter().map(|scan| scan.odometry.x).collect::<Vec<_>>(), [0.0, 1.0, 2.5]);
@@ -123,7 +123,7 @@ fn odom_lines_that_end_halfway_or_are_sparse_are_doubted() {
 }
 
 #[test]
-fn fields_are_counted_against_what_the_line_says() {
+fn the_number_of_fields_must_match_the_counts_in_the_line() {
     for (line, why) in [
         ("FLASER 3 1 2", "FLASER 3: expected 14 fields, found 4"),
         ("FLASER 2 1 2 0 0 0 0 0 0 1 h", "FLASER 2: expected 13 fields, found 12"),
@@ -156,7 +156,7 @@ fn fields_are_counted_against_what_the_line_says() {
 /// A last line that was cut off caused the whole log to be refused. Garbled lines were silently ignored, and so were lines
 /// from a host whose name is not UTF-8.
 #[test]
-fn a_log_is_read_on_after_what_cannot_be_read() {
+fn reading_continues_after_an_unreadable_line() {
     let mut log = b"# Aufgenommen in Z\xfcrich\n".to_vec();
     log.extend(b"FLASER 2 1 2 0 0 0 0 0 0 1 h\xf4st 1\n");
     log.extend(b"FLASER 2 1 \xff\xfe 0 0 0 0 0 0 2 host 2\n");
@@ -174,7 +174,7 @@ fn a_log_is_read_on_after_what_cannot_be_read() {
 
 /// A compressed file that was cut off was refused.
 #[test]
-fn data_that_breaks_off_ends_the_log() {
+fn truncated_data_ends_the_log() {
     struct Cut<'a>(&'a [u8]);
     impl Read for Cut<'_> {
         fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
@@ -196,7 +196,7 @@ fn data_that_breaks_off_ends_the_log() {
 
 /// Some readings are not a distance, and one of them is next to one that means "no return".
 #[test]
-fn a_reading_that_is_none_leaves_the_others() {
+fn an_invalid_reading_does_not_affect_the_others() {
     let (scans, left_out) = read("FLASER 4 1 nan inf -1 0 0 0 0 0 0 1 h 1\n");
     assert_eq!((left_out.len(), scans[0].unreadable()), (0, 2));
     assert_eq!((scans[0].ranges_m[0], scans[0].ranges_m[2]), (1.0, f32::INFINITY));
@@ -204,7 +204,7 @@ fn a_reading_that_is_none_leaves_the_others() {
 
 /// The poses were read one field too early, so the robot stood 80 m away.
 #[test]
-fn a_maximum_range_after_the_readings_is_no_pose() {
+fn a_maximum_range_after_the_readings_is_not_taken_for_a_pose() {
     let line = |x: f64| format!("FLASER 2 1 2 80.0 {x} 0 0 {x} 0 0 {x} h 0\n");
     let log: String = [0.0, 1.0, 2.0].map(line).concat();
     let (scans, left_out) = read(&log);
@@ -247,7 +247,7 @@ fn the_field_of_view_follows_from_the_number_of_readings() {
 
 /// The newer kinds of CARMEN lines were not read at all.
 #[test]
-fn lines_that_state_their_angles_are_read_by_them() {
+fn lines_with_angles_are_read_with_those_angles() {
     let robot = |x: f64| {
         format!(
             "ROBOTLASER1 0 -1.0 2.0 0.5 30.0 0.01 0 5 1 2 3 4 5 2 700 701 {x} 1 0.5 {x} 0 0 0.1 0 0.3 0.2 0 {x} h 0\n"
@@ -274,7 +274,7 @@ fn lines_that_state_their_angles_are_read_by_them() {
 }
 
 #[test]
-fn a_log_without_scans_says_what_it_has() {
+fn the_error_for_a_log_without_scans_lists_its_lines() {
     let found = |log: &str| Survey::of(log.as_bytes()).unwrap().reading().unwrap_err().to_string();
     let expected = "expected FLASER, ROBOTLASER1 or RAWLASER1 lines, found";
     assert_eq!(found(""), format!("{expected} none"));
@@ -286,7 +286,7 @@ fn a_log_without_scans_says_what_it_has() {
 
 proptest! {
     #[test]
-    fn whatever_stands_there_is_read_or_left_out(
+    fn arbitrary_text_is_read_or_skipped(
         text in "(FLASER|ROBOTLASER1|RAWLASER1|ODOM|[0-9 .eE+-]|\n|nan|h){0,60}",
     ) {
         if let Ok(reading) = Survey::of(text.as_bytes()).unwrap().reading() {
@@ -297,7 +297,7 @@ proptest! {
 
     /// Wherever a line is cut off, nothing is read that is not in it.
     #[test]
-    fn a_cut_line_is_left_out(cut in 7_usize..40) {
+    fn a_truncated_line_is_skipped(cut in 7_usize..40) {
         let line = "FLASER 3 1.5 2.5 3.5 9 0.1 0 9 0.1 0 0.25 h";
         let (scans, left_out) = read(flaser(0.0, 0.0) + &line[..cut.min(line.len())]);
         prop_assert_eq!((scans.len(), left_out.len()), (1, 1));

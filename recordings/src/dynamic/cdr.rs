@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn both_byte_orders_say_the_same() {
+    fn both_byte_orders_decode_alike() {
         let expected = json!({ "a": 7, "b": 1.5, "c": "hi", "d": [-2, 5], "e": {}, "f": [true, false] });
         for is_big_endian in [false, true] {
             assert_eq!(decode(&bytes(is_big_endian), &types()), Ok(expected.clone()));
@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_plain_cdr_is_named() {
+    fn an_encoding_other_than_plain_cdr_is_named() {
         let mut other = bytes(false);
         other[1] = 7;
         assert!(matches!(decode(&other, &types()), Err(DynamicError::Encapsulation { .. })));
@@ -189,7 +189,7 @@ mod tests {
 
         /// No length is trusted: whatever the bytes are, the result is either an error or a message.
         #[test]
-        fn any_bytes_are_read_or_refused(
+        fn arbitrary_bytes_are_decoded_or_rejected(
             cut in 0..50_usize,
             flips in prop::collection::vec((4..44_usize, any::<u8>()), 0..6),
         ) {

@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_field_is_named() {
+    fn an_invalid_field_is_named() {
         for text in ["uint8", "uint8[x] a", "uint8[3 a", "uint8 =3", "wstring a"] {
             assert!(types(text).is_err(), "{text}");
         }

@@ -58,7 +58,7 @@ fn chunks(file: &[u8]) -> Vec<usize> {
 }
 
 #[test]
-fn a_whole_file_is_recovered_as_it_is() {
+fn recovering_a_complete_file_changes_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let (path, copy) = (story(folder.path()), folder.path().join("copy.mcap"));
     let copied = recovered(&path, &copy);
@@ -66,13 +66,13 @@ fn a_whole_file_is_recovered_as_it_is() {
     assert_eq!(diff(&path, &copy).unwrap(), None);
     let (mut was, is) = (info(&path).unwrap(), info(&copy).unwrap());
     (was.path, was.bytes) = (is.path.clone(), is.bytes);
-    assert_eq!(was, is, "and it says the same of itself");
+    assert_eq!(was, is, "and the metadata agree");
     assert_eq!(is.messages, info_of_messages(&copy).unwrap().messages);
     assert_eq!(Recording::open(&copy).unwrap().run().unwrap(), common::run_config());
 }
 
 #[test]
-fn what_a_kill_cut_off_is_recovered_up_to_the_cut() {
+fn a_file_truncated_by_a_kill_is_recovered_up_to_the_cut() {
     let folder = tempfile::tempdir().unwrap();
     let (path, copy) = (story(folder.path()), folder.path().join("copy.mcap"));
     let whole = std::fs::read(&path).unwrap();
@@ -87,7 +87,7 @@ fn what_a_kill_cut_off_is_recovered_up_to_the_cut() {
 /// A recorder that is killed usually leaves a file that ends after a complete record. `info` reported such a file as cut off,
 /// but a copy of it counted as complete.
 #[test]
-fn a_file_that_ends_behind_a_whole_record_is_cut_off_too() {
+fn a_file_that_ends_after_a_complete_record_is_truncated_too() {
     let folder = tempfile::tempdir().unwrap();
     let path = story(folder.path());
     let is_cut_off = || Recording::open(&path).unwrap().index().unwrap().is_cut_off();
@@ -102,7 +102,7 @@ fn a_file_that_ends_behind_a_whole_record_is_cut_off_too() {
 
 /// Flips one byte of a chunk in the middle, so that its checksum is wrong. All other chunks survive.
 #[test]
-fn a_damaged_chunk_is_left_out_and_the_rest_is_there() {
+fn only_the_damaged_chunk_is_lost() {
     let folder = tempfile::tempdir().unwrap();
     let (path, copy) = (story(folder.path()), folder.path().join("copy.mcap"));
     let everything = messages(&path).len() as u64;
@@ -113,12 +113,12 @@ fn a_damaged_chunk_is_left_out_and_the_rest_is_there() {
     let copied = recovered(&path, &copy);
     assert_eq!((copied.lost_chunks, copied.was_whole), (1, true), "{copied:?}");
     assert!(copied.messages > everything / 2 && copied.messages < everything, "{copied:?}");
-    assert!(info(&copy).unwrap().missing > 0, "what is gone is counted");
+    assert!(info(&copy).unwrap().missing > 0, "missing messages are counted");
 }
 
 /// The length of a chunk in the middle is wrong, and the search finds the next chunk.
 #[test]
-fn behind_a_length_that_lies_the_rest_is_found() {
+fn records_after_a_wrong_length_are_found() {
     let folder = tempfile::tempdir().unwrap();
     let (path, copy) = (story(folder.path()), folder.path().join("copy.mcap"));
     let mut file = std::fs::read(&path).unwrap();
@@ -138,7 +138,7 @@ proptest! {
 
     /// Whatever is wrong, the recovered file is a complete recording, and everything in it was in the original.
     #[test]
-    fn what_is_recovered_is_whole_and_was_there(
+    fn recovered_messages_are_complete_and_from_the_original(
         flips in prop::collection::vec((any::<prop::sample::Index>(), 1..=255_u8), 0..4),
         cut in prop::option::of(any::<prop::sample::Index>()),
     ) {
@@ -169,7 +169,7 @@ proptest! {
 }
 
 #[test]
-fn a_filter_keeps_what_is_wanted() {
+fn a_filter_keeps_the_selected_messages() {
     let folder = tempfile::tempdir().unwrap();
     let (path, to) = (story(folder.path()), folder.path().join("part.mcap"));
     let mut copy = begin(&to);
@@ -206,7 +206,7 @@ fn halves_become_one() {
 /// A filter that started at the second second reported everything before as missing. So did every part except the first and,
 /// at any time, `/health`, whose numbers mean nothing.
 #[test]
-fn what_is_left_out_on_purpose_is_not_missing() {
+fn messages_left_out_on_purpose_do_not_count_as_missing() {
     let folder = tempfile::tempdir().unwrap();
     let (path, to) = (story(folder.path()), folder.path().join("part.mcap"));
     for (times, missing) in [(2_000_000_000..4_000_000_000, 0), (0..u64::MAX, 0)] {
@@ -232,7 +232,7 @@ fn what_is_left_out_on_purpose_is_not_missing() {
 
 /// Messages that are really missing still count as such, even between the end of one part and the beginning of the next.
 #[test]
-fn what_a_recording_lacks_its_parts_lack() {
+fn parts_report_what_the_recording_lacks() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("gap.mcap");
     let mut writer = common::create(&path);
@@ -249,7 +249,7 @@ fn what_a_recording_lacks_its_parts_lack() {
 
 /// The drawing is latched and therefore in every part. With a limit below its size, each message became a separate part.
 #[test]
-fn a_part_holds_its_limit_beside_what_is_latched() {
+fn a_part_keeps_its_limit_despite_latched_messages() {
     let folder = tempfile::tempdir().unwrap();
     let path = story(folder.path());
     let recording = Recording::open(&path).unwrap();
@@ -268,7 +268,7 @@ fn a_part_holds_its_limit_beside_what_is_latched() {
 
 /// If two runs had descriptions of different lengths, both descriptions were written and the last one was used.
 #[test]
-fn of_what_describes_several_recordings_the_first_counts() {
+fn the_first_of_several_descriptions_counts() {
     let folder = tempfile::tempdir().unwrap();
     for seeds in [[9, 10], [1, 2]] {
         let runs = seeds.map(|seed| {
@@ -292,7 +292,7 @@ fn of_what_describes_several_recordings_the_first_counts() {
 
 /// Other software puts attachments and metadata after the messages, and some of it writes no chunks.
 #[test]
-fn what_describes_a_recording_may_stand_at_its_end() {
+fn the_description_may_be_at_the_end_of_a_recording() {
     let folder = tempfile::tempdir().unwrap();
     let (path, to) = (folder.path().join("other.mcap"), folder.path().join("copy.mcap"));
     for use_chunks in [true, false] {
@@ -349,7 +349,7 @@ fn rewritten(path: &Path, to: &Path, form: mcap::WriteOptions) {
 /// Another tool had rewritten the recording of a run with its attachments at the end, where many tools put them. It was
 /// treated as a recording without run.json, which neither `rerun` nor `replay` accepts, and so was its recovered copy.
 #[test]
-fn a_run_is_found_wherever_another_tool_has_written_it() {
+fn the_run_is_found_wherever_another_tool_wrote_it() {
     let folder = tempfile::tempdir().unwrap();
     let (path, to) = (story(folder.path()), folder.path().join("other.mcap"));
     let was = Recording::open(&path).unwrap();
@@ -376,7 +376,7 @@ fn a_run_is_found_wherever_another_tool_has_written_it() {
 
 /// Damage counts as what it is. An attachment is not a chunk.
 #[test]
-fn a_damaged_attachment_is_lost_bytes() {
+fn a_damaged_attachment_counts_as_lost_bytes() {
     let folder = tempfile::tempdir().unwrap();
     let (path, copy) = (story(folder.path()), folder.path().join("copy.mcap"));
     let everything = messages(&path).len() as u64;
@@ -390,7 +390,7 @@ fn a_damaged_attachment_is_lost_bytes() {
 }
 
 #[test]
-fn each_part_begins_with_what_is_latched() {
+fn each_part_begins_with_the_latched_messages() {
     let folder = tempfile::tempdir().unwrap();
     let path = story(folder.path());
     let recording = Recording::open(&path).unwrap();
@@ -416,7 +416,7 @@ fn each_part_begins_with_what_is_latched() {
 /// A restarted recorder begins a little before the end of the previous part. Messages in both parts appear once, even health
 /// messages, whose numbers mean nothing.
 #[test]
-fn what_two_parts_have_is_joined_once() {
+fn messages_in_two_parts_are_joined_once() {
     let folder = tempfile::tempdir().unwrap();
     let parts = [(1, 20), (15, 40)].map(|(first, last)| {
         let path = folder.path().join(format!("{first}.mcap"));
@@ -437,7 +437,7 @@ fn what_two_parts_have_is_joined_once() {
 
 /// If a recorder was killed and restarted, the recording so far is in two files.
 #[test]
-fn a_window_of_a_recording_in_parts_begins_with_what_is_latched() {
+fn a_window_of_a_split_recording_begins_with_the_latched_messages() {
     let folder = tempfile::tempdir().unwrap();
     let whole = Recording::open(&story(folder.path())).unwrap();
     let (first_ns, last_ns) = whole.index().unwrap().span_ns().unwrap();

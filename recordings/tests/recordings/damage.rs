@@ -13,7 +13,7 @@ use super::common;
 
 /// Reads a file in every possible way, and returns the result of the first one.
 fn read_all(path: &Path) -> Result<(u64, bool), RecordingError> {
-    let told = info_of_messages(path).map(|info| (info.messages, info.clean_end));
+    let result = info_of_messages(path).map(|info| (info.messages, info.clean_end));
     let _ = sketchnav_recordings::info::info(path);
     if let Ok(recording) = Recording::open(path) {
         let _ = recording.run();
@@ -21,7 +21,7 @@ fn read_all(path: &Path) -> Result<(u64, bool), RecordingError> {
         let _ = recording.timeline(Selection::default()).map(|all| all.filter(Result::is_ok).count());
         let _ = recording.parts().map(|parts| parts.filter(Result::is_ok).count());
     }
-    told
+    result
 }
 
 fn story(path: &Path, steps: u64) -> Vec<u8> {
@@ -54,7 +54,7 @@ const ATTACHMENT: u8 = 9;
 const DATA_END: u8 = 15;
 
 #[test]
-fn a_file_cut_at_any_byte_of_its_last_chunks_gives_what_is_whole() {
+fn a_file_cut_in_its_last_chunks_yields_all_complete_messages() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("cut.mcap");
     let whole = story(&path, 12);
@@ -76,7 +76,7 @@ fn a_file_cut_at_any_byte_of_its_last_chunks_gives_what_is_whole() {
 }
 
 #[test]
-fn lengths_and_counts_that_lie_are_told() {
+fn wrong_lengths_and_counts_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("lies.mcap");
     let whole = story(&path, 8);
@@ -121,7 +121,7 @@ fn attach_holes(path: &Path, count: u32) {
 
 /// All attachments are kept in memory, so a small file on the disk could once take gigabytes.
 #[test]
-fn no_more_is_attached_than_the_files_of_a_run() {
+fn attachments_are_limited_to_the_files_of_a_run() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("attached.mcap");
     attach_holes(&path, 4);
@@ -136,7 +136,7 @@ fn no_more_is_attached_than_the_files_of_a_run() {
 
 /// A file without chunks appeared to be empty, because its messages were in no index.
 #[test]
-fn messages_in_no_chunk_are_found() {
+fn messages_outside_chunks_are_found() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("loose.mcap");
     let options = mcap::WriteOptions::new().use_chunks(false);
@@ -228,7 +228,7 @@ fn check_mixed(path: &Path, file: &[u8], count: usize, first: [u32; 3], last: [u
 
 /// If a chunk's length exceeds the file, the error says where, rather than that there is no index.
 #[test]
-fn a_chunk_that_ends_behind_the_file_is_named() {
+fn a_chunk_that_ends_beyond_the_file_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("cut.mcap");
     let mut file = story(&path, 8);
@@ -242,7 +242,7 @@ fn a_chunk_that_ends_behind_the_file_is_named() {
 
 /// `recover` is for damaged files, but it refused a file of which only the first bytes were damaged.
 #[test]
-fn a_file_whose_magic_alone_is_damaged_is_recovered() {
+fn a_file_with_only_its_magic_damaged_is_recovered() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("story.mcap");
     let mut file = story(&path, 12);
@@ -264,7 +264,7 @@ fn a_file_whose_magic_alone_is_damaged_is_recovered() {
 /// checksum, the other an uncompressed chunk that ends before its record. When the first assertion fails, the library handles
 /// the former, and its readers are worth another look (see `records.rs`).
 #[test]
-fn what_the_librarys_readers_fall_over_is_an_error() {
+fn panics_of_the_librarys_readers_become_errors() {
     const ATTACHMENT: u8 = 9;
     let no_checksum = [0; 32];
     let parsed = std::panic::catch_unwind(|| mcap::parse_record(ATTACHMENT, &no_checksum).is_ok());
@@ -287,7 +287,7 @@ fn what_the_librarys_readers_fall_over_is_an_error() {
 }
 
 #[test]
-fn of_another_profile_or_empty() {
+fn recordings_with_another_profile_or_no_messages() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("other.mcap");
     let mut other = mcap::Writer::new(std::fs::File::create(&path).unwrap()).unwrap();

@@ -66,7 +66,7 @@ fn renumbered(path: &Path, steps: impl Iterator<Item = u64>) {
 }
 
 #[test]
-fn a_message_that_one_lacks_is_named() {
+fn a_message_missing_from_one_recording_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let paths = [folder.path().join("a.mcap"), folder.path().join("b.mcap")];
     renumbered(&paths[0], 1..=9);
@@ -80,7 +80,7 @@ fn a_message_that_one_lacks_is_named() {
 }
 
 #[test]
-fn interleaving_flushing_and_health_do_not_matter() {
+fn interleaving_flushing_and_health_are_ignored() {
     let folder = tempfile::tempdir().unwrap();
     let paths = [folder.path().join("a.mcap"), folder.path().join("b.mcap")];
     common::record_story(&paths[0], 8);
@@ -117,7 +117,7 @@ fn a_cell_of_the_drawing_is_named() {
 /// A drawing has no field for its length. If one drawing began with all of the other, the two did not differ in any common
 /// byte and counted as the same.
 #[test]
-fn a_longer_drawing_is_another_one() {
+fn a_longer_drawing_is_a_different_one() {
     let folder = tempfile::tempdir().unwrap();
     let paths = [folder.path().join("a.mcap"), folder.path().join("b.mcap")];
     let header = Header { seq: 1, stamp_ns: 0, source_seq: 0 };

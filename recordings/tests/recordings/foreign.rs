@@ -35,7 +35,7 @@ fn recovered(path: &Path, damaged: Damaged) -> (Copied, Vec<u8>) {
 
 /// A recording with lz4 chunks was reported as damaged, and `recover` left nothing of it.
 #[test]
-fn chunks_of_every_compression_of_mcap_are_read() {
+fn every_compression_of_mcap_is_read() {
     let folder = tempfile::tempdir().unwrap();
     for compression in ["", "lz4", "zstd"] {
         let form = SampleForm { compression, ..SampleForm::default() };
@@ -56,7 +56,7 @@ fn chunks_of_every_compression_of_mcap_are_read() {
 
 /// Among messages that rosbag2 had compressed individually, a damaged one was silently copied unchanged.
 #[test]
-fn a_message_that_does_not_unpack_is_left_out_and_counted() {
+fn a_message_that_cannot_be_decompressed_is_skipped_and_counted() {
     let folder = tempfile::tempdir().unwrap();
     let mut ball = points("/ball", COUNT, false);
     ball.messages.iter_mut().for_each(|(_, _, data)| *data = packed("zstd", data));
@@ -86,7 +86,7 @@ fn a_message_that_does_not_unpack_is_left_out_and_counted() {
 }
 
 #[test]
-fn a_compression_that_mcap_does_not_have_is_named_and_nothing_is_held_back() {
+fn an_unknown_compression_is_named_and_everything_else_is_read() {
     let folder = tempfile::tempdir().unwrap();
     let form = SampleForm { compression: "snappy", ..SampleForm::default() };
     let path = write(folder.path(), form, &[points("/ball", COUNT, false)]);
@@ -94,18 +94,18 @@ fn a_compression_that_mcap_does_not_have_is_named_and_nothing_is_held_back() {
     assert!(error.contains("zstd, with lz4 or not at all, found \"snappy\""), "{error}");
     let (copied, _) = recovered(&path, Damaged::LeaveOut);
     assert_eq!((copied.messages, copied.lost_chunks), (0, 3));
-    assert_eq!(held(&path).unwrap().messages, COUNT, "what a copy must not replace");
+    assert_eq!(held(&path).unwrap().messages, COUNT, "a copy must not replace these");
 }
 
 /// rosbag2 writes 0 as the sequence number of every message, which MCAP allows.
 #[test]
-fn messages_without_numbers_are_read_and_none_is_missing() {
+fn messages_without_sequence_numbers_do_not_count_as_missing() {
     let folder = tempfile::tempdir().unwrap();
     let path = write(folder.path(), SampleForm::default(), &[points("/ball", COUNT, false)]);
-    let told = info(&path).unwrap();
-    assert_eq!((told.messages, told.missing), (COUNT, 0));
-    assert_eq!((told.profile.as_str(), told.library.as_str()), ("ros2", "another tool"));
-    assert!(told.notes[0].contains("not a sketchnav recording"), "{:?}", told.notes);
+    let info_of_copy = info(&path).unwrap();
+    assert_eq!((info_of_copy.messages, info_of_copy.missing), (COUNT, 0));
+    assert_eq!((info_of_copy.profile.as_str(), info_of_copy.library.as_str()), ("ros2", "another tool"));
+    assert!(info_of_copy.notes[0].contains("not a sketchnav recording"), "{:?}", info_of_copy.notes);
     let original = Recording::open(&path).unwrap();
     let mut copies = Vec::new();
     let mut copy = Copy::new(Vec::new()).unwrap();
@@ -120,15 +120,15 @@ fn messages_without_numbers_are_read_and_none_is_missing() {
     for (count, bytes) in copies {
         let path = folder.path().join("copy.mcap");
         std::fs::write(&path, bytes).unwrap();
-        let told = info(&path).unwrap();
-        assert_eq!((told.messages, told.missing), (count, 0));
-        assert_eq!(told.messages, info_of_messages(&path).unwrap().messages);
+        let info_of_copy = info(&path).unwrap();
+        assert_eq!((info_of_copy.messages, info_of_copy.missing), (count, 0));
+        assert_eq!(info_of_copy.messages, info_of_messages(&path).unwrap().messages);
     }
 }
 
 /// A recording may begin while its publishers' numbers are already running.
 #[test]
-fn others_begin_to_count_where_they_like() {
+fn other_tools_may_begin_counting_at_any_number() {
     let folder = tempfile::tempdir().unwrap();
     let mut topic = points("/ball", COUNT, false);
     topic.messages.iter_mut().zip(500..).for_each(|((_, seq, _), number)| *seq = number);
@@ -138,7 +138,7 @@ fn others_begin_to_count_where_they_like() {
 }
 
 #[test]
-fn either_byte_order_and_messages_packed_one_by_one_say_the_same() {
+fn both_byte_orders_and_messages_compressed_one_by_one_decode_alike() {
     let folder = tempfile::tempdir().unwrap();
     let plain = points("/ball", COUNT, false);
     let mut packed = plain.clone();
@@ -161,7 +161,7 @@ fn either_byte_order_and_messages_packed_one_by_one_say_the_same() {
 }
 
 #[test]
-fn a_copy_holds_packed_messages_unpacked() {
+fn a_copy_contains_compressed_messages_decompressed() {
     let folder = tempfile::tempdir().unwrap();
     let mut topic = points("/ball", 1, false);
     let data = zstd::stream::encode_all(topic.messages[0].2.as_slice(), 1).unwrap();
@@ -175,7 +175,7 @@ fn a_copy_holds_packed_messages_unpacked() {
 }
 
 #[test]
-fn messages_of_ros_1_are_named_and_json_is_passed_on() {
+fn ros_1_messages_are_reported_and_json_is_passed_on() {
     let folder = tempfile::tempdir().unwrap();
     let form = SampleForm { profile: "ros1", compression: "lz4", ..SampleForm::default() };
     let ros1 = SampleTopic { encoding: "ros1", language: "ros1msg", ..points("/ball", 3, false) };
@@ -188,9 +188,9 @@ fn messages_of_ros_1_are_named_and_json_is_passed_on() {
         messages: vec![(1_700_000_000_000_000_000, 0, br#"{ "a": [1, 2] }"#.to_vec())],
     };
     let path = write(folder.path(), form, &[ros1, json]);
-    let told = info(&path).unwrap();
-    assert_eq!((told.profile.as_str(), told.messages), ("ros1", 4));
-    let notes = told.notes.join("\n");
+    let info_of_copy = info(&path).unwrap();
+    assert_eq!((info_of_copy.profile.as_str(), info_of_copy.messages), ("ros1", 4));
+    let notes = info_of_copy.notes.join("\n");
     assert!(notes.contains("/ball: ROS 1 messages") && notes.contains("rosbags-convert"), "{notes}");
     assert!(notes.contains("/text: messages in JSON"), "{notes}");
     let mut decoder = Decoder::default();
@@ -213,7 +213,7 @@ fn messages_of_ros_1_are_named_and_json_is_passed_on() {
 
 /// `recover` dropped chunks with a wrong checksum for good. It reported how many there were, but not where and why.
 #[test]
-fn a_wrong_checksum_is_listed_with_its_messages_and_kept_where_asked_for() {
+fn messages_with_a_wrong_checksum_are_listed_and_kept_on_request() {
     let folder = tempfile::tempdir().unwrap();
     let form = SampleForm { has_checksums: false, ..SampleForm::default() };
     let path = write(folder.path(), form, &[points("/ball", COUNT, false)]);
@@ -231,7 +231,7 @@ fn a_wrong_checksum_is_listed_with_its_messages_and_kept_where_asked_for() {
 }
 
 #[test]
-fn a_file_that_is_no_recording_is_named() {
+fn a_file_other_than_a_recording_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("x.mcap");
     for (content, words) in [
@@ -253,7 +253,7 @@ fn a_file_that_is_no_recording_is_named() {
 
 /// A message whose topic is not a channel was silently left out of a copy.
 #[test]
-fn a_message_of_an_unknown_topic_is_refused_by_a_writer_of_runs() {
+fn the_writer_of_runs_refuses_an_unknown_topic() {
     let folder = tempfile::tempdir().unwrap();
     let path = write(folder.path(), SampleForm::default(), &[points("/ball", 1, false)]);
     let mut writer = Writer::create(Vec::new(), &common::run_config()).unwrap();
@@ -264,7 +264,7 @@ fn a_message_of_an_unknown_topic_is_refused_by_a_writer_of_runs() {
 /// If rosbag2 had not found a definition, its messages were reported as too long. If a topic had two types, only one was
 /// shown.
 #[test]
-fn an_empty_definition_and_a_second_type_are_named() {
+fn an_empty_definition_and_a_second_type_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let undefined = SampleTopic { definition: "", ..points("/ball", COUNT, false) };
     let path = write(folder.path(), SampleForm::default(), &[undefined]);
@@ -280,7 +280,7 @@ fn an_empty_definition_and_a_second_type_are_named() {
 
 /// Another tool had left out scans but copied the facts about the topics, which said "0 missing".
 #[test]
-fn what_another_tool_has_copied_of_the_topics_does_not_count() {
+fn metadata_of_topics_copied_by_another_tool_is_ignored() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("story.mcap");
     let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("golden/story.mcap");

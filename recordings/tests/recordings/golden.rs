@@ -53,7 +53,7 @@ fn difference(a: &Path, b: &Path) -> Option<Difference> {
 
 /// A changed health message is a difference, and so is a changed fault.
 #[test]
-fn nothing_that_is_recorded_is_left_out_of_the_comparison() {
+fn every_recorded_channel_is_compared() {
     let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("golden/samples.mcap");
     let folder = tempfile::tempdir().unwrap();
     let other = folder.path().join("other.mcap");
@@ -74,7 +74,7 @@ fn nothing_that_is_recorded_is_left_out_of_the_comparison() {
 }
 
 #[test]
-fn the_golden_recordings_still_say_the_same() {
+fn the_golden_recordings_still_decode_to_the_same_messages() {
     let story = check("story.mcap", |path| common::record_story(path, STEPS));
     assert!(info(&story).unwrap().clean_end);
     check("samples.mcap", |path| common::record_samples(path, 7, 2));
@@ -85,7 +85,7 @@ fn the_golden_recordings_still_say_the_same() {
 }
 
 #[test]
-fn what_a_kill_left_long_ago_is_still_read() {
+fn an_old_recording_cut_off_by_a_kill_is_still_read() {
     let cut = check("cut.mcap", |path| {
         let whole = path.with_extension("whole");
         common::record_story(&whole, STEPS);

@@ -60,7 +60,7 @@ fn a_seek_reads_only_the_chunks_that_it_needs() {
 }
 
 #[test]
-fn the_order_of_time_has_the_rhythm_of_a_step() {
+fn messages_in_order_of_time_keep_the_order_of_a_step() {
     let (_folder, path) = story();
     let recording = Recording::open(&path).unwrap();
     let messages: Vec<_> = recording.timeline(Selection::default()).unwrap().map(Result::unwrap).collect();
@@ -75,13 +75,13 @@ fn the_order_of_time_has_the_rhythm_of_a_step() {
 }
 
 #[test]
-fn the_summary_tells_what_the_messages_tell() {
+fn the_summary_agrees_with_the_messages() {
     let (_folder, path) = story();
     assert_eq!(info(&path).unwrap(), info_of_messages(&path).unwrap());
 }
 
 #[test]
-fn a_file_without_a_summary_has_an_index_too() {
+fn a_file_without_a_summary_can_be_indexed() {
     let (_folder, path) = story();
     let whole = std::fs::read(&path).unwrap();
     let expected: Vec<_> = all(&Recording::open(&path).unwrap()).iter().map(key).collect();
@@ -97,7 +97,7 @@ proptest! {
 
     /// Whatever is selected, the result is the same as filtering all messages.
     #[test]
-    fn a_selection_is_a_sieve(first in 0..50_u64, length in 0..50_u64, topics in prop::option::of(0..8_usize), of in 1..20_u64) {
+    fn a_selection_yields_exactly_the_matching_messages(first in 0..50_u64, length in 0..50_u64, topics in prop::option::of(0..8_usize), of in 1..20_u64) {
         const TOPICS: [&str; 8] = ["/scan", "/odometry", "/sketch", "/tf", "/health", "/estimate", "/plan", "/none"];
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("story.mcap");

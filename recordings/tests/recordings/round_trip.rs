@@ -45,7 +45,7 @@ impl ChannelVisitor for ReadSamples<'_> {
 const STACK_BYTES: usize = 16 << 20;
 
 #[test]
-fn every_message_of_every_channel_comes_back() {
+fn every_message_of_every_channel_round_trips() {
     let thread = std::thread::Builder::new().stack_size(STACK_BYTES).spawn(compare_every_message).unwrap();
     thread.join().unwrap();
 }
@@ -68,7 +68,7 @@ fn compare_every_message() {
 /// A recording may come from anywhere, so its robot was not necessarily parsed from a file. An impossible robot once reached
 /// the cores.
 #[test]
-fn a_robot_that_cannot_be_is_refused_from_a_recording_too() {
+fn an_impossible_robot_in_a_recording_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("strange.mcap");
     let mut run = common::run_config();
@@ -98,7 +98,7 @@ fn the_run_is_in_the_file() {
 }
 
 #[test]
-fn a_file_cut_anywhere_is_read_up_to_its_last_whole_chunk() {
+fn a_file_cut_anywhere_is_read_up_to_its_last_complete_chunk() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("story.mcap");
     let mut writer = common::create(&path);
@@ -134,7 +134,7 @@ fn check_cut(path: &Path, cut: usize, least: u64) {
 }
 
 #[test]
-fn a_damaged_byte_is_noticed_or_harmless() {
+fn a_damaged_byte_is_detected_or_harmless() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("story.mcap");
     common::record_story(&path, 10);
@@ -151,7 +151,7 @@ fn a_damaged_byte_is_noticed_or_harmless() {
 }
 
 #[test]
-fn gaps_and_repetitions_are_told() {
+fn gaps_and_repetitions_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("gaps.mcap");
     let mut writer = common::create(&path);
@@ -168,7 +168,7 @@ fn gaps_and_repetitions_are_told() {
 }
 
 #[test]
-fn a_malformed_message_is_refused_and_the_recording_goes_on() {
+fn a_malformed_message_is_rejected_and_recording_continues() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("refused.mcap");
     let mut writer = common::create(&path);
@@ -197,7 +197,7 @@ fn with_x(raw: &RawMessage, x: f64) -> RawMessage {
 /// was read. A single tilted quaternion, which must be rejected, ended the command that encountered it, even if that command
 /// only copied messages.
 #[test]
-fn a_rounded_quaternion_is_read_and_a_tilted_one_is_kept_as_it_is() {
+fn rounding_in_a_quaternion_is_accepted_and_a_tilt_is_kept() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("story.mcap");
     common::record_story(&path, 20);
@@ -243,7 +243,7 @@ impl Write for FullDisk {
 }
 
 #[test]
-fn a_full_disk_leaves_what_was_flushed_readable() {
+fn on_a_full_disk_flushed_messages_stay_readable() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("full.mcap");
     let disk = FullDisk { file: std::fs::File::create(&path).unwrap(), room: 40_000 };
@@ -266,7 +266,7 @@ fn a_full_disk_leaves_what_was_flushed_readable() {
 }
 
 #[test]
-fn what_is_no_recording_is_named() {
+fn anything_but_a_recording_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("text.mcap");
     let missing = Recording::open(&path).unwrap_err();
@@ -281,7 +281,7 @@ fn what_is_no_recording_is_named() {
 /// Messages of several processes may arrive out of order. Readers assume that the times of a topic never go back, so the
 /// logged time is adjusted and the message keeps its own time.
 #[test]
-fn the_times_of_a_topic_do_not_go_back() {
+fn times_within_a_topic_never_decrease() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("health.mcap");
     let mut writer = common::create(&path);
@@ -304,7 +304,7 @@ fn the_times_of_a_topic_do_not_go_back() {
 /// The recorder reports its restarts in `health`, as every process does, and also counts them itself. Each of its restarts
 /// was therefore counted twice.
 #[test]
-fn a_restart_of_the_recorder_is_one_restart() {
+fn a_restart_of_the_recorder_counts_once() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("restarts.mcap");
     // In one of its lives the recorder reported nothing.

@@ -39,7 +39,7 @@ fn playing(recording: &Recording, run: RunConfig) -> RunConfig {
 /// `rerun` opened the files named in the `run.json` of an untrusted recording, and `replay --live` put them into another
 /// recording.
 #[test]
-fn a_recorded_run_reads_nothing_outside_of_its_recording() {
+fn a_recorded_run_reads_nothing_outside_its_recording() {
     let folder = tempfile::tempdir().unwrap();
     let secret = folder.path().join("id_rsa");
     std::fs::write(&secret, "secret").unwrap();
@@ -63,7 +63,7 @@ fn a_recorded_run_reads_nothing_outside_of_its_recording() {
 
 /// The place that a running system names for its files is valid only within that system.
 #[test]
-fn a_recording_cannot_send_its_reader_to_another_one() {
+fn a_recording_cannot_refer_to_another_one() {
     let folder = tempfile::tempdir().unwrap();
     let other = recording(
         &folder.path().join("other.mcap"),
@@ -80,7 +80,7 @@ fn a_recording_cannot_send_its_reader_to_another_one() {
 }
 
 #[test]
-fn what_a_recording_holds_is_read_out_of_it() {
+fn embedded_files_are_read_from_the_recording() {
     let folder = tempfile::tempdir().unwrap();
     let files = [
         inside("navigator/plan.svg", b"drawn"),
@@ -102,7 +102,7 @@ fn what_a_recording_holds_is_read_out_of_it() {
 
 /// The second of two files with the same name replaced the first.
 #[test]
-fn files_of_one_name_are_told_apart() {
+fn files_with_the_same_name_are_kept_apart() {
     let folder = tempfile::tempdir().unwrap();
     let place = |name: &str| folder.path().join(name);
     for (name, text) in [("a/plan.txt", "first"), ("b/plan.txt", "second"), ("floor.yaml", "")] {

@@ -154,7 +154,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_there_stays_until_the_draft_is_whole() {
+    fn the_earlier_file_stays_until_the_draft_is_complete() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.mcap");
         std::fs::write(&path, "old").unwrap();
@@ -173,7 +173,7 @@ mod tests {
 
     /// A source named `a.mcap.unfinished` was truncated when `a.mcap` was made from it.
     #[test]
-    fn a_file_of_the_drafts_name_stays() {
+    fn an_existing_file_with_the_drafts_name_is_kept() {
         let folder = tempfile::tempdir().unwrap();
         let [path, source] = ["a.mcap", "a.mcap.unfinished"].map(|name| folder.path().join(name));
         std::fs::write(&source, "source").unwrap();
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn permissions_stay_and_inputs_are_recognised() {
+    fn permissions_are_kept_and_inputs_are_recognised() {
         let folder = tempfile::tempdir().unwrap();
         let [path, link, other] = ["a", "link", "other"].map(|name| folder.path().join(name));
         std::fs::write(&path, "old").unwrap();
@@ -198,7 +198,7 @@ mod tests {
 
     /// Running with `-o /dev/null` as root replaced the device with a file.
     #[test]
-    fn what_is_no_file_stays_what_it_is() {
+    fn devices_and_pipes_are_not_replaced() {
         let folder = tempfile::tempdir().unwrap();
         let [pipe, link, file] = ["pipe", "link", "file"].map(|name| folder.path().join(name));
         nix::unistd::mkfifo(&pipe, nix::sys::stat::Mode::S_IRWXU).unwrap();

@@ -117,7 +117,7 @@ mod tests {
 
     /// A sparse file of 8 GB was read into memory without first checking its size.
     #[test]
-    fn a_file_that_is_too_large_is_refused_before_it_is_read() {
+    fn an_oversized_file_is_refused_before_it_is_read() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("sparse");
         File::create(&path).unwrap().set_len(8 << 30).unwrap();
@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn other_errors_are_the_systems() {
+    fn other_errors_are_those_of_the_system() {
         let error = read("/nowhere", FEW).unwrap_err();
         assert_eq!(error.kind(), ErrorKind::NotFound);
         assert_eq!(error.to_string(), "expected a note, found no such file");
@@ -143,7 +143,7 @@ mod tests {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
         #[test]
-        fn as_much_as_the_limit_is_read_and_no_more(length in 0..30_usize) {
+        fn a_file_of_exactly_the_limit_is_read_and_a_larger_one_is_not(length in 0..30_usize) {
             let bytes = vec![b'a'; length];
             let read = read_from(bytes.as_slice(), FEW);
             prop_assert_eq!(read.ok(), (length <= 10).then_some(bytes));

@@ -71,14 +71,14 @@ mod tests {
     use crate::{DRAWING, MISSION, read, read_to_string};
 
     #[test]
-    fn the_flag_is_that_of_the_system() {
+    fn the_flag_equals_the_c_librarys() {
         assert_eq!(O_NONBLOCK, nix::libc::O_NONBLOCK);
     }
 
     /// `info`, `--faults` and a drawing waited forever for the writer of a named pipe, and read `/dev/zero` up to the
     /// limit.
     #[test]
-    fn what_is_no_plain_file_is_named_and_not_waited_for() {
+    fn anything_but_a_plain_file_is_refused_without_waiting() {
         let folder = tempfile::tempdir().unwrap();
         let [fifo, link, socket, file] =
             ["fifo", "link", "socket", "file"].map(|name| folder.path().join(name));

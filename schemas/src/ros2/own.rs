@@ -107,9 +107,9 @@ impl<T: Field, const N: usize> Way<[T; N]> for Counted {
 
 /// The field does not travel, because another field's form implies it.
 #[derive(Debug)]
-pub struct Untold;
+pub struct Implied;
 
-impl Way<u32> for Untold {
+impl Way<u32> for Implied {
     type Form = ();
 
     fn msg() -> Option<String> {
@@ -126,7 +126,7 @@ impl Way<u32> for Untold {
 }
 
 /// Returns true if a field's form is empty, so that it takes no bytes in CDR and no field in JSON.
-pub fn is_untold<T>(_: &T) -> bool {
+pub fn is_implied<T>(_: &T) -> bool {
     size_of::<T>() == 0
 }
 

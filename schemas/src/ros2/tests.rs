@@ -12,7 +12,7 @@ fn cdr<T: Ros2>(message: &T, cells: &[u8]) -> Vec<u8> {
 
 /// A sequence length of four billion in thirty bytes must not make the reader reserve memory for it.
 #[test]
-fn a_lying_length_ends_at_the_end_of_the_bytes() {
+fn a_wrong_length_does_not_read_beyond_the_end() {
     let scan = LaserScan { header: Header { seq: 1, stamp_ns: 0, source_seq: 1 }, ..Zeroable::zeroed() };
     let mut bytes = cdr(&scan, &[]);
     let ranges = bytes.len() - 8;
@@ -21,7 +21,7 @@ fn a_lying_length_ends_at_the_end_of_the_bytes() {
 }
 
 #[test]
-fn what_would_not_come_back_is_refused() {
+fn values_that_would_not_round_trip_are_refused() {
     let mut out = Vec::new();
     let header = Header { seq: 3, stamp_ns: 5, source_seq: 3 };
     let scan = LaserScan { header, ..Zeroable::zeroed() };
@@ -52,7 +52,7 @@ fn what_would_not_come_back_is_refused() {
 }
 
 #[test]
-fn another_frame_is_not_ours() {
+fn a_foreign_frame_is_refused() {
     let header = Header { seq: 3, stamp_ns: 5, source_seq: 3 };
     let truth = GroundTruth { header, ..Zeroable::zeroed() };
     let error = Odometry::from_cdr(&cdr(&truth, &[]), 3).unwrap_err();
@@ -62,7 +62,7 @@ fn another_frame_is_not_ours() {
 /// A driver that computes its quaternions leaves rounding errors in x and y, and −0 if it inverts them. None of its odometry
 /// was read, and the reason given was a byte offset.
 #[test]
-fn rounding_in_a_quaternion_is_told_from_a_tilt() {
+fn rounding_in_a_quaternion_is_distinguished_from_a_tilt() {
     let header = Header { seq: 3, stamp_ns: 5, source_seq: 3 };
     let level = PoseM { orientation_w: 1.0, ..Zeroable::zeroed() };
     let odometry = Odometry { header, pose: level, ..Zeroable::zeroed() };
@@ -109,7 +109,7 @@ fn the_pad_is_a_process_in_every_message_that_names_processes() {
 }
 
 #[test]
-fn a_msg_is_written_as_a_person_would() {
+fn a_msg_looks_hand_written() {
     let text = "# The robot started or stopped touching something.
 # Frame: world.
 uint32 WALL=1 # A wall of the building.

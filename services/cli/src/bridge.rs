@@ -116,7 +116,7 @@ mod built {
         let (domain, orders) = (settings.domain, orders.unwrap_or_default());
         live!("{name} in domain {domain}: {}{orders}", names.join(" "))?;
         let done = sketchnav_ros2::run(&node, run, &topics, settings).context("bridge ros2")?;
-        Ok(told(name, &done))
+        Ok(report(name, &done))
     }
 
     /// Lets a ROS 2 robot take the place of the world.
@@ -134,10 +134,10 @@ mod built {
         let domain = settings.domain;
         live!("{name} in domain {domain}: a robot with {scan} and {odom} is driven by {cmd_vel}")?;
         let done = sketchnav_ros2::drive(&node, run, settings).context("bridge ros2")?;
-        Ok(told(name, &done))
+        Ok(report(name, &done))
     }
 
-    fn told(name: &str, done: &Summary) -> Outcome {
+    fn report(name: &str, done: &Summary) -> Outcome {
         let Summary { sent, unsent, lost } = done;
         say!(
             "{name}: {sent} messages sent, {unsent} dropped because a subscriber had no room, {lost} lost before that"

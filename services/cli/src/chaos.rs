@@ -90,7 +90,7 @@ pub fn chaos(mission: &Path, options: &ChaosOptions) -> Result<Outcome, Failure>
         Some(plan) => {
             schedule::write(&path, &plan)?;
             let run = start(mission, options, &folder.join("disturbed"), "chaos", Some(&path))?;
-            let disturbed = report(run).map_err(|failure| schedule::told(failure, &path))?;
+            let disturbed = report(run).map_err(|failure| schedule::with_repetition(failure, &path))?;
             let kills = schedule::kills(&recording(&disturbed)?)?;
             judge(options, &kills, plan.fault.len() as u32, &reference, &disturbed, &path)?
         }
@@ -117,7 +117,7 @@ fn by_lot(
     let disturbed = report(run);
     // Written even after a failure, since a run that failed usually has a recording, too.
     let is_written = schedule::write_happened(schedule, &out);
-    let disturbed = disturbed.map_err(|failure| schedule::told(failure, schedule))?;
+    let disturbed = disturbed.map_err(|failure| schedule::with_repetition(failure, schedule))?;
     is_written?;
     judge(
         options,
@@ -319,7 +319,7 @@ mod tests {
     /// A run that was identical down to the byte was once called bad because its mission fails even without kills, or
     /// ends early.
     #[test]
-    fn what_is_the_same_without_kills_is_good() {
+    fn an_undisturbed_run_passes_if_it_is_identical() {
         assert!(report().is_good());
         assert!(Report { success: false, undisturbed_success: false, ..report() }.is_good());
         assert!(Report { kills: 2, ..report() }.is_good());

@@ -42,7 +42,7 @@ fn of_map(run: &RunConfig, files: &dyn Files) -> Option<String> {
 }
 
 /// Prints the doubts to standard error.
-pub fn tell(doubts: &Doubts) {
+pub fn print(doubts: &Doubts) {
     doubts.warnings.iter().for_each(|warning| say!("warning: {warning}"));
     doubts.left_out.iter().for_each(|what| say!("left out: {what}"));
 }

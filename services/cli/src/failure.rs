@@ -147,7 +147,7 @@ mod tests {
 
     /// An error that quoted a rejected escape sequence used to send it to the terminal itself.
     #[test]
-    fn no_error_steers_the_terminal_or_begins_a_line() {
+    fn no_error_controls_the_terminal_or_forges_a_line() {
         let name = "a\u{1b}[31m\u{202e}\nerror: forged\u{9b}";
         let error = anyhow::anyhow!("{name}: expected a mission");
         assert_eq!(
@@ -156,23 +156,23 @@ mod tests {
         );
         // The excerpt of the file is kept on lines of its own below the error.
         let toml = toml::from_str::<toml::Table>("a = 1\nb\u{1b}[2J = = 2\n").unwrap_err();
-        let told = output_of(&anyhow::Error::from(toml).context("m\n.toml"));
-        assert!(told.starts_with("error: m\\n.toml: TOML parse error at line 2"), "{told}");
-        assert!(told.contains("\n  2 | b\\u001b[2J = = 2\n"), "{told}");
-        assert!(told.lines().skip(1).all(|line| line.starts_with("  ")), "{told}");
+        let output = output_of(&anyhow::Error::from(toml).context("m\n.toml"));
+        assert!(output.starts_with("error: m\\n.toml: TOML parse error at line 2"), "{output}");
+        assert!(output.contains("\n  2 | b\\u001b[2J = = 2\n"), "{output}");
+        assert!(output.lines().skip(1).all(|line| line.starts_with("  ")), "{output}");
         for yaml in ["image: a.pgm\nresolution: [\n", "image: a.pgm\nresolution: 1\norigin: [1, 2]\n"] {
             let yaml = sketchnav_sim::ros_map::MapInfo::parse(yaml).unwrap_err();
-            let told = output_of(&anyhow::Error::from(yaml));
-            assert!(!told.contains("\\n"), "{told}");
+            let output = output_of(&anyhow::Error::from(yaml));
+            assert!(!output.contains("\\n"), "{output}");
         }
     }
 
     /// The second word stands for a file name that a shell pattern happened to match.
     #[test]
-    fn a_rejected_word_of_the_command_line_is_shown_as_it_is() {
+    fn a_rejected_argument_is_shown_escaped() {
         let words = ["sketchnav", "inf\u{1b}[31m\u{202e}o\n"].map(OsString::from);
-        let told = tame(words.into_iter()).unwrap().render().ansi().to_string();
-        assert!(told.contains("inf\\u001b[31m\\u202eo\\n") && !told.contains("\u{202e}"), "{told}");
+        let output = tame(words.into_iter()).unwrap().render().ansi().to_string();
+        assert!(output.contains("inf\\u001b[31m\\u202eo\\n") && !output.contains("\u{202e}"), "{output}");
     }
 
     fn output_of(error: &anyhow::Error) -> String {
@@ -181,7 +181,7 @@ mod tests {
 
     /// A missing file was once reported three times: "m.toml: cannot be read: No such file …: cannot be …".
     #[test]
-    fn a_cause_is_told_once() {
+    fn each_cause_is_printed_once() {
         let missing = sketchnav_sim::mission_file::load("/nowhere/m.toml".as_ref()).unwrap_err();
         let story = story(&anyhow::Error::from(missing).context("the mission"));
         assert!(story.starts_with("the mission: /nowhere/m.toml: "), "{story}");

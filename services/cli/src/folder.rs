@@ -91,7 +91,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_second_run_gets_a_folder_of_its_own() {
+    fn a_second_run_gets_its_own_folder() {
         let out = tempfile::tempdir().unwrap();
         let first = create(&out.path().join("results"), "lab").unwrap();
         let second = create(&out.path().join("results"), "lab").unwrap();
@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn what_never_began_leaves_no_folder_that_was_not_there() {
+    fn a_run_that_never_began_leaves_no_new_folder() {
         let out = tempfile::tempdir().unwrap();
         let create = || create(&out.path().join("some/results"), "lab").unwrap();
         let folder = create();
@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn any_name_becomes_a_plain_one() {
+    fn any_name_becomes_a_valid_folder_name() {
         assert_eq!(plain_name("Büro 3, links"), "b-ro-3--links");
         assert_eq!(plain_name("…"), "mission");
     }

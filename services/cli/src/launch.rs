@@ -122,7 +122,7 @@ pub fn classify(error: SystemError) -> Failure {
             let words = death.last_lines.trim_start_matches("error: ");
             Failure::Input(anyhow!("{}: {words}", death.process))
         }
-        SystemError::Runtime(cause) if cause.is_about_the_name() || cause.is_about_what_to_resume() => {
+        SystemError::Runtime(cause) if cause.concerns_the_name() || cause.has_nothing_to_resume() => {
             Failure::Input(error.into())
         }
         _ => Failure::Other(error.into()),
@@ -162,7 +162,7 @@ mod tests {
 
     /// The method was once missing from the recordings of all kinds of navigators but one.
     #[test]
-    fn the_method_of_a_run_is_known_whatever_its_navigator() {
+    fn the_method_of_a_run_is_known_for_every_navigator() {
         let mut kinds = BTreeSet::new();
         for mission in
             ["laboratory/laboratory-a", "corridor/corridor-a", "landmarks/scene-a", "directions/hundred"]
@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn the_method_of_a_run_is_the_one_that_is_asked_for() {
+    fn the_method_of_a_run_is_the_requested_one() {
         assert_eq!(run("laboratory/laboratory-a", &["--method", "beam"]).method, "beam");
         assert_eq!(run("corridor/corridor-qtc", &[]).method, "qtc-b");
     }

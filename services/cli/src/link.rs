@@ -115,7 +115,7 @@ mod tests {
     /// All users of the machine can reach a loopback address. A link to one once had no token, and another user could
     /// drive the robot.
     #[test]
-    fn every_link_has_a_token_that_nobody_guesses() {
+    fn every_link_has_an_unguessable_token() {
         for bind in ["127.0.0.1", "::1", "0.0.0.0"] {
             let links = [(); 2].map(|()| Link::new(&site(bind), None).unwrap());
             assert_ne!(links[0].token, links[1].token);
@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn a_picture_of_the_link_is_for_other_devices() {
+    fn the_qr_code_is_for_other_devices() {
         let lines = |bind| Link::new(&site(bind), None).unwrap().text().lines().count();
         assert!(lines("127.0.0.1") == 1 && lines("0.0.0.0") > 10);
     }

@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn the_last_lines_come_first_then_what_is_written() {
+    fn the_last_lines_come_first_and_new_ones_follow() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("world.log");
         let mut log = Log { process: Process::World, path: path.clone(), file: None, rest: Vec::new() };
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_without_end_comes_in_pieces() {
+    fn an_overlong_line_is_printed_in_pieces() {
         let mut log =
             Log { process: Process::World, path: PathBuf::new(), file: None, rest: vec![b'x'; MAX_LINE + 1] };
         assert_eq!(lines(&mut log).iter().map(String::len).sum::<usize>(), MAX_LINE);

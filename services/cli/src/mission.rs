@@ -124,7 +124,7 @@ fn run_in(
     });
     let (link, view, run, doubts) = ready.inspect_err(|_| folder.discard())?;
     if !options.json {
-        doubts::tell(&doubts);
+        doubts::print(&doubts);
     }
     drive(&run, (link, view), options, folder)
 }
@@ -226,24 +226,24 @@ fn watch(
     quiet: bool,
     warnings: &mut Vec<String>,
 ) -> Result<Progress, SystemError> {
-    if let Some(progress) = warnings::hear(warnings, supervisor, run, quiet)? {
+    if let Some(progress) = warnings::receive(warnings, supervisor, run, quiet)? {
         return Ok(progress);
     }
     supervisor.order_start()?;
     let line = progress_line(run, quiet);
     let began = Instant::now();
-    let (mut told, mut mourned) = (0, 0);
+    let (mut reported, mut mourned) = (0, 0);
     loop {
         let progress = supervisor.poll(REFRESH)?;
-        for status in supervisor.ended_tasks().skip(told) {
-            tell(&line, quiet, &task_ended(status));
-            told += 1;
+        for status in supervisor.ended_tasks().skip(reported) {
+            print_above(&line, quiet, &task_ended(status));
+            reported += 1;
         }
         for death in &supervisor.survived()[mourned..] {
-            tell(&line, quiet, &format!("  {}; restarted", death.how()));
+            print_above(&line, quiet, &format!("  {}; restarted", death.how()));
             mourned += 1;
         }
-        line.set_position(told as u64);
+        line.set_position(reported as u64);
         if let Some(status) = supervisor.status() {
             line.set_message(one_line(on_the_way(status, began.elapsed())));
         }
@@ -265,7 +265,7 @@ fn progress_line(run: &RunConfig, quiet: bool) -> ProgressBar {
 }
 
 /// Prints a line above the progress line or, if there is no terminal, to standard error.
-fn tell(line: &ProgressBar, quiet: bool, text: &str) {
+fn print_above(line: &ProgressBar, quiet: bool, text: &str) {
     match (quiet, line.is_hidden()) {
         (true, _) => {}
         (false, true) => say!("{text}"),

@@ -1,4 +1,4 @@
-//! Tells a service manager that this service is ready, still alive, or stopping (sd_notify(3)).
+//! Notifies a service manager that this service is ready, still alive, or stopping (sd_notify(3)).
 //!
 //! Does nothing if there is no manager (`NOTIFY_SOCKET` is not set). Failed notifications are ignored, since the
 //! manager notices that they are missing.
@@ -40,23 +40,23 @@ impl Manager {
 
     /// Reports that the service has started its work. `status` is a line for people.
     pub fn ready(&self, status: &str) {
-        self.tell(&format!("READY=1\nSTATUS={status}"));
+        self.notify(&format!("READY=1\nSTATUS={status}"));
     }
 
     /// Sends a sign of life if one is due.
     pub fn ping_if_due(&mut self) {
         if self.ping_every.is_some_and(|period| self.pinged.elapsed() >= period) {
             self.pinged = Instant::now();
-            self.tell("WATCHDOG=1");
+            self.notify("WATCHDOG=1");
         }
     }
 
     /// Reports that the service is about to end.
     pub fn stopping(&self) {
-        self.tell("STOPPING=1");
+        self.notify("STOPPING=1");
     }
 
-    fn tell(&self, text: &str) {
+    fn notify(&self, text: &str) {
         if let Some((socket, address)) = &self.socket {
             // If the manager is gone, the message is not needed.
             let _ = socket.send_to_addr(text.as_bytes(), address);
@@ -76,14 +76,14 @@ fn address(name: &str) -> Option<SocketAddr> {
 mod tests {
     use super::*;
 
-    fn heard(manager: &UnixDatagram) -> String {
+    fn received(manager: &UnixDatagram) -> String {
         let mut text = [0; 256];
         let length = manager.recv(&mut text).unwrap();
         String::from_utf8_lossy(&text[..length]).into_owned()
     }
 
     #[test]
-    fn a_manager_hears_of_the_beginning_of_life_and_of_the_end() {
+    fn the_service_manager_is_notified_of_start_life_and_stop() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("notify");
         let abstract_name = format!("sketchnav-test-{}", std::process::id());
@@ -95,18 +95,18 @@ mod tests {
         for (name, socket) in sockets {
             let mut manager = Manager::new(Some(&name), Some("2"));
             manager.ready("the page");
-            assert_eq!(heard(&socket), "READY=1\nSTATUS=the page");
+            assert_eq!(received(&socket), "READY=1\nSTATUS=the page");
             // The watchdog of this manager is due after 1 µs. A longer wait does no harm.
             std::thread::sleep(Duration::from_micros(1));
             manager.ping_if_due();
-            assert_eq!(heard(&socket), "WATCHDOG=1");
+            assert_eq!(received(&socket), "WATCHDOG=1");
             manager.stopping();
-            assert_eq!(heard(&socket), "STOPPING=1");
+            assert_eq!(received(&socket), "STOPPING=1");
         }
     }
 
     #[test]
-    fn without_a_manager_nothing_is_told_and_nothing_fails() {
+    fn without_a_service_manager_nothing_is_sent_and_nothing_fails() {
         for (socket, limit) in [(None, None), (Some("/nowhere/notify"), Some("0")), (Some(""), Some("soon"))]
         {
             let mut manager = Manager::new(socket, limit);

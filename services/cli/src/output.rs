@@ -15,7 +15,7 @@ use sketchnav_schemas::shown::{Lines, OneLine};
 /// # Errors
 /// If the line cannot be written for any other reason, such as a full disk.
 pub fn line(text: Arguments<'_>) -> anyhow::Result<()> {
-    heard(print(OneLine(text)))
+    unless_unheard(print(OneLine(text)))
 }
 
 /// Prints several lines of a result, such as a table. The caller ensures that no name in them contains a line break.
@@ -23,7 +23,7 @@ pub fn line(text: Arguments<'_>) -> anyhow::Result<()> {
 /// # Errors
 /// Those of [`line`].
 pub fn lines(text: impl Display) -> anyhow::Result<()> {
-    heard(print(Lines(text)))
+    unless_unheard(print(Lines(text)))
 }
 
 /// Prints a line of an output that continues for as long as someone reads it.
@@ -45,7 +45,7 @@ fn print(text: impl Display) -> anyhow::Result<()> {
     Ok(out.flush()?)
 }
 
-fn heard(written: anyhow::Result<()>) -> anyhow::Result<()> {
+fn unless_unheard(written: anyhow::Result<()>) -> anyhow::Result<()> {
     match written {
         Err(error) if is_unheard(&error) => Ok(()),
         written => written,

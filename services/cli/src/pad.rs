@@ -140,7 +140,7 @@ fn watch(
     link: &Link,
     is_over: &mut dyn FnMut() -> bool,
 ) -> Result<bool, SystemError> {
-    let (mut is_told, mut mourned) = (false, 0);
+    let (mut is_announced, mut mourned) = (false, 0);
     let mut manager = Manager::of_environment();
     let by_person = loop {
         if supervisor.poll(REFRESH)? == Progress::Interrupted {
@@ -150,10 +150,10 @@ fn watch(
             break false;
         }
         manager.ping_if_due();
-        if !is_told && link.is_up() {
+        if !is_announced && link.is_up() {
             // If standard output is closed, the user may know the link already.
             let _ = output::lines(link.text());
-            is_told = true;
+            is_announced = true;
             // The status omits the link, since that contains the secret token.
             manager.ready("serving the page");
         }

@@ -73,7 +73,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_unknown_key_is_answered_with_the_nearest_or_with_those_of_its_process() {
+    fn an_unknown_key_gets_the_nearest_or_those_of_its_process() {
         let parameters: Parameters = "localizer.beams = 3\nplanner.a.b = 1\nplanner.c = 'x'".parse().unwrap();
         let all = parameters.all();
         for (key, words) in [

@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn a_message_without_a_stamp_has_the_time_of_its_record() {
+    fn a_message_without_a_stamp_has_its_log_time() {
         let stamped = json!({ "header": { "stamp": { "sec": 5, "nanosec": 500_000_000 } } });
         assert_eq!(time_s(&stamped, 7_000_000_000), 5.5);
         assert_eq!(time_s(&json!({}), 7_000_000_000), 7.0);

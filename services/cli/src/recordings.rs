@@ -136,7 +136,7 @@ mod tests {
     ];
 
     #[test]
-    fn commands_for_any_recording_take_those_of_others() {
+    fn commands_for_any_recording_accept_those_of_other_tools() {
         let big_endian = [points("/ball", 25, true), points("/cup", 25, true)];
         let plain = [points("/ball", 25, false), points("/cup", 25, false)];
         for (form, topics) in [
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn commands_for_runs_say_which_take_the_others() {
+    fn commands_for_runs_name_those_for_other_recordings() {
         let place = Place::new(SampleForm::default(), &[points("/ball", 25, false)]);
         for line in
             ["judge x.mcap", "rerun x.mcap --process localizer", "replay x.mcap", "diff x.mcap x.mcap"]
@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn of_other_messages_the_form_is_named() {
+    fn messages_of_another_form_are_described() {
         let ros1 = SampleTopic { encoding: "ros1", language: "ros1msg", ..points("/ball", 25, false) };
         let place = Place::new(SampleForm { profile: "ros1", ..SampleForm::default() }, &[ros1]);
         for line in READ.iter().filter(|line| !line.starts_with("echo") && !line.starts_with("relations")) {
@@ -219,7 +219,7 @@ mod tests {
 
     /// `filter -o pipe` used to wait forever for a process to read the pipe.
     #[test]
-    fn a_pipe_that_nobody_reads_is_no_output() {
+    fn a_pipe_without_a_reader_is_refused_as_output() {
         let place =
             Place::new(SampleForm::default(), &[points("/ball", 25, false), points("/cup", 25, false)]);
         let pipe = place.0.path().join("pipe.mcap");
@@ -247,7 +247,7 @@ mod tests {
 
     /// A page once replaced a recording whose name resembled the intended one.
     #[test]
-    fn no_page_takes_the_place_of_another_recording_unless_told_so() {
+    fn no_page_overwrites_another_recording_without_force() {
         let place = Place::new(SampleForm::default(), &[points("/ball", 25, false)]);
         let other = place.0.path().join("other.mcap");
         let packed = place.0.path().join("packed.zstd");
@@ -265,7 +265,7 @@ mod tests {
 
     /// `report` once overwrote a packed recording with its page.
     #[test]
-    fn no_page_takes_the_place_of_what_it_shows() {
+    fn no_page_overwrites_the_recording_that_it_shows() {
         let place = Place::new(SampleForm::default(), &[points("/ball", 25, false)]);
         let packed = sketchnav_recordings::samples::packed(
             "zstd",

@@ -96,7 +96,7 @@ pub fn send(options: &SendOptions) -> Result<Outcome, Failure> {
             let is_ours = given.header.seq > last && is_order(&given, &ordered);
             last = last.max(given.header.seq);
             if is_ours {
-                return told(options, &name, last, given.header.stamp_ns);
+                return report(options, &name, last, given.header.stamp_ns);
             }
         }
         if Instant::now() > limit || System::open(&name).is_err() {
@@ -201,7 +201,7 @@ fn newest(node: &Node) -> anyhow::Result<u64> {
     Ok(sent.newest())
 }
 
-fn told(options: &SendOptions, system: &str, seq: u64, stamp_ns: u64) -> Result<Outcome, Failure> {
+fn report(options: &SendOptions, system: &str, seq: u64, stamp_ns: u64) -> Result<Outcome, Failure> {
     let order = options.order;
     if options.json {
         let mut object = serde_json::json!({

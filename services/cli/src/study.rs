@@ -225,7 +225,7 @@ mod tests {
 
     /// A participant who holds the plan upside down draws a robot that faces left, although it really faces right.
     #[test]
-    fn an_outcome_says_how_it_ended_and_how_the_drawing_is_turned() {
+    fn an_outcome_has_the_end_and_the_rotation_of_the_drawing() {
         let tasks = vec![task(true, "reached"), task(false, "lost"), task(false, "not begun")];
         let verdict = Verdict { success: false, tasks, sim_seconds: 9.0 };
         let judged = outcome(&verdict, std::f64::consts::PI, &facts(0.0)).unwrap();

@@ -43,12 +43,12 @@ pub fn ps(json: bool) -> Result<Outcome, Failure> {
     // A system that is being created has no description yet.
     let dead = System::list_dead().context("looking for dead systems")?;
     let dead = dead.iter().filter_map(|system| Some((system, system.run_config().ok()?)));
-    dead.into_iter().try_for_each(|(system, run)| out!("{}", how_to_go_on(system.name(), &run)))?;
+    dead.into_iter().try_for_each(|(system, run)| out!("{}", resume_hint(system.name(), &run)))?;
     Ok(Outcome::Success)
 }
 
 /// Says how to resume a system whose supervisor was killed.
-fn how_to_go_on(name: &str, run: &RunConfig) -> String {
+fn resume_hint(name: &str, run: &RunConfig) -> String {
     let folder = run.recording.as_deref().and_then(|recording| Path::new(recording).parent());
     match folder {
         Some(folder) => format!(

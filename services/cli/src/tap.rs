@@ -32,7 +32,7 @@ trait Listener {
     const HISTORY: bool;
     /// Called once before the first message, with the channels that are read.
     fn begin(&mut self, node: &Node, specs: &[&'static ChannelSpec]) -> Result<(), Failure>;
-    fn hear(&mut self, spec: &'static ChannelSpec, sample: &RawSample) -> Result<(), Failure>;
+    fn receive(&mut self, spec: &'static ChannelSpec, sample: &RawSample) -> Result<(), Failure>;
     /// Called once a second, with the number of messages of a channel that have been lost so far.
     fn tick(&mut self, spec: &'static ChannelSpec, lost: u64) -> Result<(), Failure>;
 }
@@ -140,7 +140,7 @@ fn listen<L: Listener>(
     let mut tick = Instant::now();
     loop {
         for tapped in &mut tapped {
-            hear(tapped, &mut amount, listener)?;
+            receive(tapped, &mut amount, listener)?;
         }
         if amount == Amount::Messages(0) {
             return Ok(());
@@ -161,7 +161,7 @@ fn listen<L: Listener>(
 }
 
 /// Passes on the messages that have arrived, up to the wanted number.
-fn hear<L: Listener>(tapped: &mut Tapped, amount: &mut Amount, listener: &mut L) -> Result<(), Failure> {
+fn receive<L: Listener>(tapped: &mut Tapped, amount: &mut Amount, listener: &mut L) -> Result<(), Failure> {
     let mut came = false;
     let spec = tapped.reader.spec();
     let mut newest = None;
@@ -171,14 +171,14 @@ fn hear<L: Listener>(tapped: &mut Tapped, amount: &mut Amount, listener: &mut L)
         match amount {
             Amount::Newest => newest = Some(sample),
             Amount::Messages(left) if tapped.counts => {
-                listener.hear(spec, &sample)?;
+                listener.receive(spec, &sample)?;
                 *left -= 1;
             }
             Amount::Messages(_) => {}
         }
     }
     if let Some(newest) = newest {
-        listener.hear(spec, &newest)?;
+        listener.receive(spec, &newest)?;
         *amount = Amount::Messages(0);
     }
     tapped.counts |= came;

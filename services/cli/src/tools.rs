@@ -60,41 +60,41 @@ const MAX_FAULTS: usize = 60;
 
 /// The information about a recording.
 #[derive(Serialize)]
-struct Told {
+struct Details {
     #[serde(flatten)]
     info: Info,
     faults: Vec<FaultInfo>,
 }
 
-fn look(file: &Path) -> Result<Told, RecordingError> {
+fn look(file: &Path) -> Result<Details, RecordingError> {
     let info = sketchnav_recordings::info::info(file)?;
     // In a recording by other software, a topic with this name may mean something else.
     let spec = FAULTS.spec;
     let is_faults = |topic: &&TopicInfo| spec.is_topic(&topic.topic) && topic.ros2_type == spec.message.ros2;
     let none = info.topics.iter().find(is_faults).is_none_or(|topic| topic.messages == 0);
     let faults = if none { Vec::new() } else { faults(file)? };
-    Ok(Told { info, faults })
+    Ok(Details { info, faults })
 }
 
 /// Like [`look`], but for a path that may refer to several files or to a packed one.
-fn look_at(path: &Path, whole: &Whole) -> Result<Told, Failure> {
-    let mut told = look(whole.path()).or_input()?;
-    told.info.path = path.display().to_string();
+fn look_at(path: &Path, whole: &Whole) -> Result<Details, Failure> {
+    let mut details = look(whole.path()).or_input()?;
+    details.info.path = path.display().to_string();
     if path.is_file() && rosbag2::is_packed(path).unwrap_or(false) {
-        told.info.notes.push(
+        details.info.notes.push(
             "a file compressed as a whole with zstd (compression_mode: FILE); it is unpacked to be read"
                 .to_owned(),
         );
     }
-    Ok(told)
+    Ok(details)
 }
 
 /// Describes a recording, or each recording in a folder.
 pub fn info(path: &Path, json: bool) -> Result<Outcome, Failure> {
     if !path.is_dir() {
         let whole = Whole::of(path)?;
-        let told = whole.known(look_at(path, &whole))?;
-        return if json { print_json(&told) } else { print(&told) }
+        let details = whole.known(look_at(path, &whole))?;
+        return if json { print_json(&details) } else { print(&details) }
             .map(|()| Outcome::Success)
             .map_err(Failure::from);
     }
@@ -106,26 +106,26 @@ pub fn info(path: &Path, json: bool) -> Result<Outcome, Failure> {
     let mut infos = files.iter().map(look_at_one).collect::<Result<Vec<_>, _>>()?;
     let missing: Vec<_> = missing.into_iter().chain(fewer(path, &infos)?).collect();
     missing.iter().for_each(|words| say!("notice: {words}"));
-    infos.iter_mut().take(1).for_each(|told| told.info.notes.extend(missing.iter().cloned()));
+    infos.iter_mut().take(1).for_each(|details| details.info.notes.extend(missing.iter().cloned()));
     if json { print_json(&infos) } else { infos.iter().try_for_each(print) }?;
     Ok(Outcome::Success)
 }
 
 /// Returns a warning if the files of a bag contain fewer messages than its metadata says.
-fn fewer(folder: &Path, infos: &[Told]) -> Result<Option<String>, Failure> {
+fn fewer(folder: &Path, infos: &[Details]) -> Result<Option<String>, Failure> {
     let said = Bag::read(folder).or_input()?.and_then(|bag| bag.messages);
-    let held = infos.iter().map(|told| told.info.messages).sum::<u64>();
+    let held = infos.iter().map(|details| details.info.messages).sum::<u64>();
     let words =
         |said| format!("{}: {METADATA} says {said} messages, its files contain {held}", folder.display());
     Ok(said.filter(|said| held < *said).map(words))
 }
 
-fn print_json(told: &impl Serialize) -> anyhow::Result<()> {
-    out!("{}", serde_json::to_string(told).context("the info as JSON")?)
+fn print_json(details: &impl Serialize) -> anyhow::Result<()> {
+    out!("{}", serde_json::to_string(details).context("the info as JSON")?)
 }
 
-fn print(told: &Told) -> anyhow::Result<()> {
-    let info = &told.info;
+fn print(details: &Details) -> anyhow::Result<()> {
+    let info = &details.info;
     out!("{}  ({:.1} MB)", info.path, info.bytes as f64 / 1e6)?;
     for (key, value) in &info.run {
         out!("{key:<10} {value}")?;
@@ -165,7 +165,7 @@ fn print(told: &Told) -> anyhow::Result<()> {
             out!("{}: {} messages missing after number {}", topic.topic, gap.missing, gap.after_seq)?;
         }
     }
-    print_faults(&told.faults)
+    print_faults(&details.faults)
 }
 
 fn restarted(times: u64) -> String {
@@ -192,18 +192,18 @@ mod tests {
 
     /// A bag had lost most of its messages, and the user was not warned.
     #[test]
-    fn a_bag_that_holds_fewer_messages_than_its_metadata_say_is_named() {
+    fn a_bag_with_fewer_messages_than_its_metadata_is_reported() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("b_0.mcap");
         std::fs::write(&file, recording(SampleForm::default(), &[points("/ball", 12, false)])).unwrap();
-        let told = look_at(&file, &Whole::alone(&file).unwrap()).unwrap();
+        let details = look_at(&file, &Whole::alone(&file).unwrap()).unwrap();
         let says = |count: u64| {
             let text = format!(
                 "rosbag2_bagfile_information:\n  storage_identifier: mcap\n  message_count: {count}\n  \
                  relative_file_paths: [b_0.mcap]\n"
             );
             std::fs::write(folder.path().join(METADATA), text).unwrap();
-            fewer(folder.path(), std::slice::from_ref(&told)).unwrap()
+            fewer(folder.path(), std::slice::from_ref(&details)).unwrap()
         };
         assert!(says(30).unwrap().ends_with("says 30 messages, its files contain 12"));
         assert_eq!([says(12), says(7)], [None, None]);

@@ -18,7 +18,7 @@ const LOOK: Duration = Duration::from_millis(20);
 ///
 /// # Errors
 /// Those of [`Supervisor::poll`].
-pub fn hear(
+pub fn receive(
     warnings: &mut Vec<String>,
     supervisor: &mut Supervisor,
     run: &RunConfig,

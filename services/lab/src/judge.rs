@@ -157,28 +157,28 @@ pub fn fill_gaps<'a>(
     verdict: &mut Verdict,
     truth: &[GroundTruth],
     status: &[MissionStatus],
-    heard: impl IntoIterator<Item = &'a MissionStatus>,
+    reported: impl IntoIterator<Item = &'a MissionStatus>,
 ) {
     let spans = spans(verdict.tasks.len(), status);
     let is_seen = |span: &TaskSpan| {
         let newest = truth_at(truth, span.end_ns).map(|truth| truth.header.stamp_ns);
         span.state.is_end() && newest.is_some_and(|at_ns| at_ns + FRESH_NS >= span.end_ns)
     };
-    for said in heard {
+    for said in reported {
         let (Some(task), Some(span)) =
             (verdict.tasks.get_mut(said.task as usize), spans.get(said.task as usize))
         else {
             continue;
         };
         if !span.as_ref().is_some_and(is_seen) {
-            *task = by_what_was_heard(&task.name, said);
+            *task = by_reports(&task.name, said);
         }
         verdict.sim_seconds = verdict.sim_seconds.max(seconds(said.header.stamp_ns));
     }
     verdict.success = verdict.tasks.iter().all(|task| task.reached);
 }
 
-fn by_what_was_heard(name: &str, said: &MissionStatus) -> TaskVerdict {
+fn by_reports(name: &str, said: &MissionStatus) -> TaskVerdict {
     let state = TaskState::from_code(said.state);
     let separator = if said.reason.as_str().is_empty() { "" } else { "; " };
     TaskVerdict {
@@ -336,7 +336,7 @@ mod tests {
     }
 
     #[test]
-    fn a_robot_that_is_there_but_does_not_know_it_has_not_reached_it() {
+    fn a_robot_at_the_goal_that_does_not_know_it_has_not_reached_it() {
         let status = [say(1, 0, TaskState::Driving), say(20, 0, TaskState::TimedOut)];
         let verdict = judge(&mission(), &drive(21), &status, &[]);
         assert!(!verdict.tasks[0].reached);
@@ -344,7 +344,7 @@ mod tests {
     }
 
     #[test]
-    fn what_comes_after_a_tasks_end_does_not_change_it() {
+    fn events_after_a_tasks_end_do_not_change_its_verdict() {
         let status = [
             say(1, 0, TaskState::Driving),
             say(9, 0, TaskState::Lost),
@@ -374,9 +374,9 @@ mod tests {
     fn a_gap_in_the_recording_changes_no_verdict() {
         let ends = [say(20, 0, TaskState::Reached), say(50, 1, TaskState::Reached)];
         let recorded = [say(1, 0, TaskState::Driving), ends[0], say(21, 1, TaskState::Driving)];
-        let judged = |truth: &[GroundTruth], status: &[MissionStatus], heard: &[MissionStatus]| {
+        let judged = |truth: &[GroundTruth], status: &[MissionStatus], reported: &[MissionStatus]| {
             let mut verdict = judge(&mission(), truth, status, &[]);
-            fill_gaps(&mut verdict, truth, status, heard);
+            fill_gaps(&mut verdict, truth, status, reported);
             verdict
         };
         // The end of the second task is missing.

@@ -174,7 +174,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_page_needs_no_other_file_and_escapes_what_it_shows() {
+    fn a_page_is_self_contained_and_escapes_its_text() {
         let points = (0..1000).map(|i| [f64::from(i), f64::from(i % 7)]).collect();
         let series = [Series { name: "<a>".into(), points }, Series { name: "b".into(), points: vec![] }];
         let chart = Chart {
@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn a_peak_is_not_lost_and_nothing_is_drawn_of_nothing() {
+    fn a_chart_keeps_peaks_and_draws_nothing_for_empty_series() {
         let mut points: Vec<[f64; 2]> = (0..5000).map(|i| [f64::from(i), 0.1]).collect();
         points[1234][1] = 9.0;
         points[77][1] = f64::NAN;

@@ -128,9 +128,9 @@ pub struct Moment<'a> {
     pub height_px: u32,
     /// Cells of the grid, with row 0 at the bottom.
     pub cells: &'a [u8],
-    /// Pose at which the robot believed itself to be.
+    /// Pose at which the robot believed it was.
     pub pose: Pose<Sketch>,
-    /// Positions at which the robot had believed itself to be until then.
+    /// Positions at which the robot had believed it was until then.
     pub trail: &'a [Point<Sketch>],
     /// Positions of the particles.
     pub particles: &'a [Point<Sketch>],

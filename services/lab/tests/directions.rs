@@ -36,7 +36,7 @@ fn driven(mission: &str, seed: u64) -> Vec<JourneyVerdict> {
 }
 
 #[test]
-fn in_gusts_and_among_clusters_as_many_journeys_arrive_as_the_map_maker_says() {
+fn journeys_in_gusts_and_clusters_arrive_as_often_as_predicted() {
     let verdicts: Vec<_> = (1..=6).flat_map(|seed| driven("crowded.toml", seed)).collect();
     let is_success = |verdict: &&JourneyVerdict| verdict.kind.is_some_and(Kind::is_success);
     let arrived = verdicts.iter().filter(is_success).count() as f64;
@@ -49,13 +49,13 @@ fn in_gusts_and_among_clusters_as_many_journeys_arrive_as_the_map_maker_says() {
 /// A person stands halfway between two poles. The robot must go around without touching anybody. Since the person hides
 /// poles, the robot may take another one and get lost.
 #[test]
-fn on_land_the_robot_goes_around_somebody_in_its_way_and_touches_nobody() {
+fn on_land_the_robot_drives_around_a_person_without_contact() {
     let mut run = run("poles.toml", 1);
     run.mission.task.truncate(1);
     let made = sketchnav_directions::stages::sketcher::make(&run, &|file| std::fs::read(file)).unwrap();
     let places: Vec<_> = made.landmarks[0].iter().map(|(_, at)| *at).collect();
-    let way_m = |pair: &&[sketchnav_directions::Point]| (pair[1] - pair[0]).norm();
-    let longest = places.windows(2).max_by(|a, b| way_m(a).total_cmp(&way_m(b))).unwrap();
+    let length_m = |pair: &&[sketchnav_directions::Point]| (pair[1] - pair[0]).norm();
+    let longest = places.windows(2).max_by(|a, b| length_m(a).total_cmp(&length_m(b))).unwrap();
     let middle = (longest[0] + longest[1]) * 0.5;
     run.mission.world.person.push(Person {
         waypoints: vec![[middle.x, middle.y]],
@@ -71,7 +71,7 @@ fn on_land_the_robot_goes_around_somebody_in_its_way_and_touches_nobody() {
 
 /// The robot only has its laser to see with. It must drive around the poles in its way without touching any.
 #[test]
-fn on_land_the_robot_drives_from_pole_to_pole_without_a_touch() {
+fn on_land_the_robot_drives_from_pole_to_pole_without_contact() {
     let run = run("poles.toml", 1);
     let log = log_of(&run);
     let verdicts = judged(&run, &log, &poles::poles(1));

@@ -26,13 +26,13 @@ fn reached(mission: &str, method: Method, tasks: usize, seed: u64) -> usize {
 }
 
 #[test]
-fn the_paper_succeeds_in_the_true_floor_plan() {
+fn the_papers_method_succeeds_in_the_true_floor_plan() {
     assert_eq!(reached("building/building-a.toml", Method::Boniardi2015, 4, 1), 4);
     assert_eq!(reached("laboratory/laboratory-a.toml", Method::Boniardi2015, 4, 1), 4);
 }
 
 #[test]
-fn its_special_cases_do_too() {
+fn special_cases_of_the_papers_method_succeed() {
     assert_eq!(reached("building/building-a.toml", Method::Boniardi2015FixedScale, 3, 1), 3);
     assert_eq!(reached("building/building-a.toml", Method::Behzadian2015, 3, 1), 3);
 }

@@ -127,14 +127,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_channels_of_this_project_are_what_a_table_takes() {
+    fn the_channels_of_all_navigators_fit_the_table() {
         for navigator in all() {
             assert_eq!(channels::register(navigator.kind, navigator.channels), Ok(()), "{}", navigator.kind);
         }
     }
 
     #[test]
-    fn every_derived_type_has_a_schema_and_every_topic_stands_below_its_channel() {
+    fn every_derived_topic_has_a_schema_and_a_name_below_its_channel() {
         register(&[]).unwrap();
         let all: Vec<_> = channels::all().flat_map(derived).collect();
         assert!(all.len() > derived::COMMON.len());

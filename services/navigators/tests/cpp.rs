@@ -11,16 +11,16 @@ fn path() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../cpp/sketchnav.hpp")
 }
 
-/// As golden files: `SKETCHNAV_UPDATE_GOLDEN=1` writes it anew.
+/// As for golden files, `SKETCHNAV_UPDATE_GOLDEN=1` updates it.
 #[test]
-fn the_header_is_that_of_the_table() {
+fn the_header_is_up_to_date() {
     sketchnav_navigators::register(&[]).unwrap();
     let expected = sketchnav_schemas::cpp::header();
     if std::env::var_os("SKETCHNAV_UPDATE_GOLDEN").is_some() {
         std::fs::write(path(), &expected).unwrap();
     }
     let found = std::fs::read_to_string(path()).unwrap();
-    assert!(found == expected, "{}: SKETCHNAV_UPDATE_GOLDEN=1 writes it anew", path().display());
+    assert!(found == expected, "{}: SKETCHNAV_UPDATE_GOLDEN=1 updates it", path().display());
 }
 
 /// Reads a scan from standard input.
@@ -39,7 +39,7 @@ int main() {
 "#;
 
 #[test]
-fn a_program_in_cpp_reads_a_message_as_it_lies_in_memory() {
+fn a_cpp_program_reads_a_message_in_place() {
     let Some(mut compiler) = needs::program("g++") else { return };
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR"));
     let (source, program, bytes) =

@@ -90,7 +90,7 @@ impl Check for JsonHasNoFieldWithoutAForm {
 }
 
 #[test]
-fn json_has_no_field_without_a_form() {
+fn json_has_only_fields_of_the_form() {
     every(JsonHasNoFieldWithoutAForm);
 }
 
@@ -129,17 +129,17 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn every_message_comes_back_bit_for_bit(seed: u64) {
+    fn every_message_round_trips_bit_for_bit(seed: u64) {
         every(ComesBack(seed));
     }
 
     #[test]
-    fn a_form_that_is_used_again_says_the_same(seed: u64) {
+    fn a_reused_form_equals_a_new_one(seed: u64) {
         every(FormsAreUsedAgain(seed));
     }
 
     #[test]
-    fn damaged_messages_are_refused_or_mean_what_they_say(
+    fn damaged_messages_are_rejected_or_round_trip(
         seed: u64, at: prop::sample::Index, byte: u8, cut: prop::sample::Index,
     ) {
         every(SurvivesDamage { seed, at, byte, cut });
@@ -154,7 +154,7 @@ proptest! {
 /// A driver that gave no cause drove well and had nothing in its recording. Writers write it by the table of
 /// channels; the ROS 2 forms have no place for another.
 #[test]
-fn what_sensors_read_is_its_own_cause() {
+fn readings_are_their_own_cause() {
     struct Stray;
     impl ChannelVisitor for Stray {
         type Error = Infallible;
@@ -183,7 +183,7 @@ impl Check for HasSchema {
 }
 
 #[test]
-fn every_message_has_a_schema_that_holds_every_type_it_uses() {
+fn every_schema_contains_the_types_it_uses() {
     every(HasSchema);
 }
 

@@ -51,7 +51,7 @@ mod tests {
     /// A disk that had been full for a long time once made the recorder slow for good. When the disk filled up again, the
     /// recorder returned later than the channels can bridge.
     #[test]
-    fn pauses_grow_while_the_disk_is_full_and_begin_anew_when_it_was_not() {
+    fn pauses_grow_while_the_disk_is_full_and_reset_afterwards() {
         let (mut attempts, mut now) = (Attempts::new(), Instant::now());
         let pauses: Vec<_> = (0..6).map(|_| next(&mut attempts, &mut now)).collect();
         assert_eq!(pauses, [1.0, 2.0, 4.0, 8.0, 16.0, 16.0]);

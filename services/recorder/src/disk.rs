@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_whole_can_be_cut_off() {
+    fn an_incomplete_end_can_be_cut_off() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("demo.mcap");
         let (mut disk, mut sink) = Disk::create(&path).unwrap();

@@ -35,7 +35,7 @@ impl Latencies {
     }
 
     /// Reports every command since the last call, except those that are too old to be looked up.
-    pub(crate) fn tell(&mut self) -> Result<()> {
+    pub(crate) fn send(&mut self) -> Result<()> {
         let newest = self.commands.newest();
         let oldest = newest.saturating_sub(COMMAND.spec.history() as u64) + 1;
         for seq in oldest.max(self.command + 1)..=newest {
@@ -75,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn each_stage_is_counted_from_its_input() {
+    fn latencies_are_measured_from_the_input_of_each_stage() {
         let (scan, estimate, command) = (sent(7, 7, 1000), sent(5, 7, 1300), sent(6, 7, 1350));
         let header = Header { seq: 0, stamp_ns: 700, source_seq: 7 };
         let expected = Latency { header, situation_ns: 300, command_ns: 50 };

@@ -175,28 +175,28 @@ impl<'a> Recorder<'a> {
     /// An error if a channel fails. Rejected messages and a full disk are only printed.
     pub fn pass(&mut self) -> anyhow::Result<()> {
         let step = Step::begin();
-        self.latencies.tell()?;
+        self.latencies.send()?;
         self.drain()?;
         let due = self.core.end_pass();
-        if let Some(recorded) = self.told(due).flatten() {
+        if let Some(recorded) = self.reported(due).flatten() {
             self.stamp_ns = recorded.header.stamp_ns;
             self.acknowledge(&recorded)?;
             self.cut_if_due()?;
         }
         self.sync_if_due();
         if self.core.has_failed() {
-            self.begin_again_if_due()?;
+            self.retry_if_due()?;
         }
         self.health.end(step);
         Ok(self.health.report_if_due(self.stamp_ns)?)
     }
 
     /// Continues in a new part if another attempt is due and the disk has room again.
-    fn begin_again_if_due(&mut self) -> anyhow::Result<()> {
-        if self.attempts.is_due(Instant::now()) { self.begin_again() } else { Ok(()) }
+    fn retry_if_due(&mut self) -> anyhow::Result<()> {
+        if self.attempts.is_due(Instant::now()) { self.retry() } else { Ok(()) }
     }
 
-    fn begin_again(&mut self) -> anyhow::Result<()> {
+    fn retry(&mut self) -> anyhow::Result<()> {
         self.state.began_ns = self.state.acknowledged_ns;
         let begun = begin_part(&self.run, &mut self.checkpoints, &mut self.state);
         let Ok((mut core, disk)) = begun else { return Ok(()) };
@@ -247,7 +247,7 @@ impl<'a> Recorder<'a> {
         self.core.resume_after(&self.state.positions, self.state.acknowledged_tick);
         self.core.survived(self.state.restarts);
         let repeated = self.core.repeat(latched, self.stamp_ns);
-        self.told(repeated);
+        self.reported(repeated);
         Ok(())
     }
 
@@ -267,13 +267,13 @@ impl<'a> Recorder<'a> {
     /// An error if a channel fails, or [`Incomplete`] if the recording lacks messages or is in parts.
     pub fn end(mut self) -> anyhow::Result<()> {
         self.health.report(self.stamp_ns)?;
-        self.latencies.tell()?;
+        self.latencies.send()?;
         if self.core.has_failed() {
             // There may be room by now, and the channels still have some messages.
-            self.begin_again()?;
+            self.retry()?;
         }
         self.take_all(|_| true)?;
-        self.take_what_was_kept()?;
+        self.drain_histories()?;
         let (mut report, _sink) = self.core.finish();
         if report.failure.is_none() {
             let whole = make_whole(&self.run, &self.state, self.disk.as_ref(), &mut report);
@@ -281,12 +281,12 @@ impl<'a> Recorder<'a> {
         } else if let Some(Err(error)) = self.disk.as_ref().map(Disk::cut_back) {
             say!("its last part may be cut off: {error}");
         }
-        tell(self.node, &report)
+        report_end(self.node, &report)
     }
 
     /// Takes the messages from the channels' histories that no writer has delivered. A recorder that starts late, in a
     /// mission of a few instants, finds writers that ended before they connected to it.
-    fn take_what_was_kept(&mut self) -> anyhow::Result<()> {
+    fn drain_histories(&mut self) -> anyhow::Result<()> {
         for input in &mut self.inputs {
             let (spec, core, mut complaints) = (input.reader.spec(), &mut self.core, Vec::new());
             input
@@ -338,7 +338,7 @@ impl<'a> Recorder<'a> {
         }
         self.synced = Instant::now();
         let flushed = self.core.flush();
-        let is_flushed = self.told(flushed).is_some() && !self.core.has_failed();
+        let is_flushed = self.reported(flushed).is_some() && !self.core.has_failed();
         if let Some(disk) = self.disk.as_mut().filter(|_| is_flushed) {
             match disk.mark_whole().and_then(|()| disk.sync()) {
                 Ok(()) => self.attempts.succeeded(),
@@ -347,7 +347,7 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    fn told<T>(&self, result: Result<T, RecordingError>) -> Option<T> {
+    fn reported<T>(&self, result: Result<T, RecordingError>) -> Option<T> {
         result.inspect_err(|error| complain(self.node, self.disk.as_ref(), error)).ok()
     }
 }
@@ -383,7 +383,7 @@ fn complain(node: &Node, disk: Option<&Disk>, error: &RecordingError) {
 
 /// Prints how the recording ended. If messages are missing, also reports that to the supervisor, because no other process
 /// knows how many.
-fn tell(node: &Node, report: &Report) -> anyhow::Result<()> {
+fn report_end(node: &Node, report: &Report) -> anyhow::Result<()> {
     let Report { messages, refused, .. } = report;
     let missing = report.missing + report.unrecorded;
     say!("{messages} messages recorded, {missing} missing, {refused} refused");

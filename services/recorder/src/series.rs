@@ -22,15 +22,15 @@ pub(crate) fn close(path: &Path, files: Vec<PathBuf>, report: &mut Report) -> an
             give_end(file, next.map(PathBuf::as_path)).with_context(|| file.display().to_string())?;
         }
     }
-    let told = files.iter().map(|file| Ok((name(file), facts(file)?)));
-    let told = told.collect::<Result<Vec<(String, PartFacts)>, RecordingError>>()?;
+    let facts_by_file = files.iter().map(|file| Ok((name(file), facts(file)?)));
+    let facts_by_file = facts_by_file.collect::<Result<Vec<(String, PartFacts)>, RecordingError>>()?;
     if let Some(first) = files.first() {
-        let yaml = rosbag2::metadata_yaml(&told, &Recording::open(first)?.topics()?);
+        let yaml = rosbag2::metadata_yaml(&facts_by_file, &Recording::open(first)?.topics()?);
         let draft = path.with_file_name("metadata.unfinished");
         std::fs::write(&draft, yaml)?;
         std::fs::rename(&draft, path.with_file_name(rosbag2::METADATA))?;
     }
-    report.messages = told.iter().flat_map(|(_, part)| part.messages.values()).sum();
+    report.messages = facts_by_file.iter().flat_map(|(_, part)| part.messages.values()).sum();
     report.missing = files.iter().map(|file| Ok(info(file)?.missing)).sum::<Result<u64, RecordingError>>()?;
     Ok(())
 }

@@ -54,7 +54,7 @@ impl ChannelVisitor for Encode {
 }
 
 #[test]
-fn encoding_allocates_nothing_after_the_first_message_whatever_their_lengths() {
+fn encoding_allocates_only_for_the_first_message() {
     let Ok(()) = sketchnav_navigators::visit(&mut Encode);
     let (mut form, mut out) = (transforms::Form::default(), Vec::with_capacity(1 << 20));
     for seq in 1..=3 {
@@ -97,7 +97,7 @@ impl ChannelVisitor for Round {
 }
 
 #[test]
-fn recording_allocates_nothing_but_what_mcap_does_for_each_chunk() {
+fn recording_allocates_only_what_mcap_needs_per_chunk() {
     sketchnav_navigators::register(&[]).unwrap();
     let run = serde_json::from_str(include_str!("run.json")).unwrap();
     let mut round = Round { core: Core::new(io::sink(), &run, &[]).unwrap(), seq: 0, allocated: 0 };

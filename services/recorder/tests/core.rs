@@ -30,18 +30,18 @@ fn draw<W: Write>(core: &mut Core<W>, seq: u64, cells: &[u8]) -> Result<(), Reco
 }
 
 #[test]
-fn the_world_is_told_every_so_many_ticks() {
+fn the_recorder_acknowledges_at_regular_ticks() {
     let mut core = Core::new(Vec::new(), &run(), &[]).unwrap();
-    let mut told = Vec::new();
+    let mut acknowledged = Vec::new();
     for seq in 1..=50 {
         record(&mut core, seq).unwrap();
-        told.extend(core.end_pass().unwrap());
-        assert!(core.end_pass().unwrap().is_none(), "once for the same ticks");
+        acknowledged.extend(core.end_pass().unwrap());
+        assert!(core.end_pass().unwrap().is_none(), "the same ticks are acknowledged once");
     }
-    let ticks: Vec<_> = told.iter().map(|recorded| recorded.header.source_seq).collect();
+    let ticks: Vec<_> = acknowledged.iter().map(|recorded| recorded.header.source_seq).collect();
     assert_eq!(ticks, [16, 32, 48]);
-    assert_eq!(told[1].header.stamp_ns, 3_200_000_000);
-    assert_eq!(told[1].message_count, 32 + 1, "and the static transform");
+    assert_eq!(acknowledged[1].header.stamp_ns, 3_200_000_000);
+    assert_eq!(acknowledged[1].message_count, 32 + 1, "and the static transform");
 }
 
 /// A pass may take many ticks at once; the last one acknowledges all of them.
@@ -88,18 +88,20 @@ impl Write for Disk {
 /// A full disk must not stop a robot. The failure is reported once, and the world in lockstep still gets its
 /// acknowledgements.
 #[test]
-fn a_full_disk_is_said_once_and_stops_nobody() {
+fn a_full_disk_is_reported_once_and_stops_no_process() {
     let mut core = Core::new(Disk { room: 20_000 }, &run(), &[]).unwrap();
-    let (mut failures, mut told) = (Vec::new(), 0);
+    let (mut failures, mut acknowledged) = (Vec::new(), 0);
     for seq in 1..=5000 {
         failures.extend(record(&mut core, seq).err());
         match core.end_pass() {
-            Ok(recorded) => told = recorded.map_or(told, |recorded| recorded.header.source_seq),
+            Ok(recorded) => {
+                acknowledged = recorded.map_or(acknowledged, |recorded| recorded.header.source_seq)
+            }
             Err(error) => failures.push(error),
         }
     }
     assert_eq!(failures.len(), 1, "{failures:?}");
-    assert!(told > 5000 - 2 * RECORDED_EVERY, "told {told}");
+    assert!(acknowledged > 5000 - 2 * RECORDED_EVERY, "acknowledged {acknowledged}");
     let (report, sink) = core.finish();
     assert!(sink.is_none() && report.unrecorded > 0 && report.failure.is_some(), "{report:?}");
 }

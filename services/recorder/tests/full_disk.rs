@@ -102,7 +102,7 @@ fn record(drawn_meanwhile: usize, ends_at_once: bool) -> (Vec<u64>, u64) {
     drop(disk);
     let since = Instant::now();
     while !ends_at_once && !next_part.exists() {
-        assert!(since.elapsed() < LIMIT, "the recorder does not go on");
+        assert!(since.elapsed() < LIMIT, "the recorder does not continue");
         recorder.pass().unwrap();
     }
     recorder.end().unwrap();
@@ -122,7 +122,7 @@ fn record(drawn_meanwhile: usize, ends_at_once: bool) -> (Vec<u64>, u64) {
 /// recording of a run on the pad then had a route and estimates in a drawing that it lacked. According to the numbers nothing
 /// was missing, since people do not draw the same drawing twice.
 #[test]
-fn what_is_drawn_while_the_disk_is_full_is_recorded_when_there_is_room() {
+fn a_drawing_made_while_the_disk_is_full_is_recorded_once_there_is_space() {
     // The second sketch was taken from the channel, and lost with the messages that could not be written.
     assert_eq!(record(0, false), (vec![1, 2], 0));
     assert_eq!(record(1, false), (vec![1, 2, 3], 0));

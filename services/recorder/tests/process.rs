@@ -11,7 +11,7 @@ use sketchnav_sketch::messages::SKETCH;
 use support::{TestSystem, header, run};
 
 #[test]
-fn everything_that_was_sent_is_in_the_file_and_the_world_is_told() {
+fn every_message_is_recorded_and_acknowledged() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("runs/test.mcap");
     let run = run("recorder", &path);
@@ -37,11 +37,11 @@ fn everything_that_was_sent_is_in_the_file_and_the_world_is_told() {
         step(seq);
         recorder.pass().unwrap();
     }
-    let mut told = Vec::new();
+    let mut acknowledged = Vec::new();
     while let Some(message) = recorded.receive().unwrap() {
-        told.push(message.header.source_seq);
+        acknowledged.push(message.header.source_seq);
     }
-    assert_eq!(told, [16, 32]);
+    assert_eq!(acknowledged, [16, 32]);
     (41..=45).for_each(step); // sent, and not read before the end
     recorder.end().unwrap();
 
@@ -59,7 +59,7 @@ fn everything_that_was_sent_is_in_the_file_and_the_world_is_told() {
 /// On a busy machine, a mission of twelve instants was once over before its recorder had connected to the writers. The
 /// recording lacked the odometry and the status, and nothing counted as missing.
 #[test]
-fn a_recorder_that_comes_late_takes_what_writers_have_left() {
+fn a_late_recorder_reads_the_writers_histories() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("runs/test.mcap");
     let run = run("late", &path);

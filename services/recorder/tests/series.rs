@@ -22,7 +22,7 @@ fn ticks(file: &Path) -> Vec<u64> {
 }
 
 #[test]
-fn files_of_four_seconds_survive_three_kills_and_are_one_recording() {
+fn files_of_four_seconds_form_one_recording_despite_three_kills() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("runs/test.mcap");
     let mut run = run("series", &path);
@@ -92,7 +92,7 @@ fn files_of_four_seconds_survive_three_kills_and_are_one_recording() {
 /// If no limit of duration was set, a large run was once recorded into one file, whatever size was asked for. The size is
 /// now checked where the duration is.
 #[test]
-fn a_file_ends_when_it_is_as_large_as_the_run_says() {
+fn a_file_ends_at_the_size_limit_of_the_run() {
     const LIMIT: u64 = 60_000;
     let folder = tempfile::tempdir().unwrap();
     // What every file holds besides its messages: the description of the run, the definitions and the index.

@@ -12,7 +12,7 @@ use sketchnav_schemas::codes::Process;
 use support::{TestSystem, header, run};
 
 #[test]
-fn a_successor_goes_on_in_a_next_part_and_the_parts_become_one() {
+fn a_successor_continues_in_a_new_part_and_the_parts_are_joined() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("runs/test.mcap");
     let run = run("successor", &path);
@@ -53,11 +53,11 @@ fn a_successor_goes_on_in_a_next_part_and_the_parts_become_one() {
     let ticks = Recording::open(&path).unwrap().channel(TICK).unwrap();
     let numbers: Vec<_> = ticks.map(|message| message.unwrap().0.header.seq).collect();
     assert_eq!(numbers, (1..=seq).collect::<Vec<_>>());
-    let mut told = Vec::new();
+    let mut acknowledged = Vec::new();
     while let Some(message) = recorded.receive().unwrap() {
-        told.push(message.header.source_seq);
+        acknowledged.push(message.header.source_seq);
     }
-    assert!(told.is_sorted_by(|a, b| a < b), "{told:?}");
+    assert!(acknowledged.is_sorted_by(|a, b| a < b), "{acknowledged:?}");
     let files = std::fs::read_dir(path.parent().unwrap()).unwrap().count();
     assert_eq!(files, 1, "the parts are gone");
 

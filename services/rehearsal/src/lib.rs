@@ -3,7 +3,7 @@
 //! A rehearsal sends exactly the messages that the processes send in lockstep, byte for byte and channel by channel (except for
 //! health), and an [`Onlooker`] sees them all. It needs no shared memory and no threads, and reads the clock only to measure
 //! how long the stages take. Note that a person's answer ([`Onlooker::here`]) takes effect at the next instant, whereas
-//! separate processes may hear it at any time. [`rerun`] executes one of the processes again on its inputs in a recording.
+//! separate processes may receive it at any time. [`rerun`] executes one of the processes again on its inputs in a recording.
 
 mod parts;
 pub mod rerun;
@@ -138,7 +138,7 @@ impl Rehearsal {
                 return Ok(());
             }
             if let Some(here) = onlooker.here() {
-                self.tell(here, onlooker)?;
+                self.give_pose(here, onlooker)?;
             }
             let command =
                 if self.thinking_scans == 0 { newest } else { std::mem::replace(&mut thought_out, newest) };
@@ -169,7 +169,7 @@ impl Rehearsal {
     }
 
     /// Passes on the onlooker's answer to where the robot is, which takes effect at the next instant.
-    fn tell(&mut self, here: Here, tap: &mut impl Tap) -> Result<(), StageError> {
+    fn give_pose(&mut self, here: Here, tap: &mut impl Tap) -> Result<(), StageError> {
         let Self { world, localizer, planner, supervisor, .. } = self;
         let order = parts::order(supervisor, world.stamp_ns(), (Order::Here, Some(here)), tap)?;
         localizer.hear(MISSION.spec, &order, tap)?;

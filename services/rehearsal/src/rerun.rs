@@ -295,7 +295,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn of_a_hundred_steps_the_longest_is_beyond_99() {
+    fn the_longest_of_a_hundred_steps_is_above_the_99th_percentile() {
         let steps = StepTimes::of((1..=100).rev().map(Duration::from_millis).collect());
         let [mean, within_99, longest] = [50_500, 99_000, 100_000].map(Duration::from_micros);
         assert_eq!(steps, StepTimes { count: 100, mean, within_99, longest });

@@ -65,7 +65,7 @@ fn drives(text: &str) -> bool {
 }
 
 #[test]
-fn the_mission_that_is_changed_below_drives() {
+fn the_unchanged_mission_is_driven() {
     assert!(drives(MISSION));
 }
 
@@ -73,7 +73,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 96, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn with_whatever_numbers_a_mission_drives_or_is_refused(
+    fn a_mission_with_any_numbers_is_driven_or_refused(
         changes in prop::collection::vec((any::<prop::sample::Index>(), prop_oneof![
             Just("0"), Just("-1"), Just("1e-30"), Just("1e-3"), Just("359.9"), Just("9999"), Just("1e6"), Just("1e39"),
             Just("1e300"), Just("nan"), Just("inf"),

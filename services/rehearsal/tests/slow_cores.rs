@@ -46,7 +46,7 @@ fn begins_to_move(log: &Log) -> usize {
 }
 
 #[test]
-fn only_each_third_scan_is_answered_and_three_scans_late() {
+fn every_third_scan_is_answered_three_scans_late() {
     let [prompt, late] = [0, 3].map(driven);
     assert_eq!((prompt.command.len(), late.command.len()), (STEPS, STEPS));
     for (i, command) in late.command.iter().enumerate() {

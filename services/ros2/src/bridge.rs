@@ -43,15 +43,15 @@ pub fn run(
     let mut bridge = Bridge::open(node, run, topics, &mut participant)?;
     let mut orders = settings.takes_orders.then(|| Orders::open(run, &mut participant)).transpose()?;
     let began = Instant::now();
-    let mut told = Duration::ZERO;
+    let mut reported_at = Duration::ZERO;
     loop {
         let now = began.elapsed();
         bridge.look(now)?;
         if let Some(orders) = &mut orders {
             orders.hand_on(node.system(), now)?;
         }
-        if now >= told + SECOND {
-            told = now;
+        if now >= reported_at + SECOND {
+            reported_at = now;
             bridge.diagnose(now)?;
             if System::open(node.system().name()).is_err() {
                 break;
@@ -106,10 +106,10 @@ impl Bridge {
         let diagnostics = outlet(Source::Diagnostics)?.map(|outlet| (Diagnostics::default(), outlet));
         let kind = run.mission.navigator_kind();
         let is_needed = |spec: &ChannelSpec| {
-            let tells = [HEALTH.spec, FAULTS.spec];
+            let for_diagnostics = [HEALTH.spec, FAULTS.spec];
             spec.role == Role::Tick
                 || (transforms.is_some() && *spec == *ODOMETRY.spec)
-                || (diagnostics.is_some() && tells.contains(&spec))
+                || (diagnostics.is_some() && for_diagnostics.contains(&spec))
         };
         let mut inlets = Vec::new();
         for spec in channels::of_kind(kind) {

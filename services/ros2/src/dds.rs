@@ -145,7 +145,7 @@ mod tests {
 
     /// The sent bytes must be those of a recording, so nothing may be aligned or counted a second time.
     #[test]
-    fn bytes_of_cdr_are_serialized_as_they_are() {
+    fn cdr_bytes_are_passed_through_unchanged() {
         let mut cdr = Vec::new();
         let form = (1u8, "a text".to_owned(), 2.5f64, vec![1u32, 2]);
         sketchnav_schemas::ros2::encode(&form, &mut cdr).unwrap();
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn names_are_those_that_ros_2_takes() {
+    fn names_are_valid_in_ros_2() {
         for node in ["sketchnav_lab", "sketchnav_building_a_2", "sketchnav_7"] {
             NodeName::new("/", node).unwrap();
         }

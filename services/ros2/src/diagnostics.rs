@@ -36,9 +36,9 @@ pub struct Diagnostics {
 #[derive(Debug, Default)]
 struct Member {
     health: Option<Health>,
-    heard: Duration,
+    received: Duration,
     /// The numbers of lost and of refused messages at the time of the previous diagnostics report.
-    told: (u64, u64),
+    reported: (u64, u64),
     /// The current problem.
     trouble: Option<(Level, String)>,
     restarts: u32,
@@ -51,9 +51,9 @@ impl Diagnostics {
         let is_another = member.health.is_none_or(|before| before.pid != health.pid);
         if is_another {
             // A restarted process counts from 0.
-            member.told = (0, 0);
+            member.reported = (0, 0);
         }
-        (member.health, member.heard) = (Some(*health), now);
+        (member.health, member.received) = (Some(*health), now);
     }
 
     /// Takes a fault that arrived at `now` into account.
@@ -61,17 +61,17 @@ impl Diagnostics {
         let Some(kind) = FaultKind::from_code(fault.kind) else { return };
         let member = self.processes.entry(fault.process).or_default();
         if member.health.is_none() {
-            member.heard = now;
+            member.received = now;
         }
         member.restarts = member.restarts.max(fault.restarts);
         let words = fault.words.as_str();
-        let told = if words.is_empty() { kind.word().to_owned() } else { format!("{kind}: {words}") };
+        let trouble = if words.is_empty() { kind.word().to_owned() } else { format!("{kind}: {words}") };
         match kind {
             FaultKind::Injected | FaultKind::Ordered => {}
             FaultKind::Died | FaultKind::Unresponsive | FaultKind::GivenUp | FaultKind::RecordingFailed => {
-                member.trouble = Some((Level::Error, told))
+                member.trouble = Some((Level::Error, trouble))
             }
-            FaultKind::Restarted | FaultKind::StateRefused => member.trouble = Some((Level::Warn, told)),
+            FaultKind::Restarted | FaultKind::StateRefused => member.trouble = Some((Level::Warn, trouble)),
             FaultKind::Recovered
             | FaultKind::Responsive
             | FaultKind::RecordingResumed
@@ -95,7 +95,7 @@ impl Member {
     fn status(&mut self, process: Process, system: &str, now: Duration) -> DiagnosticStatus {
         let (level, message) = self.verdict(now);
         if let Some(health) = &self.health {
-            self.told = (health.lost_messages, health.refused_messages);
+            self.reported = (health.lost_messages, health.refused_messages);
         }
         DiagnosticStatus {
             level: level as u8,
@@ -107,7 +107,7 @@ impl Member {
     }
 
     fn verdict(&self, now: Duration) -> (Level, String) {
-        let silent = now.saturating_sub(self.heard);
+        let silent = now.saturating_sub(self.received);
         if let Some((level, words)) = &self.trouble {
             return (*level, words.clone());
         }
@@ -115,8 +115,8 @@ impl Member {
             return (Level::Stale, format!("no report for {:.0} s", silent.as_secs_f64()));
         }
         let Some(health) = &self.health else { return (Level::Ok, "no report yet".to_owned()) };
-        let lost = health.lost_messages.saturating_sub(self.told.0);
-        let refused = health.refused_messages.saturating_sub(self.told.1);
+        let lost = health.lost_messages.saturating_sub(self.reported.0);
+        let refused = health.refused_messages.saturating_sub(self.reported.1);
         match (lost, refused) {
             (0, 0) => (Level::Ok, format!("{} steps", health.steps)),
             _ => (Level::Warn, format!("{lost} messages lost, {refused} refused since the last report")),
@@ -154,7 +154,7 @@ mod tests {
         Fault { kind, process, restarts: 2, words: Text::new("SIGKILL"), ..Fault::zeroed() }
     }
 
-    fn told(diagnostics: &mut Diagnostics, second: u64) -> (u8, String) {
+    fn status(diagnostics: &mut Diagnostics, second: u64) -> (u8, String) {
         let array = diagnostics.report("lab", 1_500_000_000, Duration::from_secs(second));
         assert_eq!((array.header.stamp.sec, array.header.stamp.nanosec), (1, 500_000_000));
         let [status] = &array.status[..] else { panic!("{array:?}") };
@@ -163,28 +163,31 @@ mod tests {
     }
 
     #[test]
-    fn a_process_that_works_is_ok_and_one_that_loses_messages_is_warned_of_once() {
+    fn a_process_that_loses_messages_causes_one_warning() {
         let mut diagnostics = Diagnostics::default();
         diagnostics.on_health(&health(10, 0), Duration::ZERO);
-        assert_eq!(told(&mut diagnostics, 1), (0, "10 steps".into()));
+        assert_eq!(status(&mut diagnostics, 1), (0, "10 steps".into()));
         diagnostics.on_health(&health(20, 3), Duration::from_secs(1));
-        assert_eq!(told(&mut diagnostics, 1), (1, "3 messages lost, 0 refused since the last report".into()));
-        assert_eq!(told(&mut diagnostics, 2), (0, "20 steps".into()));
+        assert_eq!(
+            status(&mut diagnostics, 1),
+            (1, "3 messages lost, 0 refused since the last report".into())
+        );
+        assert_eq!(status(&mut diagnostics, 2), (0, "20 steps".into()));
     }
 
     #[test]
-    fn a_process_that_says_nothing_is_stale() {
+    fn a_silent_process_is_stale() {
         let mut diagnostics = Diagnostics::default();
         diagnostics.on_health(&health(10, 0), Duration::ZERO);
-        assert_eq!(told(&mut diagnostics, 9), (3, "no report for 9 s".into()));
+        assert_eq!(status(&mut diagnostics, 9), (3, "no report for 9 s".into()));
     }
 
     #[test]
-    fn a_death_is_an_error_until_the_successor_has_done_something() {
+    fn a_death_is_an_error_until_the_successor_takes_a_step() {
         let mut diagnostics = Diagnostics::default();
         diagnostics.on_health(&health(10, 0), Duration::ZERO);
         diagnostics.on_fault(&fault(FaultKind::Injected), Duration::ZERO);
-        assert_eq!(told(&mut diagnostics, 0).0, 0);
+        assert_eq!(status(&mut diagnostics, 0).0, 0);
         for (kind, level) in [
             (FaultKind::Died, 2),
             (FaultKind::Ordered, 2),
@@ -192,14 +195,14 @@ mod tests {
             (FaultKind::Recovered, 0),
         ] {
             diagnostics.on_fault(&fault(kind), Duration::ZERO);
-            assert_eq!(told(&mut diagnostics, 0).0, level, "{kind}");
+            assert_eq!(status(&mut diagnostics, 0).0, level, "{kind}");
         }
         let array = diagnostics.report("lab", 0, Duration::ZERO);
         assert!(array.status[0].values.contains(&KeyValue { key: "restarts".into(), value: "2".into() }));
     }
 
     #[test]
-    fn what_is_no_process_and_no_fault_is_left_out() {
+    fn unknown_processes_and_faults_are_left_out() {
         let mut diagnostics = Diagnostics::default();
         diagnostics.on_health(&Health { process: 9999, ..health(1, 0) }, Duration::ZERO);
         diagnostics.on_fault(&Fault { kind: 9999, ..Fault::zeroed() }, Duration::ZERO);

@@ -190,16 +190,16 @@ impl<'a> Driver<'a> {
         }
         if let Some(command) = newest {
             self.commanded = Instant::now();
-            self.tell(command.twist)?;
+            self.send(command.twist)?;
             return Ok(command.last == 1);
         }
         if self.is_moving && self.commanded.elapsed() > COMMAND_LIMIT {
-            self.tell(STANDSTILL)?;
+            self.send(STANDSTILL)?;
         }
         Ok(false)
     }
 
-    fn tell(&mut self, twist: Twist) -> Result<(), BridgeError> {
+    fn send(&mut self, twist: Twist) -> Result<(), BridgeError> {
         self.is_moving = twist != STANDSTILL;
         let mut cdr = Vec::new();
         encode(&twist.to_form_in("twist", Default::default())?, &mut cdr)?;
@@ -207,7 +207,7 @@ impl<'a> Driver<'a> {
     }
 
     fn end(mut self) -> Result<Summary, BridgeError> {
-        self.tell(STANDSTILL)?;
+        self.send(STANDSTILL)?;
         // The last command is sent by another thread, which cannot report when it has been sent.
         std::thread::sleep(FAREWELL);
         self.health.report(self.stamp_ns)?;

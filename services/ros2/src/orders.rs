@@ -96,7 +96,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_order_is_a_word_and_perhaps_a_task() {
+    fn an_order_is_a_word_and_optionally_a_task() {
         assert_eq!(parse("pause", 9), Ok((Order::Pause, 0)));
         assert_eq!(parse(" start  3 ", 9), Ok((Order::Start, 2)));
         assert_eq!(parse("goal 9", 9), Ok((Order::Goal, 8)));
@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_order_is_answered_with_those_that_are() {
+    fn the_error_for_an_invalid_order_lists_the_valid_ones() {
         for wrong in ["", "go", "START", "\0", "öffne", "here"] {
             let error = parse(wrong, 9).unwrap_err().to_string();
             assert!(error.contains("expected one of start, abort, pause"), "{wrong:?}: {error}");
@@ -117,20 +117,20 @@ mod tests {
 
     /// A text of a megabyte was once printed in full.
     #[test]
-    fn a_long_text_is_shown_in_part() {
+    fn a_long_text_is_abbreviated() {
         let error = parse(&"ü".repeat(1 << 20), 9).unwrap_err();
         assert!(error.to_string().len() < 250, "{}", error.to_string().len());
     }
 
     #[test]
-    fn a_flood_is_told_once_a_second() {
+    fn a_flood_is_reported_once_per_second() {
         let mut allowance = Allowance::default();
         let mut at =
             |second| (0..30).map(|_| allowance.take(Duration::from_secs(second))).collect::<Vec<_>>();
         for second in [0, 5] {
-            let told = at(second);
-            assert_eq!(told.iter().filter(|told| **told == Ok(true)).count(), 10);
-            assert_eq!(told.iter().filter(|told| told.is_err()).count(), 1);
+            let results = at(second);
+            assert_eq!(results.iter().filter(|results| **results == Ok(true)).count(), 10);
+            assert_eq!(results.iter().filter(|results| results.is_err()).count(), 1);
         }
     }
 }

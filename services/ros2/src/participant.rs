@@ -156,14 +156,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn any_system_gives_a_name_that_ros_2_takes() {
+    fn any_system_name_becomes_a_valid_ros_2_name() {
         for (system, name) in [("lab", "sketchnav_lab"), ("building-a-2", "sketchnav_building_a_2")] {
             assert_eq!(node_name(system), name);
         }
     }
 
     #[test]
-    fn types_are_named_as_dds_has_them() {
+    fn types_have_their_dds_names() {
         assert_eq!(dds_type_name("sensor_msgs/msg/LaserScan"), "sensor_msgs::msg::dds_::LaserScan_");
     }
 }

@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scan_keeps_its_beams_and_takes_the_time_of_the_mission() {
+    fn a_scan_keeps_its_beams_and_gets_mission_time() {
         let found = scan(ranges(181), 7).unwrap();
         assert_eq!((found.beam_count, found.header.stamp_ns), (181, 7));
         assert_eq!(found.ranges_m[180], 1.0 + 180.0 * 1e-3);
@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scan_that_no_sensor_says_is_refused() {
+    fn an_impossible_scan_is_refused() {
         let spoils: [fn(&mut ScanForm); 4] = [
             |form| form.range_max = 0.0,
             |form| form.angle_min = f32::NAN,
@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tilted_robot_has_the_heading_of_its_turn_about_the_vertical() {
+    fn the_heading_of_a_tilted_robot_is_its_yaw() {
         let mut form = OdometryForm::default();
         let turn = &mut form.pose.pose.orientation;
         (turn.x, turn.y, turn.z, turn.w) = (0.1, 0.0, 0.6 * 0.99, 0.8 * 0.99);
@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn the_robot_s_clock_becomes_the_mission_s() {
+    fn the_robots_clock_is_mapped_to_mission_time() {
         let mut time = Timebase::at(500);
         let stamp = |sec, nanosec| Time { sec, nanosec };
         assert_eq!(time.of(&stamp(1_700_000_000, 10)), 500);

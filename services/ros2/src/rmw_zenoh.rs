@@ -187,7 +187,7 @@ struct Message {
 struct Newest {
     message: Arc<Mutex<Option<Message>>>,
     _answers: Queryable<()>,
-    /// Tells subscribers that joined earlier that there is something to query.
+    /// Notifies subscribers that joined earlier that there is something to query.
     _token: LivelinessToken,
 }
 

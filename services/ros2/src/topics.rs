@@ -111,7 +111,7 @@ mod tests {
     use sketchnav_schemas::samples::example::{MAP, PLACE};
 
     #[test]
-    fn a_role_says_how_its_messages_are_delivered() {
+    fn a_role_determines_the_quality_of_service() {
         for sensed in [SCAN.spec, ODOMETRY.spec, TRUTH.spec] {
             assert_eq!(delivery_of(sensed), Delivery::Sensor, "{}", sensed.name);
         }

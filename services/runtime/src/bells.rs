@@ -190,7 +190,7 @@ mod tests {
 
     /// An observer that joined while the system was being created used to be killed by SIGBUS.
     #[test]
-    fn a_page_that_is_not_there_yet_is_an_error() {
+    fn a_file_without_its_page_is_an_error() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("bells");
         std::fs::write(&path, []).unwrap();
@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ring_before_the_wait_is_not_lost() {
+    fn a_signal_before_the_wait_is_not_lost() {
         let (_folder, bells) = page();
         bells.ring(Process::Planner);
         assert_eq!(bells.wait(Process::Planner, 0, Duration::from_secs(600)), Some(1));

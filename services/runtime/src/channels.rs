@@ -201,7 +201,7 @@ mod tests {
     };
 
     #[test]
-    fn two_builds_that_disagree_about_a_message_cannot_meet() {
+    fn builds_with_different_layouts_of_a_message_cannot_connect() {
         let root = tempfile::tempdir().unwrap();
         let mut run: sketchnav_schemas::run::RunConfig =
             serde_json::from_str(include_str!("../tests/run.json")).unwrap();

@@ -302,7 +302,7 @@ mod tests {
     }
 
     #[test]
-    fn a_large_state_makes_room_for_itself() {
+    fn the_checkpoint_grows_with_the_state() {
         let place = Place::new();
         let large = (1, vec![u32::MAX; 3 * FIRST_ROOM * WORD]);
         place.open("test 1").0.write(&large).unwrap();
@@ -310,7 +310,7 @@ mod tests {
     }
 
     #[test]
-    fn a_kill_while_it_is_written_leaves_the_one_before() {
+    fn a_kill_during_writing_leaves_the_previous_checkpoint() {
         let place = Place::new();
         place.write(4);
         let (checkpoints, _) = place.open("test 1");
@@ -324,7 +324,7 @@ mod tests {
     }
 
     #[test]
-    fn wherever_a_byte_is_flipped_the_other_slot_counts() {
+    fn with_any_byte_flipped_the_other_slot_is_used() {
         let place = Place::new();
         place.write(4);
         let whole = std::fs::read(place.slot(1)).unwrap();
@@ -339,7 +339,7 @@ mod tests {
 
     /// A state that its stage rejected used to end the process for good, and the mission with it.
     #[test]
-    fn what_a_stage_refuses_is_refused_to_its_successor_too() {
+    fn a_state_that_a_stage_refused_is_not_offered_again() {
         let place = Place::new();
         place.write(4);
         for newest in [4, 3] {
@@ -352,7 +352,7 @@ mod tests {
     }
 
     #[test]
-    fn another_version_is_refused_and_what_was_known_is_lost() {
+    fn a_checkpoint_of_another_version_is_refused() {
         let place = Place::new();
         place.write(4);
         let (mut checkpoints, found) = place.open("test 2");

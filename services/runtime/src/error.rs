@@ -262,12 +262,12 @@ pub enum Error {
 
 impl Error {
     /// Returns true if choosing another name for the system would help.
-    pub fn is_about_the_name(&self) -> bool {
+    pub fn concerns_the_name(&self) -> bool {
         matches!(self, Self::BadName { .. } | Self::PathTooLong { .. } | Self::AlreadyRunning { .. })
     }
 
     /// Returns true if the system to resume is missing or already running.
-    pub fn is_about_what_to_resume(&self) -> bool {
+    pub fn has_nothing_to_resume(&self) -> bool {
         matches!(self, Self::NothingToResume { .. } | Self::AlreadyRunning { .. })
     }
 
@@ -286,7 +286,7 @@ impl Error {
 
 /// Explains iceoryx2's name for an error to people, and what they can do about it.
 fn explained(cause: &str) -> String {
-    if let Some(limit) = limits::files_are_used_up() {
+    if let Some(limit) = limits::exhausted_file_limit() {
         return format!(
             "this process has used up its limit of {limit} open files: ulimit -n raises it ({cause})"
         );
@@ -326,7 +326,7 @@ mod tests {
 
     /// A user saw nothing but `ExceedsMaxSupportedSubscribers` when eight observers had taken all places.
     #[test]
-    fn what_the_shared_memory_library_says_is_explained() {
+    fn errors_of_the_shared_memory_library_are_explained() {
         let said = [
             format!("{:?}", NodeCreationFailure::InternalError),
             format!("{:?}", NodeCreationFailure::InsufficientPermissions),
@@ -347,7 +347,7 @@ mod tests {
     }
 
     #[test]
-    fn other_words_are_passed_on() {
+    fn other_errors_are_passed_on() {
         assert_eq!(explained("Interrupt"), "the shared memory library reported Interrupt");
     }
 }

@@ -91,7 +91,7 @@ enum Complaint {
     #[default]
     None,
     Waits(Instant, Error),
-    Told,
+    Reported,
 }
 
 impl Complaint {
@@ -102,7 +102,7 @@ impl Complaint {
     }
 
     fn take(&mut self) -> Option<Error> {
-        match std::mem::replace(self, Self::Told) {
+        match std::mem::replace(self, Self::Reported) {
             Self::Waits(_, error) => Some(error),
             other => {
                 *self = other;
@@ -127,7 +127,7 @@ impl Sweeper {
         let mut names = system.shared()?.names();
         Ok(Self::start(move |stopped, shared| {
             let mut ages = Ages::default();
-            while is_to_go_on(stopped) {
+            while should_continue(stopped) {
                 let looked = look(&system, &mut names, &mut ages);
                 let Ok(mut complaint) = shared.lock() else { return };
                 if let Err(error @ Error::ForeignFile { .. }) = looked {
@@ -148,7 +148,7 @@ impl Sweeper {
         let mut names = system.shared()?.names();
         Ok(Self::start(move |stopped, _| {
             let mut ages = Ages::default();
-            while is_to_go_on(stopped) {
+            while should_continue(stopped) {
                 // A file that cannot be removed now is tried again the next time.
                 let _ = look_if_orphaned(&system, &mut names, &mut ages);
             }
@@ -170,7 +170,7 @@ impl Sweeper {
 }
 
 /// Waits until it is time to look again. Returns false if the sweeper has been stopped.
-fn is_to_go_on(stopped: &Receiver<()>) -> bool {
+fn should_continue(stopped: &Receiver<()>) -> bool {
     stopped.recv_timeout(LOOK_EVERY) == Err(RecvTimeoutError::Timeout)
 }
 

@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn who_looks_on_sees_when_each_message_was_sent() {
+    fn observers_see_when_each_message_was_sent() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("history");
         let times = SendTimes(open(&path).unwrap());
@@ -250,7 +250,7 @@ mod tests {
 
     /// After a kill between the lines of `keep`, the oldest message is gone, and the new one is not there.
     #[test]
-    fn a_message_that_was_being_noted_is_not_there() {
+    fn a_half_written_entry_is_ignored() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("history");
         let mut history = open(&path).unwrap();

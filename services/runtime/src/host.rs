@@ -1,10 +1,10 @@
 //! Runs a stage of a navigator as a process: its channels, steps, checkpoints and health.
 //!
-//! The table of channels determines what the process reads and writes. Instructions and requests are heard as they arrive, and
-//! each request is heard after the instructions that were sent before it. Instants are processed one after the other, each with
+//! The table of channels determines what the process reads and writes. Instructions and requests are delivered as they arrive, and
+//! each request is delivered after the instructions that were sent before it. Instants are processed one after the other, each with
 //! all the readings that its tick lists.
 //!
-//! After a kill, the successor resumes from the last checkpoint. It hears the instructions that are in force, takes its inputs
+//! After a kill, the successor resumes from the last checkpoint. It receives the instructions that are in force, takes its inputs
 //! since the checkpoint from the channels' histories, and sends only what has not been sent yet.
 //!
 //! A checkpoint is written every few steps, before and after each request, and after instructions. The moment at which a
@@ -80,7 +80,7 @@ struct Head {
     outputs: outputs::Positions,
     /// Positions of the outputs before the stage last spoke. A successor makes it speak once more.
     spoken_from: outputs::Positions,
-    /// How often the stage began to hear the next request without completing it.
+    /// How often the stage began to handle the next request without completing it.
     attempts: u32,
     stamp_ns: u64,
 }
@@ -115,7 +115,7 @@ struct Host<'a> {
     checkpoints: Checkpoints<Saved>,
     /// Positions of the outputs before the stage last spoke.
     spoken_from: outputs::Positions,
-    /// How often a predecessor has died while hearing the next request.
+    /// How often a predecessor has died while handling the next request.
     attempts: u32,
     /// Simulation time of the last instant, in nanoseconds.
     stamp_ns: u64,
@@ -157,7 +157,7 @@ impl Host<'_> {
         Ok(())
     }
 
-    /// Hears everything that has arrived. The instructions come before each request, because the request may refer to what was
+    /// Delivers everything that has arrived. The instructions come before each request, because the request may refer to what was
     /// drawn before it. A request waits until everything that a predecessor has answered is computed again, because the request
     /// was made later.
     fn hear_all(&mut self) -> Result<(), HostError> {
@@ -174,7 +174,7 @@ impl Host<'_> {
         }
     }
 
-    /// Hears the instructions that have arrived. Returns true if there were any.
+    /// Delivers the instructions that have arrived. Returns true if there were any.
     fn hear_instructions(&mut self) -> Result<bool, HostError> {
         let mut is_new = false;
         while let Some((spec, sample)) = self.inputs.next_instruction()? {
@@ -185,7 +185,7 @@ impl Host<'_> {
         Ok(is_new)
     }
 
-    /// Hears a request, and counts how often it has killed the process, so that the stage can refuse it.
+    /// Delivers a request, and counts how often it has killed the process, so that the stage can refuse it.
     fn hear_request(&mut self, index: usize, request: &RawSample) -> Result<(), HostError> {
         let step = Step::begin();
         let header = *request.header();
@@ -253,7 +253,7 @@ impl Host<'_> {
         Ok(loaded.map_err(|error| self.checkpoints.refuse_newest(&error.to_string()))?)
     }
 
-    /// Hears instructions until those that the state depends on, or newer ones, have arrived. Returns false if the process is
+    /// Delivers instructions until those that the state depends on, or newer ones, have arrived. Returns false if the process is
     /// asked to end first.
     fn await_instructions(&mut self, awaited: &inputs::Positions) -> Result<bool, HostError> {
         loop {

@@ -167,7 +167,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn an_identity_is_read_as_it_was_written() {
+    fn an_identity_round_trips() {
         let own = Identity::own().unwrap();
         assert_eq!(Identity::parse(&text(&own)), Some(own));
         for wrong in ["", "17", "17 x 1 b", "17 1 2", "-17 1 2 b"] {
@@ -176,7 +176,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn a_signal_reaches_the_process_itself_and_no_other_of_its_id() {
+    fn a_signal_never_reaches_another_process_with_the_same_id() {
         let (mut child, identity) = sleeper();
         for imposter in imposters(&identity) {
             assert!(imposter.handle().is_err(), "{imposter:?}");

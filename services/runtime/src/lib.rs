@@ -22,7 +22,7 @@
 //! Nothing here knows what a message means, except for the tick. Only the supervisor creates channels: a process that
 //! died while creating one would block it for good (iceoryx2 0.10).
 
-// `say!` prints, and escapes what could steer a terminal.
+// `say!` prints, and escapes text that could control a terminal.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
 mod allocations;

@@ -41,7 +41,7 @@ pub fn provide_stack() -> Result<()> {
 }
 
 /// Returns the limit on open files if this process has (almost) used it up.
-pub(crate) fn files_are_used_up() -> Option<u64> {
+pub(crate) fn exhausted_file_limit() -> Option<u64> {
     let (soft, _) = getrlimit(Resource::RLIMIT_NOFILE).ok()?;
     let is_used_up = match fs::read_dir("/proc/self/fd") {
         Ok(open) => (open.count() + CLOSED_AGAIN) as u64 >= soft,
@@ -77,7 +77,7 @@ mod tests {
 
     /// `ulimit -n 64` led to an error that blamed `/dev/shm`, and `ulimit -s 64` to a stack overflow.
     #[test]
-    fn a_limit_is_raised_as_far_as_it_may_be_or_named() {
+    fn a_limit_is_raised_if_allowed_and_reported_otherwise() {
         const NO: u64 = u64::MAX;
         for (soft, hard, raised_to) in [
             (1024, NO, Ok(None)),

@@ -131,7 +131,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_lock_is_held_once_and_seen_from_outside() {
+    fn a_lock_has_one_holder_and_is_visible_to_others() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("lock");
         assert!(!is_held(&path).unwrap());

@@ -68,7 +68,7 @@ impl Names {
         for _ in 0..READS {
             match reports.read_events() {
                 Ok(events) => {
-                    self.is_behind |= events.iter().any(says_that_reports_were_dropped);
+                    self.is_behind |= events.iter().any(reports_were_dropped);
                     let names = events.iter().filter_map(|event| event.name.as_ref()?.to_str());
                     let own = names.filter(|name| name.starts_with(&self.prefix));
                     self.known.extend(own.map(|name| self.folder.join(name)));
@@ -91,7 +91,7 @@ fn reports(folder: &Path) -> nix::Result<Inotify> {
     Ok(reports)
 }
 
-fn says_that_reports_were_dropped(event: &InotifyEvent) -> bool {
+fn reports_were_dropped(event: &InotifyEvent) -> bool {
     event.mask.contains(AddWatchFlags::IN_Q_OVERFLOW)
 }
 
@@ -109,7 +109,7 @@ mod tests {
     /// 200,000 files of another user raised the load of a running supervisor from 4 to 83 % of a core, because it read the
     /// folder twice in 50 ms.
     #[test]
-    fn names_of_others_cost_nothing_once_the_folder_was_read() {
+    fn names_of_other_systems_cost_nothing_after_the_first_read() {
         let folder = tempfile::tempdir().unwrap();
         let make = |name: &str| fs::write(folder.path().join(name), "").unwrap();
         for foreign in [100, 400] {
@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn what_comes_is_seen_and_what_has_gone_is_forgotten() {
+    fn created_names_appear_and_removed_ones_disappear() {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name);
         for reports in [reports(folder.path()).ok(), None] {

@@ -260,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn an_order_survives_the_file_and_one_that_is_none_is_passed_over() {
+    fn an_order_round_trips_and_invalid_ones_are_skipped() {
         let here = Here { at: Point::new(12.5, 0.1), yaw_rad: Some(-0.1) };
         for order in
             [Ordered::new(Order::Pause, 3), Ordered { here: Some(here), ..Ordered::new(Order::Here, 0) }]
@@ -277,7 +277,7 @@ mod tests {
     }
 
     #[test]
-    fn notices_come_in_order_and_what_is_none_is_passed_over() {
+    fn notices_arrive_in_order_and_invalid_ones_are_skipped() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("notices");
         let mut notices = Notices::open_at(path.clone()).unwrap();

@@ -31,7 +31,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn twice_the_speed_is_half_the_wait() {
+    fn twice_the_rate_halves_the_wait() {
         assert_eq!(due_after(3_000_000_000, 1.0), Duration::from_secs(3));
         assert_eq!(due_after(3_000_000_000, 2.0), Duration::from_millis(1500));
         assert_eq!(due_after(1, 0.0), Duration::MAX);

@@ -175,9 +175,9 @@ impl RawSample {
 
     /// Returns the cells that follow the message.
     pub fn cells(&self) -> &[u8] {
-        let behind = &self.bytes()[self.size..];
+        let tail = &self.bytes()[self.size..];
         let length = usize::try_from(*self.sample.user_header()).unwrap_or(usize::MAX);
-        &behind[..length.min(behind.len())]
+        &tail[..length.min(tail.len())]
     }
 
     /// Returns the header of the message.
@@ -267,14 +267,14 @@ mod tests {
     }
 
     #[test]
-    fn what_has_come_is_dropped_and_what_is_missing_counted() {
+    fn repetitions_are_dropped_and_gaps_counted() {
         let tally = Tally::new(SCAN.spec, Process::Planner);
         assert_eq!(accepted(tally, &[1, 2, 2, 1, 3, 6, 7]), (vec![1, 2, 3, 6, 7], 2));
         assert_eq!(accepted(tally, &[4]), (vec![4], 3));
     }
 
     #[test]
-    fn an_observer_misses_nothing_before_it_came() {
+    fn messages_before_an_observer_joined_do_not_count_as_lost() {
         let tally = Tally::new(SCAN.spec, Process::Observer);
         assert_eq!(accepted(tally, &[40, 41, 43]), (vec![40, 41, 43], 1));
     }
@@ -282,13 +282,13 @@ mod tests {
     /// A pad was killed in the middle of a mission, and its successor reported all the 1675 messages that had been sent until
     /// then as lost.
     #[test]
-    fn a_pad_that_was_started_again_has_lost_nothing_of_what_was_shown_before() {
+    fn a_restarted_pad_does_not_count_earlier_messages_as_lost() {
         let tally = Tally::new(SCAN.spec, Process::Pad);
         assert_eq!(accepted(tally, &[400, 401, 403]), (vec![400, 401, 403], 1));
     }
 
     #[test]
-    fn many_writers_count_for_themselves() {
+    fn each_of_several_writers_has_its_own_count() {
         let tally = Tally::new(HEALTH.spec, Process::Recorder);
         assert_eq!(accepted(tally, &[1, 1, 2, 9]), (vec![1, 1, 2, 9], 0));
     }

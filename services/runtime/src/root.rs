@@ -74,7 +74,7 @@ mod tests {
 
     /// A `run` that was stopped while starting made every later one wait silently.
     #[test]
-    fn a_guard_that_is_not_let_go_is_named_with_its_holder() {
+    fn a_guard_that_stays_locked_is_reported_with_its_holder() {
         let root = tempfile::tempdir().unwrap();
         let held = guard(root.path()).unwrap();
         let error = guard_within(root.path(), Duration::from_millis(20)).unwrap_err().to_string();

@@ -482,7 +482,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_a_plain_file_of_ours_is_named() {
+    fn anything_but_a_plain_file_of_this_user_is_reported() {
         let folder = tempfile::tempdir().unwrap();
         let files = SharedFiles::create("foreign", folder.path()).unwrap();
         let victim = folder.path().join("victim");
@@ -504,7 +504,7 @@ mod tests {
 
     /// A system of another user with the same name used to be counted among the user's own leftovers.
     #[test]
-    fn under_a_name_are_ones_own_files_alone() {
+    fn a_system_has_only_files_of_its_own_user() {
         let folder = tempfile::tempdir().unwrap();
         let under_name = || Survey::now().unwrap().under_name("shared-name", folder.path()).unwrap();
         // The owner file comes first, since another test may clear files without an owner at any time.
@@ -541,7 +541,7 @@ mod tests {
 
     /// With 4,000 empty files of another user, a run took 29 s to start, because the folder was read again for each file.
     #[test]
-    fn each_file_of_another_user_costs_one_look_and_no_more() {
+    fn each_file_of_another_user_is_looked_at_once() {
         let (uid, folder) = (getuid().as_raw(), tempfile::tempdir().unwrap());
         for many in [50, 100, 200] {
             let folder = folder.path().join(many.to_string());
@@ -562,7 +562,7 @@ mod tests {
 
     /// This user's leftovers, too, must be cleared in time that grows linearly with the number of files.
     #[test]
-    fn orphans_are_cleared_in_time_that_grows_as_they_do() {
+    fn clearing_orphans_takes_linear_time() {
         let per_file = [20, 40, 80].map(|many: u64| {
             let folder = tempfile::tempdir().unwrap();
             for i in 0..many {
@@ -580,7 +580,7 @@ mod tests {
     /// Each process reserves the memory of the files that it uses. To find them, it used to search the whole folder for each
     /// channel that it opened.
     #[test]
-    fn what_a_process_has_mapped_is_found_without_the_folder() {
+    fn mapped_files_are_found_without_the_folder() {
         let folder = tempfile::tempdir().unwrap();
         let files = SharedFiles::create("mapped", folder.path()).unwrap();
         let _lock = files.own(folder.path()).unwrap();
@@ -598,7 +598,7 @@ mod tests {
 
     /// After a cleaner had removed the folder, the next system with that name resumed the tasks of the one before.
     #[test]
-    fn files_without_an_owner_or_a_folder_go_and_others_stay() {
+    fn files_without_an_owner_or_a_folder_are_removed() {
         let root = tempfile::tempdir().unwrap();
         let begin = |name: &str| {
             let folder = root.path().join(name);

@@ -102,7 +102,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_page_that_is_not_there_was_never_given_or_was_cut_off() {
+    fn a_missing_page_was_never_allocated_or_was_truncated() {
         assert_eq!(last_words(PAGE - 1), FULL);
         assert_eq!(last_words(PAGE), CUT);
     }

@@ -36,7 +36,7 @@ pub(crate) fn starve(starvation: Starvation) -> Result<(), Errno> {
         stop_for((PERIOD - run).min(left)).map(|()| end > Instant::now())
     };
     if stop()? {
-        let go_on = move || {
+        let stop_repeatedly = move || {
             loop {
                 // This sleep is the share, in which the other threads of the process run.
                 thread::sleep(run);
@@ -46,7 +46,7 @@ pub(crate) fn starve(starvation: Starvation) -> Result<(), Errno> {
                 }
             }
         };
-        let started = thread::Builder::new().name("starvation".to_owned()).spawn(go_on);
+        let started = thread::Builder::new().name("starvation".to_owned()).spawn(stop_repeatedly);
         started.map_err(|error| error.raw_os_error().map_or(Errno::EAGAIN, Errno::from_raw))?;
     }
     Ok(())

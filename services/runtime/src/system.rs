@@ -535,7 +535,7 @@ mod tests {
 
     /// Every process reads this file, and used to read all of it, however large it was.
     #[test]
-    fn a_description_of_a_run_is_neither_read_nor_written_beyond_its_limit() {
+    fn the_description_of_a_run_is_limited_in_size() {
         let root = tempfile::tempdir().unwrap();
         let mut run: RunConfig = serde_json::from_str(include_str!("../tests/run.json")).unwrap();
         run.system = "large".into();
@@ -556,7 +556,7 @@ mod tests {
     /// A lock file of a container that shared the folder named process 4711. Here, that was an unrelated process, which was
     /// killed, and the lock was then waited for forever.
     #[test]
-    fn a_process_of_another_namespace_is_neither_killed_nor_waited_for_without_end() {
+    fn processes_of_another_namespace_are_neither_killed_nor_awaited_forever() {
         let root = tempfile::tempdir().unwrap();
         let run: RunConfig = serde_json::from_str(include_str!("../tests/run.json")).unwrap();
         let mut system = System::create_in(root.path().into(), &run).unwrap();
@@ -603,7 +603,7 @@ mod tests {
     }
 
     #[test]
-    fn what_nobody_finishes_goes_and_what_somebody_makes_stays() {
+    fn abandoned_files_are_removed_and_growing_ones_kept() {
         let root = tempfile::tempdir().unwrap();
         let run = serde_json::from_str(include_str!("../tests/run.json")).unwrap();
         let system = System::create_in(root.path().into(), &run).unwrap();
@@ -636,7 +636,7 @@ mod tests {
     /// If the supervisor was killed while its processes were creating files, the recorder once waited for such a file forever.
     /// It had been asked to end, but did not look, and the dead system could not be resumed.
     #[test]
-    fn a_process_that_outlives_the_supervisor_waits_for_no_unfinished_file() {
+    fn a_surviving_process_does_not_wait_for_an_unfinished_file() {
         let root = tempfile::tempdir().unwrap();
         let run = serde_json::from_str(include_str!("../tests/run.json")).unwrap();
         let mut system = System::create_in(root.path().into(), &run).unwrap();

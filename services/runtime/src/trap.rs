@@ -52,7 +52,7 @@ impl Trap {
     pub(crate) fn before(&mut self, seq: u64, stamp_ns: u64) -> Result<Fate> {
         let mut fate = Fate::default();
         while let Some((place, fault)) = self.next(seq, stamp_ns, When::Before)? {
-            self.tell(place, &fault, seq)?;
+            self.report(place, &fault, seq)?;
             match fault.action {
                 Action::Drop => fate.is_dropped = true,
                 Action::Duplicate => fate.is_doubled = true,
@@ -68,7 +68,7 @@ impl Trap {
     /// Applies the faults planned for after the message was sent.
     pub(crate) fn after(&mut self, seq: u64, stamp_ns: u64) -> Result<()> {
         while let Some((place, fault)) = self.next(seq, stamp_ns, When::After)? {
-            self.tell(place, &fault, seq)?;
+            self.report(place, &fault, seq)?;
             self.hit(&fault)?;
         }
         Ok(())
@@ -97,7 +97,7 @@ impl Trap {
         }
     }
 
-    fn tell(&self, place: usize, fault: &PlannedFault, seq: u64) -> Result<()> {
+    fn report(&self, place: usize, fault: &PlannedFault, seq: u64) -> Result<()> {
         let (number, word, channel) = (place + 1, fault.action.word(), &fault.channel);
         let starvation = fault.starvation();
         let how = starvation.map_or(String::new(), |Starvation { share, duration_ms }| {

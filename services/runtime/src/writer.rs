@@ -222,8 +222,8 @@ impl RawLoan<'_> {
     /// Returns the message and its cells.
     pub fn parts_mut(&mut self) -> (&mut [u8], &mut [u8]) {
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(self.sample.payload_mut());
-        let (message, behind) = bytes.split_at_mut(self.writer.spec.message.size);
-        (message, &mut behind[..self.cells])
+        let (message, tail) = bytes.split_at_mut(self.writer.spec.message.size);
+        (message, &mut tail[..self.cells])
     }
 
     /// Numbers the message, sends it and wakes its readers. Returns the number.

@@ -255,7 +255,7 @@ fn prepare(line: &mut ProcessLine) -> Result<()> {
             term.thread_block()?;
             set_pdeathsig(last)?;
             if let Some((end, _)) = &lifeline {
-                wake_at_hang_up(end)?;
+                wake_on_hang_up(end)?;
             }
             // The supervisor may have died before the parent-death signal was set.
             if getppid() == supervisor { Ok(()) } else { Err(Errno::ESRCH.into()) }
@@ -266,7 +266,7 @@ fn prepare(line: &mut ProcessLine) -> Result<()> {
 
 /// Makes the kernel send SIGCONT to this process when the other end of the pipe closes, as it does when the supervisor dies.
 /// Otherwise, a process that is stopped at that moment would not notice that it has been asked to end.
-fn wake_at_hang_up(end: &OwnedFd) -> io::Result<()> {
+fn wake_on_hang_up(end: &OwnedFd) -> io::Result<()> {
     let settings = [
         (libc::F_SETFD, 0),
         (F_SETSIG, libc::SIGCONT),
@@ -326,7 +326,7 @@ mod tests {
 
     /// A process that had died of full shared memory was said to have "printed nothing", because its log was in that memory.
     #[test]
-    fn a_log_keeps_room_for_last_words() {
+    fn a_full_log_keeps_space_for_the_final_lines() {
         let folder = tempfile::tempdir_in("/dev/shm").unwrap();
         let log = folder.path().join("planner.log");
         let mut command = Command::new("sleep");

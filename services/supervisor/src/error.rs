@@ -138,7 +138,7 @@ mod tests {
 
     /// A user saw only a SIGKILL, and went looking for its sender.
     #[test]
-    fn a_process_that_was_ended_for_its_silence_is_named_with_that_reason() {
+    fn a_process_killed_as_unresponsive_is_reported_as_such() {
         let (process, status) = (Process::Planner, ExitStatus::from_raw(9));
         let death = |hung| Death { process, pid: 7, status, hung, last_lines: String::new() };
         assert_eq!(death(false).how(), "planner (process 7) was killed by signal 9 (SIGKILL)");

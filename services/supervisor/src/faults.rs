@@ -71,11 +71,11 @@ impl Faults {
         while let Some(notice) = self.notices.receive()? {
             let Notice { kind, process, pid, signal, missing, words, order, starvation } = notice;
             if kind == FaultKind::RecordingFailed || kind == FaultKind::RecordingResumed {
-                self.hear_of_the_recording(kind, missing, &words);
+                self.note_recording_failure(kind, missing, &words);
             }
             self.orders.extend(order);
             self.starved.extend(starvation.map(|starvation| (pid, starvation)));
-            self.tell(kind, process, pid, |fault| {
+            self.report(kind, process, pid, |fault| {
                 (fault.signal, fault.missing, fault.words) = (signal, missing, Text::new(&words));
                 let duration_ms = starvation.map_or(0, |starvation| starvation.duration_ms);
                 fault.duration_ns = Duration::from_millis(duration_ms).as_nanos() as u64;
@@ -84,7 +84,7 @@ impl Faults {
         Ok(())
     }
 
-    fn hear_of_the_recording(&mut self, kind: FaultKind, missing: u32, words: &str) {
+    fn note_recording_failure(&mut self, kind: FaultKind, missing: u32, words: &str) {
         let failure = self.recording_failure.get_or_insert_default();
         failure.missing = failure.missing.max(missing.into());
         if kind == FaultKind::RecordingFailed {
@@ -103,7 +103,7 @@ impl Faults {
     }
 
     /// Publishes a report, which `fill` completes.
-    pub(crate) fn tell(
+    pub(crate) fn report(
         &mut self,
         kind: FaultKind,
         process: Process,
@@ -127,7 +127,7 @@ impl Faults {
     /// Reports a death, after any notices about it.
     pub(crate) fn died(&mut self, death: &Death) -> Result<()> {
         self.pass_on()?;
-        self.tell(FaultKind::Died, death.process, death.pid, |fault| {
+        self.report(FaultKind::Died, death.process, death.pid, |fault| {
             fault.signal = death.status.signal().unwrap_or(0) as u32;
             fault.exit_code = death.status.code().unwrap_or(0) as u32;
             fault.words = Text::new(&death.how());
@@ -142,7 +142,7 @@ impl Faults {
         for_: Duration,
         words: &str,
     ) -> Result<()> {
-        self.tell(FaultKind::Unresponsive, process, pid, |fault| {
+        self.report(FaultKind::Unresponsive, process, pid, |fault| {
             fault.duration_ns = for_.as_nanos() as u64;
             fault.words = Text::new(words);
         })

@@ -17,7 +17,7 @@
 //!
 //! The supervisor knows nothing about what the services compute.
 
-// `say!` prints, and escapes what could steer a terminal.
+// `say!` prints, and escapes text that could control a terminal.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
 mod child;

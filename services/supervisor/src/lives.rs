@@ -21,7 +21,7 @@ pub(crate) const CLEARING: Duration = Duration::from_millis(500);
 pub(crate) fn look_after(child: &mut Child, node: &Node, faults: &mut Faults) -> Result<Option<Death>> {
     start_if_due(child, node, faults)?;
     if let Some(took) = child.recovery(node.progress(child.process)) {
-        faults.tell(FaultKind::Recovered, child.process, child.pid(), |fault| {
+        faults.report(FaultKind::Recovered, child.process, child.pid(), |fault| {
             fault.restarts = child.restarts().total() as u32;
             fault.duration_ns = took.as_nanos() as u64;
         })?;
@@ -38,7 +38,7 @@ pub(crate) fn start_if_due(child: &mut Child, node: &Node, faults: &mut Faults) 
     if !child.start_if_due(node.signs_of_life(child.process))? {
         return Ok(());
     }
-    faults.tell(FaultKind::Restarted, child.process, child.pid(), |fault| {
+    faults.report(FaultKind::Restarted, child.process, child.pid(), |fault| {
         let restarts = child.restarts();
         (fault.attempt, fault.restarts) = (restarts.attempt(), restarts.total() as u32);
         fault.duration_ns = restarts.pause().as_nanos() as u64;
@@ -60,7 +60,7 @@ fn revive(child: &mut Child, node: &Node, faults: &mut Faults) -> Result<Option<
     if !child.schedule(status, node.progress(child.process)) {
         let words = if child.hung() { "hung repeatedly" } else { "died each time before it made progress" };
         let error = Error::GivenUp(death, child.restarts().total());
-        faults.tell(FaultKind::GivenUp, child.process, child.pid(), |fault| {
+        faults.report(FaultKind::GivenUp, child.process, child.pid(), |fault| {
             fault.restarts = child.restarts().total() as u32;
             fault.words = Text::new(words);
         })?;
@@ -79,7 +79,7 @@ fn watch(child: &mut Child, node: &Node, faults: &mut Faults) -> Result<()> {
             faults.unresponsive(process, pid, for_, "no sign of life for too long: killed")?;
             child.signal(Signal::SIGKILL)
         }
-        Alarm::Over(for_) => faults.tell(FaultKind::Responsive, process, pid, |fault| {
+        Alarm::Over(for_) => faults.report(FaultKind::Responsive, process, pid, |fault| {
             fault.duration_ns = for_.as_nanos() as u64;
         }),
     }

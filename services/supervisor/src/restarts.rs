@@ -98,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn who_gets_on_is_started_again_for_ever() {
+    fn a_process_that_makes_progress_is_restarted_without_limit() {
         let mut restarts = Restarts::default();
         assert!((0..1000).all(|i| restarts.pause_after_death(KILLED, i) == Some(Duration::ZERO)));
         assert_eq!(restarts.pause_after_death(KILLED, 999), Some(FIRST_PAUSE));
@@ -108,7 +108,7 @@ mod tests {
     /// A life of ten seconds used to count as healthy, but a hanging process is killed only after thirty. So a process that
     /// hung at the same drawing each time was restarted forever.
     #[test]
-    fn who_hangs_each_time_is_given_up_whatever_it_has_sent_before() {
+    fn a_process_that_hangs_after_every_restart_is_given_up() {
         let mut restarts = Restarts::default();
         assert_eq!(PAUSES.map(|_| millis(restarts.pause_after_death(End::Hung, 3))), PAUSES);
         let (mut restarts, mut progress) = (Restarts::default(), 0);
@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn after_a_good_life_a_hang_is_the_first() {
+    fn a_long_life_resets_the_count_of_hangs() {
         let mut restarts = Restarts::default();
         (0..5).for_each(|_| assert!(restarts.pause_after_death(End::Hung, 3).is_some()));
         assert_eq!(
@@ -134,7 +134,7 @@ mod tests {
     /// A sketcher sends its sketch once and then waits, so killing it every minute must not end the mission. A sketcher that
     /// crashes every minute before it has sent anything must end it.
     #[test]
-    fn who_waits_in_peace_and_is_killed_is_started_again_for_ever() {
+    fn an_idle_process_is_restarted_without_limit() {
         let end = End::Killed { after: Duration::from_secs(60) };
         let mut restarts = Restarts::default();
         assert!((0..100).all(|_| restarts.pause_after_death(end, 3) == Some(Duration::ZERO)));

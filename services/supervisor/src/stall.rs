@@ -27,9 +27,12 @@ impl Stall {
     /// computing or about to be restarted. Returns how long the lockstep has been stuck, if that is too long.
     pub(crate) fn look(&mut self, now: Instant, progress: u64, everybody_waits: bool) -> Option<Duration> {
         let since = now.saturating_duration_since(std::mem::replace(&mut self.looked, now));
-        let goes_on = std::mem::replace(&mut self.progress, progress) != progress;
-        self.stands =
-            if goes_on || !everybody_waits { Duration::ZERO } else { self.stands + since.min(MOST_AT_ONCE) };
+        let has_progressed = std::mem::replace(&mut self.progress, progress) != progress;
+        self.stands = if has_progressed || !everybody_waits {
+            Duration::ZERO
+        } else {
+            self.stands + since.min(MOST_AT_ONCE)
+        };
         (self.stands >= self.limit).then_some(self.stands)
     }
 }
@@ -49,19 +52,19 @@ mod tests {
     }
 
     #[test]
-    fn who_waits_for_ever_is_noticed() {
+    fn a_stalled_process_is_detected() {
         assert_eq!(stands_after(2000, |_| 7, |_| true), Some(601));
         assert_eq!(stands_after(2000, |look| u64::from(look.min(100)), |_| true), Some(700));
     }
 
     #[test]
-    fn who_gets_on_or_computes_is_not() {
+    fn a_progressing_or_busy_process_is_not_stalled() {
         assert_eq!(stands_after(2000, |look| u64::from(look / 500), |_| true), None);
         assert_eq!(stands_after(2000, |_| 7, |look| look % 500 != 0), None);
     }
 
     #[test]
-    fn a_supervisor_that_slept_notices_nothing() {
+    fn a_suspended_supervisor_detects_no_stall() {
         let now = Instant::now();
         let mut stall = Stall::begin(LIMIT, now);
         stall.look(now, 7, true);

@@ -156,7 +156,7 @@ impl Supervisor {
         supervisor.order_start()?;
         if let Some(ports) = &mut supervisor.ports {
             let words = "its supervisor was killed; its processes resume where they left off";
-            ports.faults.tell(
+            ports.faults.report(
                 FaultKind::SystemResumed,
                 Process::Supervisor,
                 std::process::id(),
@@ -292,7 +292,7 @@ impl Supervisor {
         let services = self.end_children(|process| process != Process::Recorder, self.grace.services);
         let recorder = self.end_recorder();
         let received = self.receive();
-        let recorder = self.hear_of_the_recording(recorder);
+        let recorder = self.take_recording_failure_from(recorder);
         self.children.clear();
         if let Some(node) = &self.node {
             node.clear_dead(CLEARING);
@@ -308,7 +308,7 @@ impl Supervisor {
 
     /// Stores what the recorder reported about its files. A recorder that ended because they are incomplete has done what it
     /// could.
-    fn hear_of_the_recording(&mut self, ended: Result<()>) -> Result<()> {
+    fn take_recording_failure_from(&mut self, ended: Result<()>) -> Result<()> {
         if let Some(ports) = &mut self.ports {
             self.recording_failure = ports.faults.take_recording_failure();
         }

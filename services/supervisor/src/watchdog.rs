@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn the_silent_is_told_once_and_the_stopped_killed_long_before_the_busy() {
+    fn a_stopped_process_is_killed_long_before_a_busy_one() {
         let stopped = (ProcessState::Stopped, DEADLINE, LIMIT);
         for (state, deadline, limit) in [stopped, (ProcessState::Running, BUSY_DEADLINE, BUSY_LIMIT)] {
             let mut now = Instant::now();
@@ -153,7 +153,7 @@ mod tests {
 
     /// A process used to be killed, and reported, at every check until the kernel had removed it.
     #[test]
-    fn who_is_to_be_killed_is_told_of_once() {
+    fn a_process_to_be_killed_is_reported_once() {
         let mut now = Instant::now();
         let mut watchdog = Watchdog::begin(7, now, LIMIT);
         assert!(matches!(next(&mut watchdog, &mut now, ProcessState::Stopped), Alarm::Missed(_)));
@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn who_is_killed_while_it_computes_hangs_and_who_was_stopped_does_not() {
+    fn only_a_process_killed_while_computing_counts_as_hanging() {
         for (state, hangs) in [(ProcessState::Running, true), (ProcessState::Stopped, false)] {
             let mut now = Instant::now();
             let mut watchdog = Watchdog::begin(7, now, LIMIT);
@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sign_of_life_begins_it_anew() {
+    fn a_sign_of_life_resets_the_watchdog() {
         let mut now = Instant::now();
         let mut watchdog = Watchdog::begin(7, now, LIMIT);
         assert_eq!(next(&mut watchdog, &mut now, ProcessState::Stopped), Alarm::Missed(DEADLINE));
@@ -187,7 +187,7 @@ mod tests {
     /// A tenth of the processor for fifty seconds amounts to five seconds, which is long for a stopped process, but not for a
     /// busy one.
     #[test]
-    fn who_is_starved_is_not_blamed_for_it_and_afterwards_is_again() {
+    fn a_starved_process_is_excused_until_the_starvation_ends() {
         let mut now = Instant::now();
         let mut watchdog = Watchdog::begin(7, now, LIMIT);
         watchdog.bear(Starvation { share: 0.1, duration_ms: 40_000 }, now);
@@ -203,7 +203,7 @@ mod tests {
 
     /// The machine was asleep, or the supervisor itself was stopped.
     #[test]
-    fn a_time_in_which_nobody_looked_does_not_count() {
+    fn time_during_which_the_watchdog_was_suspended_does_not_count() {
         let now = Instant::now();
         let mut watchdog = Watchdog::begin(7, now, LIMIT);
         assert_eq!(
@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn who_is_looked_at_with_a_debugger_is_left_alone() {
+    fn a_process_under_a_debugger_is_left_alone() {
         let mut now = Instant::now();
         let mut watchdog = Watchdog::begin(7, now, LIMIT);
         assert_eq!(next(&mut watchdog, &mut now, ProcessState::Traced), Alarm::Missed(DEADLINE));

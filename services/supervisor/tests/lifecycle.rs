@@ -125,8 +125,8 @@ fn world() {
                     (answered, last) = (true, command.last == 1);
                 }
             }
-            let go_on = answered && seq <= safe + LOCKSTEP_WINDOW;
-            if !go_on && node.wait(LONG) == Wake::Terminate {
+            let may_continue = answered && seq <= safe + LOCKSTEP_WINDOW;
+            if !may_continue && node.wait(LONG) == Wake::Terminate {
                 return health.report(0).unwrap();
             }
         }
@@ -195,10 +195,10 @@ fn recorder() {
     let mut health = node.reader(HEALTH).unwrap();
     let mut recorded = node.writer(RECORDED).unwrap();
     let mut counts = [0; 3];
-    let (mut last, mut told) = (0, 0);
-    let mut go_on = true;
-    while go_on {
-        go_on = node.nap(Duration::from_millis(5)) != Wake::Terminate;
+    let (mut last, mut counted) = (0, 0);
+    let mut may_continue = true;
+    while may_continue {
+        may_continue = node.nap(Duration::from_millis(5)) != Wake::Terminate;
         while let Some(scan) = scans.receive().unwrap() {
             counts[0] += 1;
             last = scan.header.seq;
@@ -210,7 +210,7 @@ fn recorder() {
             counts[2] += 1;
         }
         // Not before every channel has been emptied, since the world continues at once.
-        if std::mem::replace(&mut told, last) != last {
+        if std::mem::replace(&mut counted, last) != last {
             recorded.send(|message| message.header.source_seq = last).unwrap();
         }
     }
@@ -322,7 +322,7 @@ fn wait_until(what: &str, is_so: impl Fn() -> bool) {
 // -------------------------------------------------------------------------------------------- tests
 
 #[test]
-fn everything_that_was_sent_is_recorded() {
+fn every_sent_message_is_recorded() {
     let stage = Stage::new("finish");
     let mut play = stage.play("finish");
     assert_eq!(play.line(), "started");
@@ -349,7 +349,7 @@ fn a_process_that_fails_says_why() {
 }
 
 #[test]
-fn a_process_that_is_killed_is_named() {
+fn a_killed_process_is_named() {
     let stage = Stage::new("dies");
     let mut play = stage.play("world-dies");
     assert_eq!(play.line(), "started");
@@ -363,7 +363,7 @@ fn a_process_that_is_killed_is_named() {
 /// The world waited for a command that never came, and the planner for a scan that it could accept, so both used to stand still
 /// in silence.
 #[test]
-fn a_lockstep_that_stands_still_is_told_and_ended() {
+fn a_stalled_lockstep_run_is_reported_and_ended() {
     let stage = Stage::new("waits");
     let mut play = stage.play("planner-waits");
     assert_eq!(play.line(), "started");
@@ -376,7 +376,7 @@ fn a_lockstep_that_stands_still_is_told_and_ended() {
 }
 
 #[test]
-fn a_process_that_does_not_listen_is_killed() {
+fn a_process_that_ignores_the_request_to_end_is_killed() {
     let stage = Stage::new("stays");
     let mut play = stage.play("world-stays");
     assert_eq!(play.line(), "started");
@@ -406,7 +406,7 @@ fn a_stopped_process_ends_with_the_others() {
 
 /// A process that did not end used to hold the terminal for its whole grace period, however often the user asked.
 #[test]
-fn whoever_asks_again_does_not_wait() {
+fn a_second_request_to_end_skips_the_wait() {
     let stage = Stage::new("again");
     let mut play = stage.play("world-stays-long");
     assert_eq!(play.line(), "started");
@@ -443,7 +443,7 @@ fn ctrl_c_ends_everything_in_order() {
 }
 
 #[test]
-fn a_killed_supervisor_takes_its_processes_along() {
+fn processes_end_when_their_supervisor_is_killed() {
     let stage = Stage::new("killed");
     let mut play = stage.play("endless");
     assert_eq!(play.line(), "started");
@@ -459,7 +459,7 @@ fn a_killed_supervisor_takes_its_processes_along() {
 }
 
 #[test]
-fn a_system_that_runs_is_not_started_twice() {
+fn a_running_system_is_not_started_twice() {
     let stage = Stage::new("twice");
     let mut play = stage.play("endless");
     assert_eq!(play.line(), "started");

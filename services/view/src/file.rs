@@ -46,7 +46,7 @@ pub fn play(recording: &Recording, port: Port, options: Options, ready: impl FnO
         Arc::new(Mutex::new(Playback::new(span, options.rate, state, Instant::now())));
     let name = format!("sketchnav: {}", path.file_name().unwrap_or_default().to_string_lossy());
     let server = Server::start(port, Served { name, playback: Some((span, Arc::clone(&playback))) })?;
-    server.hear_signals()?;
+    server.handle_signals()?;
     let shown = Shown::new(server.context(), &recording.topics()?)?;
     ready();
     Player { recording, options, first_ns: span.0, server, playback, shown }.play()
@@ -117,7 +117,7 @@ impl Player<'_> {
             }
             since_look += 1;
             self.shown.show(&message);
-            self.server.tell_time(message.stamp_ns);
+            self.server.send_time(message.stamp_ns);
         }
         Ok(Turn::Played)
     }
@@ -132,11 +132,11 @@ impl Player<'_> {
             let again = crate::playback::Request { plays: true, rate, seek_ns: Some(self.first_ns) };
             playback.ask(again, now);
             drop(playback);
-            self.server.tell_playback(&self.playback, true);
+            self.server.send_playback(&self.playback, true);
             return Ok(Turn::Seek(self.first_ns));
         }
         locked(&self.playback).end(now);
-        self.server.tell_playback(&self.playback, false);
+        self.server.send_playback(&self.playback, false);
         loop {
             if let Some(turn) = self.look(LOOK_EVERY) {
                 return Ok(turn);
@@ -166,9 +166,9 @@ impl Player<'_> {
 /// The topics of a recording, and the topics derived from them.
 struct Shown {
     topics: Vec<ShownTopic>,
-    /// The messages of this stretch that could not be decoded. `told` are those that have been reported so far.
+    /// The messages of this stretch that could not be decoded. `reported` are those that have been reported so far.
     skipped: Rejections,
-    told: Rejections,
+    reported: Rejections,
 }
 
 struct ShownTopic {
@@ -182,7 +182,7 @@ struct ShownTopic {
 impl Shown {
     fn new(context: &Arc<Context>, recorded: &[Arc<RecordedTopic>]) -> Result<Self> {
         let topics = recorded.iter().map(|topic| ShownTopic::new(context, topic)).collect::<Result<_>>()?;
-        Ok(Self { topics, skipped: Rejections::default(), told: Rejections::default() })
+        Ok(Self { topics, skipped: Rejections::default(), reported: Rejections::default() })
     }
 
     fn is_watched(&self) -> bool {
@@ -197,12 +197,12 @@ impl Shown {
 
     /// Reports the skipped messages, unless the same ones were reported for an earlier stretch.
     fn tell_skipped(&mut self) {
-        if self.skipped != self.told {
+        if self.skipped != self.reported {
             self.skipped
                 .list()
                 .iter()
                 .for_each(|skipped| sketchnav_schemas::say!("notice: skipped {skipped}"));
-            self.told = self.skipped.clone();
+            self.reported = self.skipped.clone();
         }
     }
 
@@ -277,7 +277,7 @@ mod tests {
     /// A single message that could not be decoded was reported, but thousands of them were reported as one. A message that
     /// could not be unpacked was shown as it was.
     #[test]
-    fn what_cannot_be_decoded_is_skipped_and_counted() {
+    fn undecodable_messages_are_skipped_and_counted() {
         sketchnav_navigators::register(&[]).unwrap();
         let spec = channels::find("sketch").unwrap();
         let topic = Arc::new(RecordedTopic {

@@ -58,7 +58,7 @@ pub fn show(node: &Node, port: Port, ready: impl FnOnce()) -> Result<End> {
             }
         }
         view.look(node)?;
-        server.tell_time(view.newest_ns);
+        server.send_time(view.newest_ns);
         if seen.elapsed() >= SECOND {
             seen = Instant::now();
             if System::open(&name).is_err() {

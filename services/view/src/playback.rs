@@ -42,7 +42,7 @@ pub struct Playback {
 }
 
 impl Playback {
-    /// Creates a clock that stands at `first_ns`. The two times are those of the recording's first and last message, in
+    /// Creates a clock stopped at `first_ns`. The two times are those of the recording's first and last message, in
     /// nanoseconds.
     pub fn new((first_ns, last_ns): (u64, u64), rate: f64, state: State, now: Instant) -> Self {
         Self { first_ns, last_ns, rate, state, anchor: (first_ns, now), is_watched: false }
@@ -85,8 +85,8 @@ impl Playback {
         if request.rate.is_finite() && request.rate > 0.0 {
             self.rate = request.rate.clamp(*RATES.start(), *RATES.end());
         }
-        let begins_anew = request.plays && self.state == State::Ended;
-        let target = request.seek_ns.or(begins_anew.then_some(self.first_ns));
+        let restarts = request.plays && self.state == State::Ended;
+        let target = request.seek_ns.or(restarts.then_some(self.first_ns));
         let target = target.map(|ns| ns.clamp(self.first_ns, self.last_ns));
         self.state = if request.plays { State::Playing } else { State::Paused };
         if let Some(target) = target {
@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn time_goes_on_by_the_rate_and_stops_at_the_end() {
+    fn time_advances_by_the_rate_and_stops_at_the_end() {
         let began = Instant::now();
         let playback = playing(began);
         assert_eq!(playback.at_ns(after(began, 1.5)), 13 * S);
@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pause_keeps_the_time_and_another_rate_does_not_jump() {
+    fn pausing_and_changing_the_rate_do_not_jump() {
         let began = Instant::now();
         let mut playback = playing(began);
         let pause = Request { plays: false, rate: 2.0, seek_ns: None };
@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn playing_from_the_end_begins_anew() {
+    fn playing_from_the_end_restarts() {
         let began = Instant::now();
         let mut playback = playing(began);
         playback.end(after(began, 5.0));
@@ -181,7 +181,7 @@ mod tests {
 
     /// A recording that was opened before its viewer had already ended when the viewer connected.
     #[test]
-    fn nothing_is_played_to_nobody() {
+    fn without_a_client_nothing_is_played() {
         let began = Instant::now();
         let mut playback = Playback::new((0, 20 * S), 1.0, State::Playing, began);
         assert_eq!((playback.at_ns(after(began, 9.0)), playback.until(S, after(began, 9.0))), (0, None));
@@ -192,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rate_that_is_none_is_ignored() {
+    fn an_invalid_rate_is_ignored() {
         let began = Instant::now();
         let mut playback = playing(began);
         for (asked, found) in [(f64::NAN, 2.0), (-1.0, 2.0), (0.0, 2.0), (1e9, 64.0), (1e-9, 1.0 / 64.0)] {

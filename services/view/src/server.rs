@@ -81,9 +81,9 @@ pub struct Server {
     runtime: Runtime,
     context: Arc<Context>,
     events: Receiver<Event>,
-    tell: Sender<Event>,
+    sender: Sender<Event>,
     /// The last time that was sent to viewers, in nanoseconds, and when it was sent.
-    told: (u64, Option<Instant>),
+    sent_time: (u64, Option<Instant>),
 }
 
 /// What viewers get to know about the served system or recording.
@@ -103,7 +103,7 @@ impl Server {
         let runtime = Builder::new_multi_thread().worker_threads(THREADS).enable_all().build();
         let runtime = runtime.map_err(|error| ViewError::Server(error.to_string()))?;
         let context = Context::new();
-        let (tell, events) = channel();
+        let (sender, events) = channel();
         let playback = served.playback.as_ref().map(|(_, playback)| Arc::clone(playback));
         let mut server = WebSocketServer::new()
             .name(served.name)
@@ -111,7 +111,7 @@ impl Server {
             .context(&context)
             .capabilities([Capability::Time])
             .message_backlog_size(BACKLOG)
-            .listener(Arc::new(Listener { tell: tell.clone(), playback }))
+            .listener(Arc::new(Listener { sender: sender.clone(), playback }))
             .tokio_runtime(runtime.handle());
         if let Some(((first_ns, last_ns), _)) = served.playback {
             server = server.playback_time_range(first_ns, last_ns);
@@ -122,7 +122,7 @@ impl Server {
             }
             error => ViewError::Server(error.to_string()),
         })?;
-        Ok(Self { handle: Some(handle), runtime, context, events, tell, told: (0, None) })
+        Ok(Self { handle: Some(handle), runtime, context, events, sender, sent_time: (0, None) })
     }
 
     /// The context to which topics are added.
@@ -134,15 +134,15 @@ impl Server {
     ///
     /// # Errors
     /// [`ViewError::Server`] if the kernel refuses to report signals.
-    pub fn hear_signals(&self) -> Result<()> {
+    pub fn handle_signals(&self) -> Result<()> {
         use tokio::signal::unix::{SignalKind, signal};
         let _inside = self.runtime.enter();
         for kind in [SignalKind::interrupt(), SignalKind::terminate()] {
             let mut signals = signal(kind).map_err(|error| ViewError::Server(error.to_string()))?;
-            let tell = self.tell.clone();
+            let sender = self.sender.clone();
             self.runtime.spawn(async move {
                 while signals.recv().await.is_some() {
-                    let _ = tell.send(Event::End);
+                    let _ = sender.send(Event::End);
                 }
             });
         }
@@ -161,19 +161,19 @@ impl Server {
 
     /// Sends the time to viewers if it has changed and none was sent just now. A viewer that cannot keep up is
     /// disconnected, so the time does not accompany every message.
-    pub fn tell_time(&mut self, stamp_ns: u64) {
-        let (last_ns, since) = self.told;
+    pub fn send_time(&mut self, stamp_ns: u64) {
+        let (last_ns, since) = self.sent_time;
         let is_due = since.is_none_or(|since| since.elapsed() >= TIME_EVERY);
         if let (true, true, Some(handle)) = (stamp_ns != last_ns, is_due, &self.handle) {
             handle.broadcast_time(stamp_ns);
-            self.told = (stamp_ns, Some(Instant::now()));
+            self.sent_time = (stamp_ns, Some(Instant::now()));
         }
     }
 
     /// Sends the state of playing to viewers.
-    pub fn tell_playback(&self, playback: &SharedPlayback, did_seek: bool) {
+    pub fn send_playback(&self, playback: &SharedPlayback, did_seek: bool) {
         if let Some(handle) = &self.handle {
-            handle.broadcast_playback_state(told(&locked(playback), did_seek));
+            handle.broadcast_playback_state(playback_state(&locked(playback), did_seek));
         }
     }
 }
@@ -188,7 +188,7 @@ impl Drop for Server {
     }
 }
 
-fn told(playback: &Playback, did_seek: bool) -> PlaybackState {
+fn playback_state(playback: &Playback, did_seek: bool) -> PlaybackState {
     PlaybackState {
         status: match playback.state() {
             State::Playing => PlaybackStatus::Playing,
@@ -204,14 +204,14 @@ fn told(playback: &Playback, did_seek: bool) -> PlaybackState {
 
 /// Receives viewers' requests on the server's thread.
 struct Listener {
-    tell: Sender<Event>,
+    sender: Sender<Event>,
     playback: Option<SharedPlayback>,
 }
 
 impl Listener {
     /// Sends an event. A missing receiver is no error, since the server is then about to end.
     fn say(&self, event: Event) {
-        let _ = self.tell.send(event);
+        let _ = self.sender.send(event);
     }
 }
 
@@ -240,6 +240,6 @@ impl ServerListener for Listener {
         let request = Request { plays, rate: asked.playback_speed.into(), seek_ns: asked.seek_time };
         let target = playback.ask(request, Instant::now());
         self.say(target.map_or(Event::Changed, Event::Sought));
-        Some(told(&playback, target.is_some()))
+        Some(playback_state(&playback, target.is_some()))
     }
 }

@@ -4,7 +4,7 @@
 //! The checkpoint contains the whole world before its sensors are read. Since the readings follow from the world, a restarted
 //! process sends the same readings again and continues.
 
-// `say!` prints, and escapes what could steer a terminal.
+// `say!` prints, and escapes text that could control a terminal.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
 use std::time::{Duration, Instant};

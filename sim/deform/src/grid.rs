@@ -136,7 +136,7 @@ mod tests {
 
     /// A floor of 20 km by 20 km would have 160 billion cells.
     #[test]
-    fn a_floor_that_reaches_too_far_for_a_grid_is_refused() {
+    fn a_floor_too_large_for_a_grid_is_refused() {
         let wall = |side: f64| Convex::rectangle([0.0, 0.0], [side, side], 0.0);
         let world = |side: f64| WorldDescription {
             name: "plain".into(),

@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn few_places_and_places_on_a_line_tell_nothing() {
+    fn too_few_or_collinear_places_have_no_measure() {
         let line = |n: usize| {
             (0..n).map(|i| (Point::new(i as f64, 0.0), Point::new(i as f64, 1.0))).collect::<Vec<_>>()
         };

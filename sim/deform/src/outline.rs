@@ -62,19 +62,19 @@ mod tests {
     }
 
     #[test]
-    fn a_corner_is_walked_around() {
+    fn the_outline_follows_corners() {
         let corners = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
         assert_eq!(outline(&["#..", "##."]), corners);
     }
 
     #[test]
-    fn cells_that_touch_at_a_corner_are_walked_around_and_the_walk_ends() {
+    fn the_outline_closes_around_cells_that_touch_at_a_corner() {
         let outline = outline(&[".##", "##.", "..#"]);
         assert!(outline.len() >= 4, "{outline:?}");
     }
 
     #[test]
-    fn nothing_has_no_outline() {
+    fn an_empty_grid_has_no_outline() {
         assert!(outline(&["..", ".."]).is_empty());
     }
 }

@@ -140,7 +140,7 @@ fn route(
     &Hand { degree, smooth_m }: &Hand,
     rng: &mut Pcg64Mcg,
 ) -> Vec<At> {
-    let length = scene.way_m();
+    let length = scene.path_m();
     let waves: Vec<_> = (1..=3)
         .map(|n| {
             let [x, y] = [0, 1].map(|_| BEND_M * degree * normal(rng) / f64::from(n));
@@ -322,18 +322,18 @@ mod tests {
     }
 
     #[test]
-    fn a_person_in_a_hurry_cuts_corners_and_draws_a_shorter_route() {
+    fn hurried_sketches_cut_corners() {
         let scene = Scene::a();
         let length = |sketch: &SceneSketch| -> f64 {
             sketch.route.windows(2).map(|pair| distance(pair[0], pair[1])).sum()
         };
         let mut lengths: Vec<_> = (0..40).map(|seed| length(&hasty(&scene, 0.0, seed))).collect();
         lengths.sort_by(f64::total_cmp);
-        assert!(lengths[39] <= scene.way_m() + 1e-6 && lengths[0] < 0.97 * scene.way_m(), "{lengths:?}");
+        assert!(lengths[39] <= scene.path_m() + 1e-6 && lengths[0] < 0.97 * scene.path_m(), "{lengths:?}");
     }
 
     #[test]
-    fn a_pda_has_whole_pixels_of_5_inches() {
+    fn a_sketch_on_a_pda_is_rounded_to_its_pixels() {
         let scene = Scene::b();
         let drawn = sketch(&scene, 0.0, 1);
         let file: serde_json::Value = serde_json::from_str(&drawn.on_a_pda().unwrap()).unwrap();

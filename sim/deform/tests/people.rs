@@ -53,7 +53,7 @@ fn degree_1_has_peoples_statistics_on_their_own_floor() {
 }
 
 #[test]
-fn half_a_degree_is_half_of_it_and_more_is_more() {
+fn the_deformation_grows_with_the_degree() {
     for name in ["building", "laboratory"] {
         let floor = floor(name);
         let [half, one, more] =
@@ -86,7 +86,7 @@ fn the_same_seed_gives_the_same_drawing() {
 }
 
 #[test]
-fn a_degree_that_is_none_is_refused() {
+fn an_invalid_degree_is_refused() {
     let floor = floor("laboratory");
     for degree in [-0.1, f64::NAN, 99.0] {
         assert!(deform(&floor, degree, 1).is_err(), "{degree}");
@@ -128,7 +128,7 @@ fn all_is_reachable(floor: &Floor, degree: f64, seed: u64) -> Result<(), String>
 }
 
 #[test]
-fn the_sketcher_finds_every_room_and_the_way_there() {
+fn the_sketcher_finds_a_path_to_every_room() {
     for name in ["building", "laboratory"] {
         let floor = floor(name);
         for (degree, seed) in [0.0, 0.5, 1.0].into_iter().flat_map(|degree| (1..=8).map(move |s| (degree, s)))
@@ -141,7 +141,7 @@ fn the_sketcher_finds_every_room_and_the_way_there() {
 }
 
 #[test]
-fn the_svg_shows_what_the_strokes_say() {
+fn the_svg_shows_the_strokes() {
     let drawing = deform(&floor("building"), 1.0, 5).expect("a degree");
     let options = Options::default();
     let strokes = drawing.strokes_json();

@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_is_no_dot() {
+    fn a_frame_is_not_a_dot() {
         let mut picture = picture();
         for (columns, rows) in [(0..800, 0..6), (0..800, 594..600), (0..6, 0..600), (794..800, 0..600)] {
             fill(&mut picture, columns, rows);
@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn letters_of_the_size_of_dots_and_dirt_are_none_and_dots_that_touch_are_a_dot() {
+    fn letters_and_dirt_are_not_dots_and_touching_dots_are_one() {
         let mut picture = picture();
         // An L with strokes of 3 pixels, a speck, and something the size of a dot that touches one of the dots.
         fill(&mut picture, 20..23, 20..44);
@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_alike_of_no_spots() {
+    fn without_spots_there_are_no_dots() {
         assert_eq!(alike(Vec::new(), |_| 1.0), (Vec::new(), Vec::new()));
     }
 }

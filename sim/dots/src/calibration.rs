@@ -273,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_point_is_named_and_so_are_two() {
+    fn one_or_two_wrong_points_are_named() {
         for wrong in 0..7 {
             let mut one = points(7);
             one[wrong].pixel[0] += 50.0;
@@ -292,7 +292,7 @@ mod tests {
     }
 
     #[test]
-    fn two_points_that_are_exchanged_are_named() {
+    fn two_exchanged_points_are_named() {
         for count in [5, 6, 7, 9] {
             let mut exchanged = points(count);
             (exchanged[0].pixel, exchanged[1].pixel) = (exchanged[1].pixel, exchanged[0].pixel);
@@ -325,7 +325,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mirrored_picture_is_seen_with_four_points_too() {
+    fn four_points_reveal_a_mirrored_picture() {
         for count in [4, 7] {
             let mut mirrored = points(count);
             mirrored.iter_mut().for_each(|known| known.place[1] = 1.0 - known.place[1]);
@@ -334,7 +334,7 @@ mod tests {
     }
 
     #[test]
-    fn many_points_are_reviewed_by_a_part_of_their_cameras() {
+    fn many_points_are_reviewed_by_a_sample_of_cameras() {
         let mut many: Vec<Known> = (0..12)
             .flat_map(|i| (0..8).map(move |j| [f64::from(i), f64::from(j)]))
             .map(|[x, y]| Known { pixel: [100.0 * x, 900.0 - 100.0 * y], place: [x, y] })
@@ -350,7 +350,7 @@ mod tests {
         #![proptest_config(ProptestConfig { failure_persistence: None, cases: 64, ..ProptestConfig::default() })]
 
         #[test]
-        fn whatever_the_points_it_reviews_them(
+        fn any_points_can_be_reviewed(
             values in prop::collection::vec(prop::array::uniform4(-1e4..1e4_f64), 0..9),
         ) {
             let points: Vec<_> =

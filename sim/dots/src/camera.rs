@@ -166,7 +166,7 @@ mod tests {
     const SQUARE: [[f64; 2]; 4] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
 
     #[test]
-    fn four_points_fit_and_a_square_seen_aslant_has_its_middle_where_the_diagonals_meet() {
+    fn the_centre_of_a_square_in_perspective_is_where_its_diagonals_meet() {
         let points = known([[100.0, 700.0], [900.0, 700.0], [700.0, 300.0], [300.0, 300.0]], SQUARE);
         let camera = Camera::calibrated(&points).unwrap();
         for point in &points {
@@ -192,7 +192,7 @@ mod tests {
     /// Regression test: a pixel above the horizon used to have a position, which was a mirrored one on the plane behind the
     /// camera.
     #[test]
-    fn beyond_the_horizon_there_is_no_place_and_behind_the_camera_no_pixel() {
+    fn above_the_horizon_and_behind_the_camera_there_is_no_projection() {
         let aslant = [[100.0, 700.0], [900.0, 700.0], [700.0, 300.0], [300.0, 300.0]];
         let camera = Camera::calibrated(&known(aslant, SQUARE)).unwrap();
         // The sides of the square meet in row -100, and the camera is above y = -1.
@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pixel_covers_more_of_the_plane_where_it_is_further_away() {
+    fn distant_pixels_cover_more_of_the_plane() {
         let points = known([[100.0, 700.0], [900.0, 700.0], [700.0, 300.0], [300.0, 300.0]], SQUARE);
         let camera = Camera::calibrated(&points).unwrap();
         let [near, far] = [680.0, 320.0].map(|row| {
@@ -227,7 +227,7 @@ mod tests {
     /// behind the camera. For a rectangle seen straight from above, the error used to claim that three of its corners lie on
     /// one line.
     #[test]
-    fn four_points_that_are_crossed_are_named_with_what_to_exchange() {
+    fn four_crossed_points_are_reported_with_those_to_exchange() {
         let aslant = [[90.0, 700.0], [900.0, 690.0], [700.0, 300.0], [310.0, 320.0]];
         let from_above = [[50.0, 1250.0], [1250.0, 1250.0], [1250.0, 50.0], [50.0, 50.0]];
         for [a, b, c, d] in [aslant, from_above] {
@@ -245,7 +245,7 @@ mod tests {
 
     /// One of the four pixels lies inside the triangle of the others, and no exchange makes them the picture of a square.
     #[test]
-    fn a_point_that_would_lie_behind_the_camera_is_named() {
+    fn a_point_behind_the_camera_is_named() {
         let inside = [[0.0, 900.0], [900.0, 900.0], [400.0, 0.0], [400.0, 600.0]];
         let error = Camera::calibrated(&known(inside, SQUARE)).unwrap_err().to_string();
         assert!(error.contains("expected a place in front of the camera, like the others"), "{error}");
@@ -255,7 +255,7 @@ mod tests {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
         #[test]
-        fn what_is_seen_is_placed_where_it_is(
+        fn projecting_a_place_and_back_returns_it(
             near in 300.0..800.0_f64, far in 100.0..300.0_f64, x in 0.0..1.0_f64, y in 0.0..1.0_f64,
         ) {
             let pixels = [[400.0 - near / 2.0, 600.0], [400.0 + near / 2.0, 600.0],

@@ -107,7 +107,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_seed_gives_the_same_places() {
+    fn the_same_seed_gives_the_same_dots() {
         assert_eq!(uniform(100, 1.0, 1).unwrap(), uniform(100, 1.0, 1).unwrap());
         assert_ne!(uniform(100, 1.0, 1).unwrap(), uniform(100, 1.0, 2).unwrap());
     }
@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn two_in_one_place_are_found_whatever_lies_between_them() {
+    fn duplicate_dots_are_found_wherever_they_are_in_the_list() {
         assert_eq!(same_place(&[[0.0, 1.0], [5.0, 5.0], [-0.0, 1.0]]), Some((0, 2)));
         assert_eq!(same_place(&[[0.0, 1.0], [1.0, 0.0]]), None);
     }

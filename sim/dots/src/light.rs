@@ -149,7 +149,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_picture_in_even_light_stays_as_it_is() {
+    fn an_evenly_lit_picture_is_unchanged() {
         let mut picture = GrayImage::from_pixel(120, 90, Luma([235]));
         for (x, y) in [(20, 20), (21, 20), (20, 21), (60, 50), (61, 50)] {
             picture.put_pixel(x, y, Luma([30]));
@@ -160,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn the_ground_is_even_after_levelling_and_dots_stay() {
+    fn levelling_evens_the_ground_and_keeps_the_dots() {
         // Light from the left, and a shadow with a hard edge.
         let lit = |x: u32, y: u32| {
             let lamp = 80.0 + 150.0 * f64::from(x) / 240.0;
@@ -186,7 +186,7 @@ mod tests {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
         #[test]
-        fn the_greatest_values_are_those_of_a_plain_search(
+        fn the_sliding_maximum_equals_a_plain_search(
             line in prop::collection::vec(any::<u8>(), 1..60), reach in 1_usize..20,
         ) {
             let mut grown = Vec::new();

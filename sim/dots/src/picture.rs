@@ -307,7 +307,7 @@ mod tests {
     }
 
     #[test]
-    fn light_dots_on_a_dark_ground_are_found_and_dust_is_not() {
+    fn light_dots_on_dark_ground_are_found_without_dust() {
         let mut picture = draw([800, 600], &camera(), &[[0.2, 0.3], [0.8, 0.9]], 0.01);
         picture.put_pixel(5, 5, Luma([0]));
         image::imageops::invert(&mut picture);
@@ -349,7 +349,7 @@ mod tests {
     }
 
     #[test]
-    fn dots_are_found_under_a_lamp_from_anywhere_and_in_shadows() {
+    fn dots_are_found_under_a_lamp_and_in_shadows() {
         let lamps: [fn(f64, f64) -> f64; 7] = [
             |x, _| 0.3 + 0.7 * x,
             |x, _| 1.0 - 0.7 * x,
@@ -369,7 +369,7 @@ mod tests {
     }
 
     #[test]
-    fn a_picture_that_is_partly_in_the_dark_says_so_and_one_that_shows_nothing_blames_the_light() {
+    fn a_partly_dark_picture_is_reported() {
         let mut picture = draw([800, 600], &camera(), &[[0.3, 0.3], [0.9, 0.3], [0.7, 0.7]], 0.01);
         let darken = |picture: &mut GrayImage| {
             picture

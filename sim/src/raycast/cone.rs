@@ -105,7 +105,7 @@ mod tests {
         #![proptest_config(ProptestConfig { cases: 300, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
         #[test]
-        fn a_cone_sees_what_the_nearest_of_many_rays_sees(
+        fn a_cone_measures_the_nearest_of_many_rays(
             lines in prop::collection::vec(prop::array::uniform4(-5.0..5.0), 0..8),
             discs in prop::collection::vec(([-5.0..5.0, -5.0..5.0], 0.1..0.5), 0..3),
             axis in -3.2..3.2,
@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wall_at_an_angle_is_as_near_as_the_edge_of_the_cone_that_meets_it_first() {
+    fn the_edge_of_the_cone_meets_an_oblique_wall_first() {
         let wall = Faces::new(vec![[[2.0, -9.0], [2.0, 9.0]]]);
         let nearest = |axis: f64| Cone::new(Vector2::zeros(), axis, 0.2).nearest(&wall, &[], MAX_M);
         assert!((nearest(0.1) - 2.0).abs() < 1e-12, "the foot lies in the cone");

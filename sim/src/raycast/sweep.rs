@@ -395,7 +395,7 @@ mod tests {
 
         /// The rays start anywhere, including on a face or a corner, and may run along faces.
         #[test]
-        fn a_sweep_is_what_the_tree_says_ray_by_ray_to_the_bit(
+        fn a_sweep_equals_the_tree_bit_by_bit(
             faces in faces(),
             at in prop_oneof![(-6.0..6.0, -6.0..6.0), ((-12..12_i32).prop_map(|v| f64::from(v) * 0.25), (-12..12_i32).prop_map(|v| f64::from(v) * 0.25))],
             yaw in prop_oneof![-3.2..3.2, (0..8_i32).prop_map(|v| f64::from(v) * std::f64::consts::FRAC_PI_4)],
@@ -421,7 +421,7 @@ mod tests {
     /// The tree skips a face whose box begins at the maximum range, although the face itself is hit slightly before it. The
     /// sweep once reported that hit.
     #[test]
-    fn a_face_at_the_end_of_the_reach_is_left_out_as_the_tree_does() {
+    fn a_face_at_the_maximum_range_is_omitted_as_by_the_tree() {
         let faces = Faces::new(Convex::rectangle([4.0, 5.0], [0.5, 0.15], 0.0).edges().collect());
         let (from, increment) = (Vector2::new(0.25, -1.0), TAU / 186.0);
         let directions = (0..186)
@@ -435,7 +435,7 @@ mod tests {
     }
 
     #[test]
-    fn an_angle_is_right_to_a_hundred_thousandth() {
+    fn the_approximate_angle_errs_by_less_than_a_hundred_thousandth() {
         for i in -3141..3141 {
             let exact = f64::from(i) / 1000.0;
             let found = angle(Vector2::new(exact.cos(), exact.sin()) * 3.0);

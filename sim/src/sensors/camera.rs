@@ -208,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn a_marker_is_seen_where_it_is_in_view_near_enough_and_looks_at_the_camera() {
+    fn a_marker_is_seen_if_it_is_in_view_near_and_facing_the_camera() {
         let markers = [
             marker(9, 3.0, -1.0, 90.0), // on the right wall
             marker(2, 3.0, 1.0, -90.0), // on the left wall
@@ -232,7 +232,7 @@ mod tests {
     /// m. It must cover 16 pixels to be detected, which it does up to 7.2 m away, or half of that if it is turned by 60
     /// degrees.
     #[test]
-    fn how_far_a_marker_is_found_follows_from_its_side_and_the_pixels() {
+    fn the_range_of_a_marker_follows_from_its_side_and_the_pixels() {
         let pixels =
             Pixels { width_px: 640.0, marker_side_m: 0.2, side_bits: 8.0, least_bit_px: 2.0, corner_px: 0.0 };
         let model = MarkerCamera { range_max_m: 100.0, pixels: Some(pixels), ..model() };
@@ -246,7 +246,7 @@ mod tests {
     /// A side of 0.2 m covers 38 pixels at 3 m. A corner that is off by a third of a pixel results in a distance error of 0.9
     /// %, and of twice that at twice the distance.
     #[test]
-    fn how_far_a_distance_errs_follows_from_the_pixels() {
+    fn the_error_of_a_distance_follows_from_the_pixels() {
         let pixels = Pixels {
             width_px: 640.0,
             marker_side_m: 0.2,
@@ -269,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn errors_grow_with_the_distance_and_markers_are_missed_as_often_as_the_file_says() {
+    fn errors_grow_with_distance_and_markers_are_missed_at_the_stated_rate() {
         let model = MarkerCamera { noise_per_m: 0.01, miss: 0.1, slant_max_deg: 89.0, ..model() };
         let (faces, mut view) = (Faces::new(vec![[[9.0, 9.0], [9.0, 8.0]]]), MarkerView::zeroed());
         let markers = [marker(1, 1.2, 0.0, 180.0), marker(2, 3.2, 0.5, 180.0)];

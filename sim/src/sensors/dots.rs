@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn the_window_shows_what_lies_in_it_and_its_margin_in_its_own_axes() {
+    fn the_window_shows_its_dots_and_margin_in_its_own_axes() {
         let quarter = Pose::new(10.0, 10.0, std::f64::consts::FRAC_PI_2);
         let seen = view(&camera(|_| ()), quarter, &[[11.0, 10.0], [10.0, 11.4], [10.0, 11.6]], 0);
         let expected = [[0.0, -1.0], [1.4, 0.0]];
@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn errors_have_the_size_that_the_robot_file_says() {
+    fn errors_have_the_stated_size() {
         let camera = camera(|model| (model.noise_m, model.miss, model.false_dots) = (0.05, 0.2, 0.3));
         let origin = Pose::new(0.0, 0.0, 0.0);
         let all: Vec<_> = (0..4000).map(|number| view(&camera, origin, &[[0.2, 0.1]], number)).collect();
@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn a_crowd_leaves_room_for_what_is_near() {
+    fn in_a_crowd_the_nearest_dots_are_kept() {
         let crowd: Vec<_> = (0..100).map(|k| [0.01 * f64::from(k), 0.0]).collect();
         let seen = view(&camera(|_| ()), Pose::new(0.0, 0.0, 0.0), &crowd, 0);
         assert_eq!(seen.dot_count as usize, MAX_DOTS);

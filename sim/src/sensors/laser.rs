@@ -40,8 +40,8 @@ impl Scanner {
     /// Fills in scan number `number`, except for the header. The same arguments give the same scan.
     pub fn fill(&self, scene: &Scene<'_>, number: u64, scan: &mut LaserScan) {
         self.fill_geometry(scan);
-        let (ranges_m, behind) = scan.ranges_m.split_at_mut(self.beams.len());
-        behind.fill(0.0);
+        let (ranges_m, unused) = scan.ranges_m.split_at_mut(self.beams.len());
+        unused.fill(0.0);
         self.true_ranges(scene, ranges_m);
         let mut stream = self.stream.clone();
         stream.advance(u128::from(number) * DRAWS_PER_READING);

@@ -1,5 +1,5 @@
 //! A ring of sonars, each of which reports the nearest echo in its cone (exact, see [`crate::raycast::cone`]). Every surface
-//! returns an echo, however oblique. All sonars are read at the same time, and none hears another. Ranges are measured from the
+//! returns an echo, however oblique. All sonars are read at the same time, and none receives the echo of another. Ranges are measured from the
 //! ring. Ranges that are not measurements follow REP 117: +∞ if nothing is within range, and −∞ if something is too near.
 
 use nalgebra::Vector2;

@@ -85,7 +85,7 @@ impl Senses for Readings {
         let places: [&mut dyn Any; 8] =
             [&mut **scan, sonar, odometry, truth, contact, people, markers, &mut **view];
         let place = places.into_iter().find_map(|place| place.downcast_mut::<T>());
-        let place = place.expect("a place for every message");
+        let place = place.expect("an entry for every message");
         fill(place);
         if let Some(bytes) = &mut self.bytes {
             bytes.extend(bytemuck::bytes_of(place));

@@ -109,7 +109,7 @@ mod tests {
 
     #[test]
     #[should_panic(expected = "add it to needs::PROGRAMS")]
-    fn a_program_that_is_not_in_the_list_is_an_error() {
+    fn an_unlisted_program_is_an_error() {
         program("frobnicate");
     }
 }

@@ -202,15 +202,15 @@ impl Place {
 
     /// Kills processes of a mission `kills` times. The recording must have the same bytes as one without kills.
     pub fn is_identical_after(&self, mission: &str, kills: u32, targets: &str) {
-        let told = self.fine(&format!("chaos {mission} --kills {kills} --targets {targets} --json")).json();
-        assert_eq!(told["identical"], true, "{mission}: {told}");
+        let output = self.fine(&format!("chaos {mission} --kills {kills} --targets {targets} --json")).json();
+        assert_eq!(output["identical"], true, "{mission}: {output}");
     }
 
     /// Reruns processes of a recording and replays the recording. The messages must be the same each time.
     pub fn is_reproduced(&self, recording: &str, processes: &[&str]) {
         for process in processes {
-            let told = self.fine(&format!("rerun {recording} --process {process} --json")).json();
-            let found = (&told["identical"], &told["difference"]);
+            let output = self.fine(&format!("rerun {recording} --process {process} --json")).json();
+            let found = (&output["identical"], &output["difference"]);
             assert_eq!(found, (&Value::Bool(true), &Value::Null), "{process}");
         }
         let live = "--live localizer,planner,recorder --rate max --record again.mcap";
@@ -274,9 +274,9 @@ impl Place {
     /// Waits until all processes of the system `name` have joined it and the planner has sent a few messages.
     pub fn wait_until_driving(&self, running: &mut Running, name: &str) {
         self.wait_until_joined(running, name, &SERVICES);
-        let heard = self.run(&format!("echo status --count 3 --system {name}"));
-        assert_eq!(heard.code, Some(0), "{heard}");
-        assert_eq!(heard.out.lines().count(), 3, "{heard}");
+        let echoed = self.run(&format!("echo status --count 3 --system {name}"));
+        assert_eq!(echoed.code, Some(0), "{echoed}");
+        assert_eq!(echoed.out.lines().count(), 3, "{echoed}");
     }
 
     /// Waits until these processes of the system `name` have joined it.
@@ -366,9 +366,9 @@ impl Running {
 
     fn collect(&mut self, limit: Duration) -> Ended {
         let child = self.child.take().unwrap();
-        let (tell, told) = mpsc::channel();
-        thread::spawn(move || tell.send(child.wait_with_output()));
-        match told.recv_timeout(limit) {
+        let (sender, receiver) = mpsc::channel();
+        thread::spawn(move || sender.send(child.wait_with_output()));
+        match receiver.recv_timeout(limit) {
             Ok(output) => output.unwrap().into(),
             Err(_) => {
                 send(self.pid, Signal::SIGKILL);

@@ -170,20 +170,20 @@ pub fn run(page: &str, heading: &str) {
     }
     let place = Place::new();
     settle(&place);
-    let mut behind: Vec<Running> = Vec::new();
+    let mut background: Vec<Running> = Vec::new();
     for line in &commands {
         if let Some(line) = line.strip_suffix(" &") {
             let mut running = Running::spawn(shell(&place, line));
             if let Some(system) = system_of(line) {
                 place.wait_until_driving(&mut running, system);
             }
-            behind.push(running);
+            background.push(running);
             continue;
         }
         let ended = Running::spawn(shell(&place, line)).end();
         assert_eq!(ended.code, Some(0), "{page}: {line}: {ended}");
     }
-    for running in behind {
+    for running in background {
         // An order on the page may have ended the command already.
         let _ = nix::sys::signal::kill(nix::unistd::Pid::from_raw(running.pid() as i32), Signal::SIGINT);
         running.end();

@@ -87,9 +87,9 @@ pub fn assert_driven_to_its_goal(mission: Running, bridge: Running, robot: Runni
     let ended = bridge.end();
     assert_eq!(ended.code, Some(0), "{ended}");
     robot.signal(Signal::SIGTERM);
-    let told = robot.end();
-    let place_and_command = told.out.split_whitespace().map(|word| word.parse::<f64>().unwrap());
-    let [x, y, speed, turn] = place_and_command.collect::<Vec<_>>()[..] else { panic!("{told}") };
-    assert!((4.8 - x).hypot(3.0 - y) < 1.2, "{told}");
-    assert_eq!((speed, turn), (0.0, 0.0), "ordered to stand still at the end: {told}");
+    let output = robot.end();
+    let place_and_command = output.out.split_whitespace().map(|word| word.parse::<f64>().unwrap());
+    let [x, y, speed, turn] = place_and_command.collect::<Vec<_>>()[..] else { panic!("{output}") };
+    assert!((4.8 - x).hypot(3.0 - y) < 1.2, "{output}");
+    assert_eq!((speed, turn), (0.0, 0.0), "ordered to stand still at the end: {output}");
 }

@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn what_carries_messages_has_the_names_that_ros_2_gives_it() {
+    fn middlewares_have_their_ros_2_names() {
         for (text, rmw) in
             [("dds", Rmw::Dds), ("rmw_cyclonedds_cpp", Rmw::Dds), ("rmw_zenoh_cpp", Rmw::Zenoh)]
         {
@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn a_namespace_is_one_that_ros_2_takes() {
+    fn a_namespace_is_valid_in_ros_2() {
         for (text, name) in [("", ""), ("/lab", "lab"), ("fleet/robot_1", "fleet/robot_1")] {
             assert_eq!(parse_namespace(text).as_deref(), Ok(name));
         }

@@ -166,7 +166,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_host_is_a_name_alone() {
+    fn a_host_is_only_a_name() {
         for (text, name) in [("robot.local", "robot.local"), ("Robot", "robot"), ("192.0.2.1", "192.0.2.1")] {
             assert_eq!(parse_host(text).as_deref(), Ok(name));
         }

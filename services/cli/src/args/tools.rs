@@ -234,7 +234,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_heading_is_at_most_a_turn() {
+    fn a_heading_is_at_most_a_full_turn() {
         assert_eq!(parse_heading("-90"), Ok(-std::f64::consts::FRAC_PI_2));
         for wrong in ["", "up", "361", "nan"] {
             assert!(parse_heading(wrong).unwrap_err().contains("-360 to 360 degrees"), "{wrong}");

@@ -89,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn a_place_has_two_numbers_or_three() {
+    fn a_pose_has_two_or_three_numbers() {
         let place = |heading_deg| Ok(FloorPlace { at_m: [-1.5, 2.0], heading_deg });
         assert_eq!(parse_floor_place("-1.5,2"), place(None));
         assert_eq!(parse_floor_place("-1.5, 2, 90"), place(Some(90.0)));

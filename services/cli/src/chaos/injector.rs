@@ -283,7 +283,7 @@ mod tests {
 
     /// Which processes were hit once depended on which of them had just recovered, and so on the clock.
     #[test]
-    fn the_seed_decides_when_who_is_hit() {
+    fn the_seed_determines_when_each_process_is_hit() {
         let options = ChaosOptions::of_words(&["--kills", "50", "--targets", "world,planner"]);
         let draw = || blows(&options, 1000, &mut seed::stream(7, "chaos"));
         let drawn = draw();

@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn a_robot_that_nobody_commands_is_to_stand_still() {
+    fn a_robot_without_commands_must_stand_still() {
         let stopped = [
             fault("unresponsive", "planner", 2500.0),
             fault("died", "planner", 0.0),
@@ -157,7 +157,7 @@ mod tests {
     /// The robot was once reported to have kept driving, because a second by the clock was mistaken for a simulated
     /// second.
     #[test]
-    fn while_the_world_is_dead_too_its_time_stands_still() {
+    fn while_the_world_is_dead_its_time_stands_still() {
         let both = [
             fault("died", "world", 0.0),
             fault("died", "localizer", 0.0),
@@ -171,14 +171,14 @@ mod tests {
 
     /// The worst case, a navigator that never returns, once did not count as an outage.
     #[test]
-    fn who_never_comes_back_is_away_until_the_end() {
+    fn a_process_that_never_returns_is_absent_until_the_end() {
         let dead = [fault("died", "localizer", 0.0)];
         let safety = judge(&run(), &dead, &truth(10.9), &[]);
         assert_eq!((safety.outages, safety.unstopped), (1, 1), "it moves again from 13 s on: {safety:?}");
     }
 
     #[test]
-    fn a_short_absence_and_one_of_others_are_none() {
+    fn short_absences_and_those_of_other_processes_are_ignored() {
         let short = [fault("died", "planner", 0.0), fault("recovered", "planner", 400.0)];
         let world = [fault("died", "world", 0.0), fault("recovered", "world", 9000.0)];
         for faults in [&short, &world] {

@@ -136,9 +136,9 @@ pub fn write_happened(path: &Path, out: &Path) -> anyhow::Result<()> {
 }
 
 fn again(fault: &FaultInfo, kind: &str) -> Option<PlannedFault> {
-    let is_told =
+    let is_named =
         |kind: &KillSignal| kind.signal().is_some_and(|signal| fault.words.contains(signal.as_str()));
-    let sent = KillSignal::ALL.into_iter().find(is_told);
+    let sent = KillSignal::ALL.into_iter().find(is_named);
     let action = sent.filter(|_| fault.kind == FaultKind::Injected.word())?.action();
     let channel = mouth(fault.process.parse().ok()?, kind, |_| true)?.name;
     Some(PlannedFault {
@@ -173,7 +173,7 @@ pub fn kills(recording: &Path) -> anyhow::Result<Vec<Kill>> {
 }
 
 /// Adds the schedule, which repeats the disturbed run, to the run's failure.
-pub fn told(failure: Failure, schedule: &Path) -> Failure {
+pub fn with_repetition(failure: Failure, schedule: &Path) -> Failure {
     let words = |error: anyhow::Error| anyhow!("{error:#}; repeat it with --schedule {}", schedule.display());
     match failure {
         Failure::Other(error) => Failure::Other(words(error)),
@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn the_seed_decides_before_which_messages_who_is_hit() {
+    fn the_seed_determines_the_messages_before_which_processes_are_hit() {
         let counts = BTreeMap::from([
             ("tick", 1000),
             ("estimate", 1000),
@@ -215,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn what_befalls_a_process_is_drawn_too_and_starvations_are_written_as_they_are() {
+    fn faults_are_drawn_at_random_and_starvations_written_exactly() {
         let counts = BTreeMap::from([("tick", 1000), ("estimate", 1000), ("status", 1000)]);
         let options = ChaosOptions::of_words(&["--kills", "60", "--at-messages", "--signal", "kill,starve"]);
         let drawn = draw(&options, "sketch", &counts).unwrap();

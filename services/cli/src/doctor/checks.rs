@@ -268,7 +268,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_old_kernel_is_told() {
+    fn an_old_kernel_is_reported() {
         let level = |release| kernel_finding(release).level;
         assert_eq!(level("5.3.0-generic"), Level::Fine);
         assert_eq!(level("6.1"), Level::Fine);
@@ -278,7 +278,7 @@ mod tests {
     }
 
     #[test]
-    fn whatever_is_not_fine_says_what_to_do() {
+    fn every_problem_comes_with_a_remedy() {
         for finding in all() {
             assert_eq!(finding.level == Level::Fine, finding.advice.is_none(), "{finding:?}");
         }

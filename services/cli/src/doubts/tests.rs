@@ -15,7 +15,7 @@ fn missions(folder: &Path) -> Vec<PathBuf> {
 
 /// Neither the drawings that ship with the program nor those by people and robots that the tests use raise any doubts.
 #[test]
-fn drawings_that_ship_are_not_doubted() {
+fn shipped_drawings_cause_no_doubts() {
     let (mut count, data) = (0, needs::data());
     let all = ["sim/missions", "tests/kth", "tests/freiburg"].map(|at| missions(&repository().join(at)));
     for path in all.into_iter().flatten() {
@@ -93,7 +93,7 @@ const MAP: &[u8] = b"\x89\x50\x4e\x47\x0d\x0a\x1a\x0a\x00\x00\x00\x0d\x49\x48\x4
 
 /// Half of a map was transparent, and so unknown, and the user was not warned.
 #[test]
-fn a_map_that_is_transparent_in_part_is_doubted() {
+fn a_partly_transparent_map_is_doubted() {
     let folder = tempfile::tempdir().unwrap();
     let place = |name: &str| folder.path().join(name);
     let yaml = "image: m.png\nresolution: 1\norigin: [0, 0, 0]\noccupied_thresh: 0.6\nfree_thresh: 0.2\n";

@@ -50,7 +50,7 @@ impl Entry {
 
 /// Runs all experiments. Those whose data are missing are left out and named.
 pub fn run(options: &EvalOptions) -> Result<Outcome, Failure> {
-    refuse_what_has_no_meaning(options).or_input()?;
+    refuse_meaningless_options(options).or_input()?;
     let folder = options.output.as_deref();
     let folder = folder
         .ok_or_else(|| anyhow!("eval {WORD}: expected -o DIR, the folder of the results"))
@@ -73,7 +73,7 @@ pub fn run(options: &EvalOptions) -> Result<Outcome, Failure> {
         }
         write(&folder.join("README.md"), &list(&entries, &left_out, options)?)?;
     }
-    pages.tell()?;
+    pages.print_outdated()?;
     left_out.iter().try_for_each(|why| out!("left out: {why}"))?;
     out!("{} of {} experiments in {}", entries.len(), entries.len() + left_out.len(), folder.display())?;
     Ok(if left_out.is_empty() { Outcome::Success } else { Outcome::Short })
@@ -99,7 +99,7 @@ pub fn refuse_for_one(name: &str, options: &EvalOptions) -> anyhow::Result<()> {
 }
 
 /// Rejects options that only make sense for a single suite, or for parts driven on other machines.
-fn refuse_what_has_no_meaning(options: &EvalOptions) -> anyhow::Result<()> {
+fn refuse_meaningless_options(options: &EvalOptions) -> anyhow::Result<()> {
     let given = [
         ("--method", !options.methods.is_empty()),
         ("--drawings", !options.drawings.is_empty()),
@@ -303,7 +303,7 @@ mod tests {
 
     /// Driving all suites takes hours, and a run that was interrupted used to start again from the beginning.
     #[test]
-    fn who_was_cut_off_goes_on_with_what_there_is() {
+    fn an_interrupted_evaluation_resumes_from_its_parts() {
         let folder = tempfile::tempdir().unwrap();
         let first = drive(folder.path());
         assert!(
@@ -335,7 +335,7 @@ mod tests {
     }
 
     #[test]
-    fn methods_that_are_compared_are_methods() {
+    fn compared_methods_exist() {
         let known: Vec<_> = sketchnav_navigators::all().flat_map(|navigator| navigator.methods).collect();
         for name in suites::names() {
             assert!(suites::compared(name).iter().all(|method| known.contains(&method)), "{name}");
@@ -343,7 +343,7 @@ mod tests {
     }
 
     #[test]
-    fn a_suite_that_is_unknown_is_bad_input_and_the_others_are_driven_alone() {
+    fn an_unknown_suite_is_bad_input_and_given_suites_are_driven_alone() {
         let folder = tempfile::tempdir().unwrap();
         let suites = |names: &[&str]| EvalOptions {
             suites: names.iter().map(|&name| name.to_owned()).collect(),
@@ -358,7 +358,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_have_all_jobs_once() {
+    fn parts_contain_each_job_once() {
         let numbers: Vec<_> = ranges(70).flatten().collect();
         assert_eq!(numbers, (1..=70).collect::<Vec<_>>());
         assert_eq!(ranges(0).count(), 0);

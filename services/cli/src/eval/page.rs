@@ -48,7 +48,7 @@ impl<'a> Pages<'a> {
     }
 
     /// Prints which experiments on each page still have figures of an earlier version.
-    pub fn tell(&self) -> Result<(), Failure> {
+    pub fn print_outdated(&self) -> Result<(), Failure> {
         for (path, _, not_driven) in self.filled().map_err(Failure::Other)? {
             let names: Vec<_> = not_driven.into_iter().collect();
             let words = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
@@ -98,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn figures_stay_beside_the_page_for_the_next_run_of_other_experiments() {
+    fn figures_are_kept_beside_the_page_for_later_runs() {
         let folder = tempfile::tempdir().unwrap();
         let pages = [folder.path().join("results.md"), folder.path().join("README.md")];
         let text = |old: &str| format!("<!--= routes outline of-->{old}<!--=-->");
@@ -113,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn a_page_that_is_missing_or_wrong_is_bad_input_before_anything_is_driven() {
+    fn a_missing_or_invalid_page_is_reported_before_any_drive() {
         let folder = tempfile::tempdir().unwrap();
         let page = [folder.path().join("results.md")];
         let words = || match Pages::open(&page).err().unwrap() {

@@ -83,13 +83,13 @@ impl Origin {
             ));
         }
         if self.program != other.program && !accepted.contains(&Foreign::Program) {
-            let told = differs("program", &self.program, &other.program);
-            return Some(format!("{told}; --accept program accepts it anyway"));
+            let difference = differs("program", &self.program, &other.program);
+            return Some(format!("{difference}; --accept program accepts it anyway"));
         }
         if self.machine != other.machine && !accepted.contains(&Foreign::Machine) {
-            let told = differs("machine", &self.machine, &other.machine);
+            let difference = differs("machine", &self.machine, &other.machine);
             return Some(format!(
-                "{told}; --accept machine accepts it anyway, although the last bits may differ"
+                "{difference}; --accept machine accepts it anyway, although the last bits may differ"
             ));
         }
         None
@@ -298,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_of_something_else_are_refused_with_a_word() {
+    fn parts_of_another_experiment_are_refused_with_the_reason() {
         assert_eq!(refused(|_| {}, &[]), None);
         type Change = fn(&mut Origin);
         let changes: [(Change, &str); 6] = [
@@ -319,7 +319,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_of_jobs_are_read_and_told_in_ranges() {
+    fn numbers_of_jobs_are_read_and_printed_as_ranges() {
         assert_eq!((parse_jobs("3"), parse_jobs("3-10")), (Ok(3..=3), Ok(3..=10)));
         for wrong in ["0", "", "-", "5-3", "a", "1-2-3", "-1"] {
             assert!(parse_jobs(wrong).is_err(), "{wrong}");

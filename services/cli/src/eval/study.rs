@@ -13,7 +13,7 @@ use crate::output::{self, out, say};
 
 /// Runs the study. `--trials` sets the number of worlds.
 pub fn run(study: &Study, options: &EvalOptions) -> Result<Outcome, Failure> {
-    refuse_what_has_no_meaning(study, options).or_input()?;
+    refuse_meaningless_options(study, options).or_input()?;
     refuse_missing_folder(options.output.as_deref())?;
     let began = Instant::now();
     let size = Size { worlds: options.trials.map_or(study.worlds, u64::from), seed: options.seed };
@@ -39,7 +39,7 @@ pub fn run(study: &Study, options: &EvalOptions) -> Result<Outcome, Failure> {
 }
 
 /// Rejects options of suites that mean nothing for a study.
-fn refuse_what_has_no_meaning(study: &Study, options: &EvalOptions) -> anyhow::Result<()> {
+fn refuse_meaningless_options(study: &Study, options: &EvalOptions) -> anyhow::Result<()> {
     let given = [
         ("--method", !options.methods.is_empty()),
         ("--drawings", !options.drawings.is_empty()),

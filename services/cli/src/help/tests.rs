@@ -22,7 +22,7 @@ fn pages_in(folder: &str) -> Vec<String> {
 }
 
 #[test]
-fn every_page_of_the_documentation_is_a_topic_of_its_own() {
+fn every_page_of_the_documentation_is_a_topic() {
     let found = pages_in("docs");
     assert!(found.len() > 12, "{found:?}");
     for path in found {
@@ -146,7 +146,7 @@ Next: below.";
 }
 
 #[test]
-fn an_unknown_topic_is_answered_with_what_may_have_been_meant() {
+fn an_unknown_topic_gets_suggestions() {
     for (word, meant) in
         [("mision", "missions"), ("robot", "real-robot"), ("kill", "results"), ("Landmark", "landmarks")]
     {
@@ -160,7 +160,7 @@ fn an_unknown_topic_is_answered_with_what_may_have_been_meant() {
 }
 
 #[test]
-fn a_command_has_the_help_that_its_option_prints() {
+fn help_for_a_command_equals_its_help_option() {
     let words = |line: &str| line.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
     for line in ["run", "bridge ros2", "help"] {
         let help = of_command(&words(line)).unwrap();

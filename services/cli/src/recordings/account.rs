@@ -20,9 +20,10 @@ pub fn of(recording: &Recording, run: &RunConfig) -> anyhow::Result<Summary> {
     let review = sketchnav_navigators::of(&run.mission).ok().and_then(|navigator| navigator.account);
     let Some(review) = review else { return Ok(summary) };
     let (mut account, access) = (review(run), Access::new(Process::Observer, kind));
-    let is_heard = |spec: &&channels::ChannelSpec| spec.kind.is_some() || spec.role == channels::Role::Status;
-    let heard = channels::of_kind(kind).filter(is_heard).map(|spec| topic_name(spec.name));
-    for message in recording.select(Selection::of_topics(heard))? {
+    let is_relevant =
+        |spec: &&channels::ChannelSpec| spec.kind.is_some() || spec.role == channels::Role::Status;
+    let topics = channels::of_kind(kind).filter(is_relevant).map(|spec| topic_name(spec.name));
+    for message in recording.select(Selection::of_topics(topics))? {
         let message = message?;
         let Some(spec) = channels::of_topic(&message.topic.name) else { continue };
         // Messages that cannot be decoded are skipped, since judging the recording counts them.

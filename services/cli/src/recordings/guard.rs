@@ -218,7 +218,7 @@ mod tests {
         #![proptest_config(ProptestConfig { cases: 60, failure_persistence: None, ..ProptestConfig::default() })]
 
         #[test]
-        fn a_source_survives_unless_the_result_holds_as_much(
+        fn a_source_is_replaced_only_by_a_result_with_as_much(
             compression in prop::sample::select(vec!["", "lz4", "zstd", "snappy"]),
             has_checksums in any::<bool>(),
             change in change(),
@@ -255,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn a_copy_with_less_needs_force() {
+    fn a_smaller_copy_needs_force() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("x.mcap");
         let source = sample("zstd", false);
@@ -276,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn a_recording_replaces_nothing_else() {
+    fn a_recording_replaces_only_recordings() {
         let folder = tempfile::tempdir().unwrap();
         let source = folder.path().join("x.mcap");
         std::fs::write(&source, sample("zstd", true)).unwrap();
@@ -331,7 +331,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_is_read_before_it_counts() {
+    fn results_are_read_back_before_they_count() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("y.mcap");
         std::fs::write(&path, sample("zstd", true)).unwrap();

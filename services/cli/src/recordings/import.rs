@@ -76,7 +76,7 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Outcome, Failure> 
     // The recording is made for the localizer, so anything that the localizer would reject is reported now.
     sketchnav_sketch::localizer::Localizer::new(&run).or_input()?;
     let imported = write(&log, options, &run, &drawn)?;
-    let way_m = survey.odometry_way_m(&log.reading);
+    let way_m = survey.odometry_distance_m(&log.reading);
     Summary::new(&log.reading, way_m, &imported, survey.not_read(&log.reading), &doubts, options)
         .print(options.json)?;
     Ok(Outcome::Success)

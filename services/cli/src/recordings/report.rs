@@ -203,7 +203,7 @@ impl Page<'_> {
             } }
             div.cards {
                 @if let Some(errors) = errors { (chart("Error in local metres", "m", &[errors])) }
-                @for told in &self.judged.summary.charts { (chart(told.title, told.unit, &series(told))) }
+                @for plot in &self.judged.summary.charts { (chart(plot.title, plot.unit, &series(plot))) }
                 @if has_speed { (chart("True speed", "m/s", &speed)) }
             }
         }
@@ -268,7 +268,7 @@ impl Page<'_> {
 }
 
 /// Converts the curves of a chart to the form in which the page draws them.
-fn series(told: &account::Chart) -> Vec<Series> {
+fn series(plot: &account::Chart) -> Vec<Series> {
     let curve = |curve: &account::Curve| Series { name: curve.name.to_owned(), points: curve.points.clone() };
-    told.curves.iter().map(curve).collect()
+    plot.curves.iter().map(curve).collect()
 }

@@ -46,7 +46,7 @@ pub fn recover(file: &Path, options: &RecoverOptions) -> Result<Outcome, Failure
 
 fn recover_file(file: &Path, options: &RecoverOptions) -> anyhow::Result<copy::Copied> {
     let place = || file.display().to_string();
-    let unpacked = Whole::as_far_as_it_goes(file).with_context(place)?;
+    let unpacked = Whole::best_effort(file).with_context(place)?;
     let damaged = if options.keep_damaged { Damaged::Keep } else { Damaged::LeaveOut };
     let known = |error: RecordingError| unpacked.known_error(error.into());
     let (draft, mut copy) = begin(&options.output, &copy::profile(unpacked.path()).map_err(known)?)?;
@@ -91,7 +91,7 @@ pub fn filter(whole: &Whole, options: &FilterOptions) -> Result<Outcome, Failure
         finish(draft, copy, &Guard::of(whole.sources().to_vec()).with_force(options.force))?;
         Ok(made)
     };
-    work().map_err(Failure::Plain)?.tell(options.json)
+    work().map_err(Failure::Plain)?.report(options.json)
 }
 
 fn selection(recording: &Recording, options: &FilterOptions) -> anyhow::Result<Selection> {
@@ -128,7 +128,7 @@ impl Made {
         Ok(Self { messages: copy.messages(), lost: Lost::of(copy.left_out(), sources)? })
     }
 
-    fn tell(&self, json: bool) -> Result<Outcome, Failure> {
+    fn report(&self, json: bool) -> Result<Outcome, Failure> {
         let Self { messages, lost } = self;
         if json {
             let all = lost.all();
@@ -139,7 +139,7 @@ impl Made {
         } else {
             out!("{messages} messages")?;
         }
-        Ok(lost.tell())
+        Ok(lost.report())
     }
 }
 
@@ -174,7 +174,7 @@ impl Lost {
     }
 
     /// Prints the losses. As with the official MCAP tool, copying a recording that was cut off is not a full success.
-    fn tell(&self) -> Outcome {
+    fn report(&self) -> Outcome {
         for name in &self.now.cut_off {
             say!("notice: {name} was cut off; what was whole is in the copy");
         }
@@ -204,7 +204,7 @@ pub fn merge(wholes: &[Whole], output: &Path, json: bool) -> Result<Outcome, Fai
         finish(draft, copy, &Guard::of(wholes.iter().flat_map(|whole| whole.sources().to_vec())))?;
         Ok(made)
     };
-    work().map_err(Failure::Plain)?.tell(json)
+    work().map_err(Failure::Plain)?.report(json)
 }
 
 /// Returns the profile that all recordings share, or an empty string if their profiles differ.
@@ -237,7 +237,7 @@ pub fn split(whole: &Whole, options: &SplitOptions) -> Result<Outcome, Failure> 
             out!("{name}  {:.1} to {:.1} s, {messages} messages", span.0, span.1)?;
         }
     }
-    Ok(lost.tell())
+    Ok(lost.report())
 }
 
 fn limit(options: &SplitOptions) -> Result<Option<Limit>, Failure> {

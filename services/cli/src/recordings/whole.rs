@@ -74,7 +74,7 @@ impl Whole {
     }
 
     /// Opens a file that may be damaged. If it is packed, as much as possible of it is unpacked.
-    pub fn as_far_as_it_goes(path: &Path) -> anyhow::Result<Self> {
+    pub fn best_effort(path: &Path) -> anyhow::Result<Self> {
         if !is_packed(path) {
             return Ok(Self::itself(path));
         }
@@ -159,7 +159,7 @@ impl Whole {
 
     fn named(named: &Path) -> anyhow::Result<Self> {
         if named.exists() {
-            tell_of_the_others(named);
+            report_other_recordings(named);
             return Self::of_files(named, &[named.to_owned()]);
         }
         let files = series::files(named).with_context(|| named.display().to_string())?;
@@ -203,7 +203,7 @@ impl Whole {
             .map_err(|error| in_place_of(&parts, error))
             .with_context(|| format!("{}: its files", named.display()))?;
         let lacks = Lacks { cut_off: cut_off(&parts), left_out };
-        tell(named, &lacks);
+        print_losses(named, &lacks);
         Ok(Self { lacks, ..Self::made(whole, named, files, folder) })
     }
 }
@@ -211,13 +211,13 @@ impl Whole {
 /// Replaces the names of temporary files in an error by the names that the user knows. `names` contains pairs of the
 /// two.
 fn in_place_of(names: &[(&Path, &Path)], error: anyhow::Error) -> anyhow::Error {
-    let told = story(&error);
+    let message = story(&error);
     let in_place_of = |words: String, (temporary, known): &(&Path, &Path)| match temporary == known {
         true => words,
         false => words.replace(&temporary.display().to_string(), &known.display().to_string()),
     };
-    let words = names.iter().fold(told.clone(), in_place_of);
-    if words == told { error } else { anyhow!(words) }
+    let words = names.iter().fold(message.clone(), in_place_of);
+    if words == message { error } else { anyhow!(words) }
 }
 
 /// Returns the names of files that end before their writers had finished. `parts` contains pairs of a readable file and
@@ -231,7 +231,7 @@ fn cut_off(parts: &[(&Path, &Path)]) -> Vec<String> {
 }
 
 /// Prints the losses of a recording that was put together from several files.
-fn tell(named: &Path, lacks: &Lacks) {
+fn print_losses(named: &Path, lacks: &Lacks) {
     lacks.cut_off.iter().for_each(super::tell_cut_off);
     for left_out in lacks.left_out.list() {
         say!("notice: {}: left out {left_out}", named.display());
@@ -409,7 +409,7 @@ fn of_series(file: &Path) -> Option<PathBuf> {
     (!name.exists() && series::file(&name, 0).exists()).then_some(name)
 }
 
-fn tell_of_the_others(file: &Path) {
+fn report_other_recordings(file: &Path) {
     let others = of_series(file).and_then(|name| Some((series::files(&name).ok()?.len(), name)));
     if let Some((count @ 2.., name)) = others {
         say!(

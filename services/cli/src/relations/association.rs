@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn equal_times_belong_together_and_others_are_pauses() {
+    fn equal_times_are_associated_and_others_are_pauses() {
         assert_eq!(together(&[0.0, 0.5, 1.0], &[0.0, 1.0], None), (vec![(0, 0), (2, 1)], 3));
         assert_eq!(together(&[0.0, 1.0], &[0.013, 1.013], None), (vec![], 4));
     }
@@ -192,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn what_misses_each_other_is_told_with_what_helps() {
+    fn tracks_without_common_times_are_reported_with_a_remedy() {
         let miss = |a: &[f64], b: &[f64]| {
             let (a, b) = (track("a", a), track("b", b));
             let tracks = [&a, &b];

@@ -257,7 +257,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn columns_come_in_any_order_and_objects_at_any_times() {
+    fn columns_may_be_in_any_order_and_objects_at_any_times() {
         let text = "object, x_m, y_m, time_s\nrobot, 0, 0, 0.0\nperson, 1, 2, 0.1\nrobot, 0.5, 0, 0.2\n";
         let tracks = parse(text.as_bytes()).unwrap();
         let found: Vec<_> = tracks.iter().map(|track| (track.name.as_str(), track.samples.len())).collect();
@@ -267,7 +267,7 @@ mod tests {
 
     /// Tables saved by spreadsheets in Europe were once rejected with "found "time_s;object…"".
     #[test]
-    fn separators_and_decimal_commas_are_found_out() {
+    fn separators_and_decimal_commas_are_detected() {
         let plain = "time_s,object,x_m,y_m\n0.000,robot,0.5,-1\n0.500,robot,1.25,-1\n0.5,human,3,4\n";
         let expected = parse(plain.as_bytes()).unwrap();
         assert_eq!(expected[0].samples[1].1.at, [1.25, -1.0]);
@@ -344,7 +344,7 @@ mod tests {
             #![proptest_config(ProptestConfig { rng_seed: RngSeed::Fixed(1), failure_persistence: None, ..ProptestConfig::default() })]
 
             #[test]
-            fn no_table_makes_it_panic_and_what_it_reads_is_finite(
+            fn no_table_makes_it_panic_and_all_numbers_are_finite(
                 head in prop_oneof![Just("time_s,object,x_m,y_m\n"), Just("object,time_s,x_m,y_m,length_m,width_m,heading_deg\n")],
                 body in "[0-9a-c,.\n\"eE+-]{0,200}",
             ) {

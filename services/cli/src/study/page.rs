@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn before_anybody_takes_part_the_page_has_the_figures_of_the_paper_alone() {
+    fn without_participants_the_page_has_only_the_papers_figures() {
         let page = study(&facts(), &Everyone::default());
         for words in [
             "2.38 ± 1.42",
@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn what_participants_write_is_text_and_what_is_left_out_is_named() {
+    fn answers_are_escaped_and_omissions_are_named() {
         let left_out = vec!["p-2/answers.json: expected <this>".to_owned()];
         let page = study(&facts(), &Everyone { kept: vec![kept()], left_out });
         for words in [

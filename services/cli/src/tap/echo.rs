@@ -56,7 +56,7 @@ fn of_recording(whole: &Whole, tap: &Tap, amount: Amount, echo: &mut Echo) -> Re
         }
     }
     newest.into_iter().try_for_each(|(raw, message)| echo.recorded(&raw, message))?;
-    skipped.tell(has_any).or_input()?;
+    skipped.report(has_any).or_input()?;
     Ok(Outcome::Success)
 }
 
@@ -88,7 +88,7 @@ impl Skipped {
     }
 
     /// Prints what was skipped or, if no other message could be printed, returns the first error.
-    fn tell(self, has_others: bool) -> Result<(), RecordingError> {
+    fn report(self, has_others: bool) -> Result<(), RecordingError> {
         match self.first {
             Some(error) if !has_others => Err(error),
             _ => {
@@ -143,7 +143,7 @@ impl Listener for Echo {
         Ok(())
     }
 
-    fn hear(&mut self, spec: &'static ChannelSpec, sample: &RawSample) -> Result<(), Failure> {
+    fn receive(&mut self, spec: &'static ChannelSpec, sample: &RawSample) -> Result<(), Failure> {
         self.print(spec, sample.message(), sample.cells())
     }
 
@@ -169,17 +169,17 @@ impl Echo {
             Decoded::Form(form) => {
                 let channel = raw.topic.name.trim_start_matches('/');
                 let (seq, stamp_ns) = (raw.sequence.into(), raw.stamp_ns);
-                self.told(&Head { channel, seq, stamp_ns, source_seq: None }, form)
+                self.print_form(&Head { channel, seq, stamp_ns, source_seq: None }, form)
             }
         }
     }
 
     fn print(&mut self, spec: &'static ChannelSpec, message: &[u8], cells: &[u8]) -> Result<(), Failure> {
         let form = spec.message.json(message, cells).map_err(anyhow::Error::from_boxed)?;
-        self.told(&Head::of(spec, erased::header(message)), form)
+        self.print_form(&Head::of(spec, erased::header(message)), form)
     }
 
-    fn told(&mut self, head: &Head<'_>, form: serde_json::Value) -> Result<(), Failure> {
+    fn print_form(&mut self, head: &Head<'_>, form: serde_json::Value) -> Result<(), Failure> {
         if self.csv { self.row(head, &form) } else { self.object(head, form) }
     }
 

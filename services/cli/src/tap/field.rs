@@ -120,9 +120,9 @@ fn part(text: &str) -> Option<Vec<Step>> {
         return None;
     }
     let mut steps = vec![Step::Name(name.to_owned())];
-    while let Some((index, behind)) = rest.strip_prefix('[').and_then(|rest| rest.split_once(']')) {
+    while let Some((index, after)) = rest.strip_prefix('[').and_then(|rest| rest.split_once(']')) {
         steps.push(Step::Index(index.parse().ok()?));
-        rest = behind;
+        rest = after;
     }
     rest.is_empty().then_some(steps)
 }
@@ -177,13 +177,13 @@ mod tests {
     }
 
     #[test]
-    fn a_path_that_leads_nowhere_says_what_there_is() {
+    fn the_error_for_a_wrong_path_lists_the_fields() {
         let message = json!({ "a": { "b": [1, 2] } });
-        let told = |text: &str| field(text).cell(&message).unwrap_err().to_string();
-        assert!(told("a.x").contains("a: expected one of b, found \"x\""), "{}", told("a.x"));
-        assert!(told("a.b[2]").contains("expected an index from 0 to 1"), "{}", told("a.b[2]"));
-        assert!(told("a.b").contains("found a list"), "{}", told("a.b"));
-        assert!(told("a").contains("found a message"), "{}", told("a"));
+        let error_of = |text: &str| field(text).cell(&message).unwrap_err().to_string();
+        assert!(error_of("a.x").contains("a: expected one of b, found \"x\""), "{}", error_of("a.x"));
+        assert!(error_of("a.b[2]").contains("expected an index from 0 to 1"), "{}", error_of("a.b[2]"));
+        assert!(error_of("a.b").contains("found a list"), "{}", error_of("a.b"));
+        assert!(error_of("a").contains("found a message"), "{}", error_of("a"));
         for wrong in ["", "a..b", "[3]", "a[", "a[x]", "a[1]b", "a b"] {
             assert!(Field::parse(wrong).is_err(), "{wrong}");
         }

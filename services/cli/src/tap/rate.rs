@@ -45,7 +45,7 @@ fn of_recording(whole: &Whole, options: &HzOptions) -> Result<Outcome, Failure> 
     {
         let raw = raw.or_input()?;
         if let Some(recorded) = all.get_mut(&raw.topic.name) {
-            recorded.hear(raw.stamp_ns, raw.cdr.len() as u64);
+            recorded.receive(raw.stamp_ns, raw.cdr.len() as u64);
         }
     }
     for (topic, recorded) in &all {
@@ -64,7 +64,7 @@ struct Recorded {
 }
 
 impl Recorded {
-    fn hear(&mut self, ns: u64, bytes: u64) {
+    fn receive(&mut self, ns: u64, bytes: u64) {
         self.intervals_ns.extend(self.times_ns.map(|(_, last)| ns - last));
         self.times_ns = Some((self.times_ns.map_or(ns, |(first, _)| first), ns));
         self.count += 1;
@@ -111,9 +111,9 @@ impl Listener for Rates {
         Ok(())
     }
 
-    fn hear(&mut self, spec: &'static ChannelSpec, sample: &RawSample) -> Result<(), Failure> {
+    fn receive(&mut self, spec: &'static ChannelSpec, sample: &RawSample) -> Result<(), Failure> {
         if let Some(rate) = self.all.iter_mut().find(|rate| rate.spec == spec) {
-            rate.hear(sample, self.ticks.as_ref());
+            rate.receive(sample, self.ticks.as_ref());
         }
         Ok(())
     }
@@ -148,7 +148,7 @@ impl Rate {
         Self { spec, sent, first, last, sent_at_ns, count: 0, bytes: 0, lost: 0, intervals_ns, delays_ns }
     }
 
-    fn hear(&mut self, sample: &RawSample, ticks: Option<&SendTimes>) {
+    fn receive(&mut self, sample: &RawSample, ticks: Option<&SendTimes>) {
         let header = sample.header();
         let now = (Instant::now(), header.stamp_ns);
         self.first.get_or_insert(now);
@@ -285,15 +285,15 @@ mod tests {
     }
 
     #[test]
-    fn a_recording_has_its_own_times() {
+    fn rates_of_a_recording_use_its_times() {
         let mut recorded = Recorded::default();
-        (0..21).for_each(|n| recorded.hear(5_000_000_000 + n * 100_000_000, 40));
+        (0..21).for_each(|n| recorded.receive(5_000_000_000 + n * 100_000_000, 40));
         let figures = recorded.figures("odom");
         assert_eq!((figures.rate_hz, figures.messages), (Some(10.0), 21));
         assert_eq!(figures.bytes_per_second, Some(400.0));
         assert_eq!(figures.interval_ms.map(|interval| interval.p50), Some(100.0));
         let mut at_once = Recorded::default();
-        (0..2).for_each(|_| at_once.hear(7, 1));
+        (0..2).for_each(|_| at_once.receive(7, 1));
         assert_eq!(at_once.figures("odom").words(), "odom: 2 messages, all at the same time");
         assert_eq!(Recorded::default().figures("odom").words(), "odom: no message");
     }

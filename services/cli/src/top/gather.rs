@@ -65,7 +65,7 @@ pub struct Gatherer {
     health: Reader<Health>,
     statuses: Reader<MissionStatus>,
     since: Instant,
-    told: Vec<String>,
+    fault_lines: Vec<String>,
     restarts: BTreeMap<u32, u32>,
     lives: BTreeMap<u32, Life>,
     status: Option<MissionStatus>,
@@ -85,7 +85,7 @@ impl Life {
         Self { last: first, steps: first.steps, busy_ns: first.busy_ns }
     }
 
-    fn hear(&mut self, next: Health) {
+    fn update(&mut self, next: Health) {
         let since = |next: u64, last: u64| next.saturating_sub(last);
         *self = match self.last.pid == next.pid {
             true => Self {
@@ -130,7 +130,7 @@ impl Gatherer {
             health,
             statuses,
             since: Instant::now(),
-            told: Vec::new(),
+            fault_lines: Vec::new(),
             restarts: BTreeMap::new(),
             lives: BTreeMap::new(),
             status: None,
@@ -152,15 +152,15 @@ impl Gatherer {
                 .entry(fault.process)
                 .and_modify(|n| *n = (*n).max(fault.restarts))
                 .or_insert(fault.restarts);
-            self.told.push(words(&fault));
-            let surplus = self.told.len().saturating_sub(LAST_FAULTS);
-            self.told.drain(..surplus);
+            self.fault_lines.push(words(&fault));
+            let surplus = self.fault_lines.len().saturating_sub(LAST_FAULTS);
+            self.fault_lines.drain(..surplus);
         }
         while let Some(health) = self.health.receive()? {
             let health = *health;
             self.lives
                 .entry(health.process)
-                .and_modify(|life| life.hear(health))
+                .and_modify(|life| life.update(health))
                 .or_insert_with(|| Life::begin(health));
         }
         while let Some(status) = self.statuses.receive()? {
@@ -187,14 +187,14 @@ impl Gatherer {
             simulated_s: self.status.map_or(0.0, |status| status.header.stamp_ns as f64 / 1e9),
             status: self.status.as_ref().map_or_else(|| "not begun".to_owned(), mission),
             processes: rows,
-            faults: self.told.clone(),
+            faults: self.fault_lines.clone(),
         })
     }
 
     fn row(&self, process: Process, pid: Option<u32>, took: Duration) -> Row {
         let own = || self.taps.iter().filter(|tap| tap.reader.spec().writer == Some(process));
         let messages: u64 = own().map(|tap| tap.count()).sum();
-        let heard = own().filter_map(|tap| tap.heard).max();
+        let received = own().filter_map(|tap| tap.received).max();
         let life = self.lives.get(&process.code());
         Row {
             process: process.word(),
@@ -203,7 +203,7 @@ impl Gatherer {
             restarts: self.restarts.get(&process.code()).copied().unwrap_or(0),
             rate_hz: messages as f64 / took.as_secs_f64(),
             queue: self.queue(process),
-            age_ms: heard.map(|heard| heard.elapsed().as_secs_f64() * 1e3),
+            age_ms: received.map(|received| received.elapsed().as_secs_f64() * 1e3),
             step_ms: life.and_then(Life::step_ms),
             step_max_ms: life.and_then(Life::step_max_ms),
             lost: life.map_or(0, |life| life.last.lost_messages),
@@ -249,19 +249,19 @@ struct Counted {
     /// The header of the last message.
     newest: Option<Header>,
     /// When the last message arrived. Messages sent before this observer joined arrive when it first looks.
-    heard: Option<Instant>,
+    received: Option<Instant>,
     /// The sequence number after which messages are counted.
     from_seq: Option<u64>,
 }
 
 impl Counted {
     fn new(reader: RawReader) -> Self {
-        Self { reader, newest: None, heard: None, from_seq: None }
+        Self { reader, newest: None, received: None, from_seq: None }
     }
 
     fn drain(&mut self) -> sketchnav_runtime::Result<()> {
         while let Some(sample) = self.reader.receive()? {
-            (self.newest, self.heard) = (Some(*sample.header()), Some(Instant::now()));
+            (self.newest, self.received) = (Some(*sample.header()), Some(Instant::now()));
         }
         // Messages of the history were sent before this observer joined, so they are not counted.
         self.from_seq = self.from_seq.or(self.newest.map(|newest| newest.seq));
@@ -290,14 +290,14 @@ mod tests {
     /// The mean used to cover the process's whole life, but the longest step only the last second. A process whose
     /// earlier steps were longer was shown with a mean above its longest step.
     #[test]
-    fn the_mean_step_and_the_longest_are_of_the_same_time() {
+    fn mean_and_longest_step_cover_the_same_time() {
         let mut life = Life::begin(health(7, 10, 50_000_000, 9_000_000));
         assert_eq!((life.step_ms(), life.step_max_ms()), (Some(5.0), Some(9.0)));
-        life.hear(health(7, 30, 70_000_000, 2_000_000));
+        life.update(health(7, 30, 70_000_000, 2_000_000));
         assert_eq!((life.step_ms(), life.step_max_ms()), (Some(1.0), Some(2.0)));
-        life.hear(health(7, 30, 70_000_000, 0));
+        life.update(health(7, 30, 70_000_000, 0));
         assert_eq!((life.step_ms(), life.step_max_ms()), (None, None), "it has done nothing since");
-        life.hear(health(8, 2, 4_000_000, 3_000_000));
+        life.update(health(8, 2, 4_000_000, 3_000_000));
         assert_eq!((life.step_ms(), life.step_max_ms()), (Some(2.0), Some(3.0)), "a new life");
     }
 }

@@ -30,8 +30,8 @@ pub fn draw(frame: &mut Frame<'_>, snapshot: &Snapshot, chosen: usize, said: &st
     let lines = snapshot.processes.iter().enumerate().map(|(i, row)| line(row, i == chosen));
     let titles = TableRow::new(HEADS).style(Style::new().add_modifier(Modifier::BOLD));
     frame.render_widget(Table::new(lines, widths).header(titles), table);
-    let told: Vec<_> = snapshot.faults.iter().rev().map(|fault| Line::from(one_line(fault))).collect();
-    frame.render_widget(Paragraph::new(told), faults);
+    let lines: Vec<_> = snapshot.faults.iter().rev().map(|fault| Line::from(one_line(fault))).collect();
+    frame.render_widget(Paragraph::new(lines), faults);
     frame.render_widget(Paragraph::new(vec![Line::from(one_line(said)), Line::from(KEYS)]), foot);
 }
 
@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn the_chosen_one_is_marked_and_the_dead_one_red() {
+    fn the_selected_process_is_marked_and_the_dead_one_red() {
         let mut terminal = Terminal::new(TestBackend::new(100, 14)).unwrap();
         terminal.draw(|frame| draw(frame, &snapshot(), 1, "")).unwrap();
         let buffer = terminal.backend().buffer();
@@ -152,7 +152,7 @@ mod tests {
 
     /// A fault's text comes from its process and could contain anything.
     #[test]
-    fn no_word_of_a_process_steers_the_terminal() {
+    fn no_text_of_a_process_controls_the_terminal() {
         let words = "planner\u{1b}[2J\u{202e}\nforged";
         let snapshot = Snapshot { status: words.into(), faults: vec![words.into()], ..snapshot() };
         let text = text(&snapshot);
@@ -164,14 +164,14 @@ mod tests {
     }
 
     #[test]
-    fn a_small_terminal_does_not_hurt() {
+    fn a_small_terminal_is_drawn_without_panic() {
         for (width, height) in [(1, 1), (20, 3), (80, 5)] {
             drawn(width, height);
         }
     }
 
     #[test]
-    fn the_text_says_the_same() {
+    fn the_text_shows_the_same() {
         let lines = drawn(100, 14);
         let text = text(&snapshot());
         assert_eq!(text.lines().take(5).collect::<Vec<_>>(), lines[..5]);

@@ -11,7 +11,7 @@ use crate::experiments::sensitivity::variant;
 use crate::experiments::suite::{Folders, Suite};
 use crate::experiments::{people, protocol};
 
-const TITLE: &str = "What each part of ours adds: a line for each part that is switched off; pairs of the ten people's drawings, drives by drawings deformed at degree 1, and the building's four drawings after the protocol of Table I.";
+const TITLE: &str = "What each part of our method adds: a line for each part that is switched off. Driven are pairs of the ten people's drawings, drawings deformed at degree 1, and the building's four drawings by the protocol of Table I.";
 /// Number of pairs per drawing by people.
 const PAIRS: usize = 6;
 /// Number of drives for each deformed drawing of the shipped floors.
@@ -124,7 +124,7 @@ mod tests {
 
     /// If this did not hold, a renamed parameter would switch nothing off.
     #[test]
-    fn every_part_is_known_to_the_services() {
+    fn the_services_know_every_ablated_part() {
         let suite = suite(&Folders::of_checkout()).unwrap();
         assert_eq!(suite.drawings().len(), PARTS.len());
         for name in suite.drawings() {

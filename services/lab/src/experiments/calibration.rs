@@ -17,7 +17,7 @@ use crate::experiments::sensitivity::variant;
 use crate::experiments::suite::{Curve, Folders, Suite};
 use crate::experiments::trial::Trial;
 
-const TITLE: &str = "What the paper does not state, one parameter at a time: drives on two floors by drawings to scale and deformed ones that no other suite uses.";
+const TITLE: &str = "Parameters that the paper does not state, one at a time: drives on two floors, by drawings to scale and deformed ones that no other suite uses.";
 /// Degrees of deformation, from walls traced by a person to what people draw.
 const DEGREES: [f64; 3] = [0.0, 0.5, 1.0];
 /// Number of drawings of each floor at each degree.
@@ -137,11 +137,7 @@ mod tests {
         let suite = boniardi_2015(&Folders::of_checkout()).unwrap();
         let lines = suite.drawings();
         let values: usize = BONIARDI_2015.iter().map(|search| search.values.len()).sum();
-        assert_eq!(
-            lines.len(),
-            1 + values - BONIARDI_2015.len(),
-            "the value in use is among those of each parameter"
-        );
+        assert_eq!(lines.len(), 1 + values - BONIARDI_2015.len(), "each parameter includes the value in use");
         for line in &lines {
             let trial = suite.trials.iter().find(|trial| trial.drawing == *line).unwrap();
             let run = trial.run(Method::Boniardi2015.word(), 1, 0).unwrap();
@@ -156,7 +152,7 @@ mod tests {
 
     /// Drawings that values are chosen by must not be those that a table is made of.
     #[test]
-    fn no_drawing_is_one_of_another_suite() {
+    fn no_drawing_belongs_to_another_suite() {
         let calibration = boniardi_2015(&Folders::of_checkout()).unwrap();
         let deformed = deformed::suite(&Folders::of_checkout()).unwrap();
         let names = |suite: &Suite| -> std::collections::BTreeSet<_> {

@@ -15,7 +15,7 @@ use sketchnav_sim::corridors::{Corridor, Drive, Numbers, Placement, Shape};
 use sketchnav_sim::files;
 
 use crate::error::EvalError;
-use crate::experiments::suite::{Folders, Published, Suite, Told};
+use crate::experiments::suite::{Folders, Published, Remark, Suite};
 use crate::experiments::trial::Trial;
 
 const ROBOT: &str = "youbot";
@@ -27,12 +27,12 @@ pub(crate) const THERE_M: f64 = 0.75;
 pub(crate) const SLOWEST_MPS: f64 = 0.04;
 const REPETITIONS: u32 = 5;
 
-const TITLE: &str = "Corridors of 1.6 to 3.0 m with markers, 7 m there and back, from three starts; reached: at the end without a touch.";
+const TITLE: &str = "Corridors of 1.6 to 3.0 m with markers, 7 m there and back, from three starts; reached: at the end without contact.";
 const TURNS_TITLE: &str =
-    "Corridors with corners, a junction and a dead end; reached: at the end without a touch.";
+    "Corridors with corners, a junction and a dead end; reached: at the end without contact.";
 const PERSON_TITLE: &str =
-    "Straight corridors in which a person walks to and fro; reached: at the end without a touch.";
-const NOTICE: &str = "paper: Patil 2019, 5.4: twelve experiments a calculus, in one real corridor. Its widths, distances of markers and numbers of runs are not given.";
+    "Straight corridors in which a person walks back and forth; reached: at the end without contact.";
+const NOTICE: &str = "paper: Patil 2019, 5.4: twelve experiments per calculus, in one real corridor. Its width, the spacing of the markers and the number of runs are not given.";
 
 /// Position of the robot at the start, as seen when looking along the corridor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -88,7 +88,7 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
         lines: Some("start, markers, numbers"),
         repetitions: REPETITIONS,
         paper: vec![published("paper QTC_B", 10), published("paper ARGD", 8)],
-        told: told(),
+        remarks: remarks(),
         ..Suite::default()
     })
 }
@@ -184,7 +184,7 @@ fn task(corridor: &Corridor, drive: &Drive) -> Task {
     // With corners, give a marker instead of a length, since a robot that cuts corners drives less than the path along the
     // middle.
     match corridor.shape {
-        Shape::Straight => given.insert("metres".into(), drive.way_m.into()),
+        Shape::Straight => given.insert("metres".into(), drive.distance_m.into()),
         _ => given.insert("marker".into(), i64::from(corridor.marker_beside(drive.goal)).into()),
     };
     if !drive.turns.is_empty() {
@@ -194,7 +194,7 @@ fn task(corridor: &Corridor, drive: &Drive) -> Task {
     Task {
         name: drive.name.into(),
         there: Place { polygon: Some(corners), center: Some(drive.goal), radius_m: None },
-        time_limit_s: 60.0 + drive.way_m / SLOWEST_MPS,
+        time_limit_s: 60.0 + drive.distance_m / SLOWEST_MPS,
         given,
     }
 }
@@ -258,9 +258,9 @@ pub(crate) const ARGD: [(&str, bool); 12] = [
 ];
 
 /// Returns what the thesis says about each line, in words.
-pub(crate) fn told() -> Vec<Told> {
+pub(crate) fn remarks() -> Vec<Remark> {
     let of = |method: &'static str, said: [(&'static str, bool); 12]| {
-        LINES.into_iter().zip(said).map(move |(line, (words, _))| Told { method, line, words })
+        LINES.into_iter().zip(said).map(move |(line, (words, _))| Remark { method, line, words })
     };
     of("qtc-b", QTC_B).chain(of("argd", ARGD)).collect()
 }

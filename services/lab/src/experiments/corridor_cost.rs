@@ -18,11 +18,11 @@ use crate::experiments::corridor::{self, Beside};
 use crate::experiments::suite::{Folders, Suite};
 use crate::experiments::trial::{Sheet, Trial};
 
-const TITLE: &str = "Seven metres along a corridor of 2 m from its middle, past opposite markers: what that costs by each method, and by a map of it.";
+const TITLE: &str = "Seven metres along the middle of a corridor 2 m wide, past opposite markers: the cost with each method, and with a map.";
 const NOTICES: [&str; 3] = [
-    "paper: Patil 2019, tables 5.1 and 5.2, three drives each. By map: 36.5 to 41.7 s, 7.6 to 8.6 commands a second. By QTC_B: 65 to 103 s, 10.8 to 20.5 commands a second, 7.07 without repetitions.",
-    "the map-based navigator drives at most 0.18 m/s, as the thesis's did on the average; the rules 0.1 m/s; `corridor` 0.4 m/s.",
-    "energy is a model: 60 W at rest, a rolling resistance of 5 % of the weight, speeding up at the cost of kinetic energy.",
+    "paper: Patil 2019, tables 5.1 and 5.2, three drives each. By map: 36.5 to 41.7 s, 7.6 to 8.6 commands per second. By QTC_B: 65 to 103 s, 10.8 to 20.5 commands per second, 7.07 without repetitions.",
+    "the map-based navigator drives at 0.18 m/s at most, the average of the thesis's; the rules at 0.1 m/s; `corridor` at 0.4 m/s.",
+    "energy is modelled: 60 W at rest, a rolling resistance of 5 % of the weight, and kinetic energy for accelerating.",
 ];
 /// Width of the corridor, in metres.
 const WIDTH_M: f64 = 2.0;
@@ -93,7 +93,7 @@ mod tests {
     use crate::experiments::run;
 
     #[test]
-    fn every_method_and_the_map_get_to_the_end_and_each_has_its_cost() {
+    fn every_method_and_the_map_reach_the_end_at_a_known_cost() {
         let suite = suite(&Folders::of_checkout()).unwrap();
         assert_eq!(suite.drawings().len(), METHODS.len() + 1);
         for trial in &suite.trials {

@@ -25,12 +25,12 @@ use sketchnav_schemas::geometry::{Pose, World};
 use sketchnav_schemas::mission::{Mission, NavigatorChoice, Parameters, Place, Start, Task, WorldSource};
 use sketchnav_schemas::robot::{MarkerCamera, Pixels, Robot, WheelSlip};
 use sketchnav_schemas::seed;
-use sketchnav_sim::corridors::{Corridor, Numbers, Placement, WAY_M};
+use sketchnav_sim::corridors::{Corridor, DISTANCE_M, Numbers, Placement};
 use sketchnav_sim::sensors::camera::Camera;
 use sketchnav_sim::{WorldDescription, files};
 
 use crate::error::EvalError;
-use crate::experiments::corridor::{ARGD, Beside, LINES, QTC_B, SLOWEST_MPS, THERE_M, line, told};
+use crate::experiments::corridor::{ARGD, Beside, LINES, QTC_B, SLOWEST_MPS, THERE_M, line, remarks};
 use crate::experiments::outcome::TaskOutcome;
 use crate::experiments::section::Section;
 use crate::experiments::statistics::Tally;
@@ -51,10 +51,10 @@ const HOLD_S: f64 = 0.5;
 /// Speed of the published rules (5.4.3), in metres per second. It is used here for the method `corridor` too.
 const SPEED_MPS: f64 = 0.1;
 
-const TITLE: &str = "The corridor of Patil 2019 under the conditions of the thesis: 7 m from A to B and back to A, from starts at which a pair of markers is in view; reached: both ways without a touch.";
+const TITLE: &str = "The corridor of Patil 2019 under the conditions of the thesis: 7 m from A to B and back to A, from starts at which a pair of markers is in view; reached: both ways without contact.";
 const UNKNOWNS_TITLE: &str =
-    "The same drives with one condition changed after the other: the thesis does not give them.";
-const NOTICE: &str = "paper: Patil 2019, 5.4, figures 5.2 to 5.7. Not given there: the corridor's width, size and distance of the markers, how exactly the robot was set down, and how often each condition was driven.";
+    "The same drives, changing one at a time the conditions that the thesis does not give.";
+const NOTICE: &str = "paper: Patil 2019, 5.4, figures 5.2 to 5.7. It does not give the corridor's width, the size and spacing of the markers, how exactly the robot was placed, or how often each condition was driven.";
 
 /// The conditions that the thesis does not specify, with the values driven here.
 #[derive(Debug, Clone)]
@@ -98,7 +98,7 @@ pub fn at_10_hz(folders: &Folders) -> Result<Suite, EvalError> {
 fn at(folders: &Folders, pair_rate_hz: f64) -> Result<Suite, EvalError> {
     let conditions = Conditions { pair_rate_hz, ..Conditions::published()? };
     let draws = conditions.draw(folders, STARTS)?;
-    let mut notices = vec![NOTICE.to_owned(), format!("{pair_rate_hz} pairs of markers a second.")];
+    let mut notices = vec![NOTICE.to_owned(), format!("{pair_rate_hz} pairs of markers per second.")];
     notices.extend(draws.notices());
     let published = |name: &str, reached| Published { name: name.into(), reached, attempts: 12 };
     Ok(Suite {
@@ -108,8 +108,8 @@ fn at(folders: &Folders, pair_rate_hz: f64) -> Result<Suite, EvalError> {
         lines: Some("start, markers, numbers"),
         repetitions: 1,
         paper: vec![published("paper QTC_B", 10), published("paper ARGD", 8)],
-        told: told(),
-        tells: Some(tell),
+        remarks: remarks(),
+        sections: Some(sections),
         ..Suite::default()
     })
 }
@@ -257,7 +257,7 @@ impl Conditions {
             world: world.clone(),
             start: Start { world: [start.x, start.y], world_heading_deg: start.yaw_rad.to_degrees() },
             task: vec![
-                task("from A to B", start.x + WAY_M, corridor.width_m, false),
+                task("from A to B", start.x + DISTANCE_M, corridor.width_m, false),
                 task("back to A", start.x, corridor.width_m, true),
             ],
             parameters: self.parameters(),
@@ -287,11 +287,11 @@ fn task(name: &str, x_m: f64, width_m: f64, about: bool) -> Task {
     let half_m = width_m / 2.0;
     let (west, east) = (x_m - THERE_M, x_m + THERE_M);
     let polygon = Some(vec![[west, -half_m], [east, -half_m], [east, half_m], [west, half_m]]);
-    let given = [("metres", WAY_M.into()), ("about", about.into())];
+    let given = [("metres", DISTANCE_M.into()), ("about", about.into())];
     Task {
         name: name.into(),
         there: Place { polygon, center: Some([x_m, 0.0]), radius_m: None },
-        time_limit_s: 60.0 + WAY_M / SLOWEST_MPS,
+        time_limit_s: 60.0 + DISTANCE_M / SLOWEST_MPS,
         given: given.into_iter().map(|(key, value): (&str, toml::Value)| (key.to_owned(), value)).collect(),
     }
 }
@@ -307,7 +307,7 @@ impl Draws {
     fn notices(&self) -> impl Iterator<Item = String> {
         let [middle, right, left] = self.rejected;
         let rejected = format!(
-            "{} starts; rejected draws, without a pair in view: {middle} in the middle, {right} along the right wall, {left} along the left one.",
+            "{} starts. Draws rejected because no pair was in view: {middle} in the middle, {right} along the right wall, {left} along the left one.",
             self.trials.len()
         );
         let none = format!("No start with a pair in view: {}.", self.without.join("; "));
@@ -315,7 +315,7 @@ impl Draws {
     }
 }
 
-fn tell(outcomes: &[TaskOutcome]) -> Vec<Section> {
+fn sections(outcomes: &[TaskOutcome]) -> Vec<Section> {
     let methods = METHODS.map(str::to_owned);
     let methods = methods.iter().filter(|method| outcomes.iter().any(|ended| ended.method == **method));
     let tally = |method: &str, line: &str| {
@@ -325,7 +325,7 @@ fn tell(outcomes: &[TaskOutcome]) -> Vec<Section> {
         title: "Verdicts by condition, beside figures 5.2 to 5.7 of the thesis".into(),
         table: verdicts(&methods.map(String::as_str).collect::<Vec<_>>(), tally),
         words: vec![
-            "A condition passes where most of its drives do. The thesis's words on QTC_B make nine conditions that pass, its text counts ten of twelve and \"all but 1\" (5.4.1)."
+            "A condition passes if most of its drives do. By the thesis's descriptions of QTC_B, nine conditions pass, while its text counts ten of twelve and \"all but 1\" (5.4.1)."
                 .into(),
         ],
         plots: Vec::new(),
@@ -399,7 +399,7 @@ mod tests {
 
     /// Three of five are a majority, but two of four are not.
     #[test]
-    fn a_condition_passes_where_most_drives_do_and_agrees_with_the_thesis_or_not() {
+    fn a_condition_passes_if_most_of_its_drives_do() {
         let tally = |_: &str, line: &str| match line {
             "middle, opposite, equal" => Tally { attempts: 5, reached: 3, ..Tally::default() },
             _ => Tally { attempts: 4, reached: 2, ..Tally::default() },

@@ -58,9 +58,9 @@ impl Cost {
 fn motion_j(truth: &[GroundTruth], mass_kg: f64) -> f64 {
     let speed = |truth: &GroundTruth| truth.twist.vx_mps.hypot(truth.twist.vy_mps);
     let step = |pair: &[GroundTruth]| {
-        let way_m = pair[0].pose().position().distance(&pair[1].pose().position());
+        let distance_m = pair[0].pose().position().distance(&pair[1].pose().position());
         let faster = (speed(&pair[1]).powi(2) - speed(&pair[0]).powi(2)).max(0.0);
-        ROLLING * mass_kg * GRAVITY_MPS2 * way_m + 0.5 * mass_kg * faster
+        ROLLING * mass_kg * GRAVITY_MPS2 * distance_m + 0.5 * mass_kg * faster
     };
     truth.windows(2).map(step).sum()
 }
@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn a_box_is_as_far_from_a_wall_as_its_nearest_corner_or_side() {
+    fn the_clearance_of_a_box_is_that_of_its_nearest_corner_or_side() {
         let half = [0.3, 0.2];
         for (segment, expected_m) in [
             ([[-5.0, 1.0], [5.0, 1.0]], 0.8),
@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn standing_costs_idle_power_and_a_metre_its_rolling() {
+    fn standing_costs_idle_power_and_driving_rolling_resistance() {
         let at = |x: f64, vx_mps: f64| GroundTruth {
             pose: PoseM::new(&Pose::<World>::new(x, 0.0, 0.0)),
             twist: Twist { vx_mps, vy_mps: 0.0, yaw_rate_radps: 0.0 },

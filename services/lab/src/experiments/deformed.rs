@@ -26,7 +26,7 @@ use crate::experiments::people::regions::Regions;
 use crate::experiments::suite::{Datum, Folders, Suite};
 use crate::experiments::trial::{Page, Sheet, Trial, time_limit_s};
 
-const TITLE: &str = "Drawings of four floors, deformed as people deform (degree 1; 0: the walls traced), seven of each floor at each degree; from a place of one region to a place of another.";
+const TITLE: &str = "Drawings of four floors, deformed as people deform them (degree 1; at 0 the walls are traced), seven of each floor at each degree; drives lead from one region to another.";
 /// Floors that are not part of the project, with their names and their bare and furnished maps.
 const MAPS: [(&str, [Datum; 2]); 2] = {
     const KTH: Datum = Datum {
@@ -274,7 +274,7 @@ mod tests {
     /// The figures used by `sketchnav deform` must be those of the annotated drawings. If there are several marks for a place,
     /// it is not known which is the right one, so the likeliest is used here.
     #[test]
-    fn people_deform_as_the_marks_in_their_drawings_say() {
+    fn deformations_match_the_marks_in_peoples_drawings() {
         let folder = needs::data().join("sketches/kth");
         if !folder.is_dir() {
             return needs::skipped("data", format_args!("{} is not there", folder.display()));

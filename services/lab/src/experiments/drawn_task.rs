@@ -143,7 +143,7 @@ mod tests {
     /// Two metres are driven 0.5 m beside the line, then one metre straight away from it at a mean distance of 1 m. The mean is
     /// (2 · 0.5 + 1 · 1) / 3.
     #[test]
-    fn the_displacement_is_the_mean_over_the_length_of_the_way() {
+    fn the_displacement_is_the_mean_along_the_path() {
         let drawn = line(&[[0.0, 0.0], [10.0, 0.0]]);
         let way = line(&[[1.0, 0.5], [2.0, 0.5], [2.0, 0.5], [3.0, 0.5], [3.0, 1.5]]);
         assert!((displacement_m(&way, &drawn).unwrap() - 2.0 / 3.0).abs() < 1e-12);

@@ -366,7 +366,7 @@ mod tests {
     }
 
     #[test]
-    fn markers_are_filled_and_the_rest_of_the_page_stays() {
+    fn markers_are_filled_and_the_rest_of_the_page_is_unchanged() {
         for (marker, figure) in [
             ("people outline share", "97.5 % (95 to 99) of 320"),
             ("people outline percent", "97.5 %"),
@@ -406,7 +406,7 @@ mod tests {
 
     /// The figures of the page used to be copied by hand, and there was no way to tell which of them matched the current code.
     #[test]
-    fn a_figure_that_was_not_driven_gets_a_dagger_once() {
+    fn a_figure_from_an_earlier_run_gets_one_dagger() {
         for (marker, old, new, experiment) in [
             ("deformed outline share", "95.0 %", "95.0 % †", "deformed"),
             ("deformed outline share", "", "†", "deformed"),
@@ -425,7 +425,7 @@ mod tests {
     }
 
     #[test]
-    fn the_table_of_experiments_names_all_of_them() {
+    fn the_table_of_experiments_is_complete() {
         let page = filled("<!--= experiments--><!--=-->");
         assert!(suites::names().chain(studies::names()).all(|name| page.contains(&format!("| `{name}` |"))));
         assert!(page.contains("| `sketchnav eval people --seed 1` | `outline` 97.5 % (95 to 99) of 320 |"));
@@ -433,7 +433,7 @@ mod tests {
     }
 
     #[test]
-    fn a_marker_of_what_there_is_not_is_an_error_with_its_line() {
+    fn an_unknown_marker_is_an_error_with_its_line() {
         for (page, words) in [
             ("\n<!--= peopl outline share-->x<!--=-->", "line 2: expected one of ablation,"),
             ("<!--= people team share-->x<!--=-->", "line 1: expected one of outline, found \"team\""),

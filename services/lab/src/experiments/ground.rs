@@ -204,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn the_shortest_way_leads_around_the_wall() {
+    fn the_shortest_path_leads_around_the_wall() {
         let way = ground(0.1).way([10.25, 0.25], [13.25, 0.25]).unwrap();
         assert_eq!((way[0], way[way.len() - 1]), ([10.25, 0.25], [13.25, 0.25]));
         assert!(way.iter().any(|p| p[1] > 1.5), "{way:?}");
@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn boxes_keep_the_robot_at_its_distance() {
+    fn paths_keep_clear_of_boxes() {
         let corners = [[0.0, 0.0], [4.0, 0.0], [4.0, 2.0], [0.0, 2.0]];
         let outline = (0..4).map(|i| [corners[i], corners[(i + 1) % 4]]).collect();
         let furniture = vec![Convex::rectangle([2.0, 0.5], [1.0, 1.0], 0.0)];
@@ -227,12 +227,12 @@ mod tests {
     }
 
     #[test]
-    fn a_large_robot_has_no_way() {
+    fn a_large_robot_has_no_path() {
         assert!(ground(0.8).way([10.25, 0.25], [13.25, 0.25]).is_none());
     }
 
     #[test]
-    fn the_nearest_place_keeps_its_distance() {
+    fn the_nearest_free_place_keeps_clear_of_walls() {
         let at = ground(0.4).nearest([10.0, 0.0], |_| true).unwrap();
         assert_eq!(at, [10.75, 0.75]);
         assert_eq!(ground(0.4).nearest([10.0, 0.0], |_| false), None);

@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn methods_and_variants_of_a_trial_share_seeds_and_repetitions_do_not() {
+    fn methods_and_variants_share_seeds_and_repetitions_do_not() {
         let trial = trials().remove(0);
         let other = variant(&trial, "other");
         let seed = |trial, method, repetition, suite| Job::new(trial, method, repetition, suite).seed;

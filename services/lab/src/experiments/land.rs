@@ -26,7 +26,7 @@ use crate::experiments::trial::{Page, Trial};
 /// Number of fields.
 const FIELDS: usize = 100;
 /// Straight-line distance from the start to the goal, in metres.
-const WAY_M: f64 = 30.0;
+const DISTANCE_M: f64 = 30.0;
 /// Distances, in metres, from its first pole at which the robot starts, and from its last pole at which it may stop.
 const BESIDE_M: f64 = 0.8;
 const THERE_M: f64 = 1.2;
@@ -51,10 +51,10 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
         number += 1;
     }
     let notices = vec![format!(
-        "{unjoined} fields more have no path between the two poles, as the map-maker says beforehand."
+        "In {unjoined} further fields there is no path between the two poles, as the map-maker reports beforehand."
     )];
     Ok(Suite {
-        title: "From pole to pole over 30 m by a custom map, with a noisy laser; reached: beside the pole without a touch.".into(),
+        title: "From pole to pole over 30 m by a custom map, with a noisy laser; reached: at the pole without contact.".into(),
         notices,
         trials,
         lines: Some("place"),
@@ -66,8 +66,8 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
 /// Returns the journey on a field, or `None` if no path leads to the goal.
 fn trial(folders: &Folders, number: u64) -> Result<Option<Trial>, EvalError> {
     let field = poles::poles(number);
-    let way_m = |pole: &[f64; 2]| (pole[0] - field[0][0]).hypot(pole[1] - field[0][1]);
-    let off = |pole: &[f64; 2]| (way_m(pole) - WAY_M).abs();
+    let distance_m = |pole: &[f64; 2]| (pole[0] - field[0][0]).hypot(pole[1] - field[0][1]);
+    let off = |pole: &[f64; 2]| (distance_m(pole) - DISTANCE_M).abs();
     let Some(goal) = field.iter().copied().min_by(|a, b| off(a).total_cmp(&off(b))) else { return Ok(None) };
     let robot = folders.project.join("sim/missions/directions/panorama.toml").to_string_lossy().into_owned();
     let open = folders.project.join("sim/missions/landmarks/open.floor.toml").to_string_lossy().into_owned();
@@ -103,7 +103,7 @@ fn trial(folders: &Folders, number: u64) -> Result<Option<Trial>, EvalError> {
         task: vec![Task {
             name: "to the pole".into(),
             there: Place { polygon: None, center: Some(goal), radius_m: Some(THERE_M) },
-            time_limit_s: 60.0 + WAY_M / SLOWEST_MPS,
+            time_limit_s: 60.0 + DISTANCE_M / SLOWEST_MPS,
             given: toml::Table::from_iter([("goal".to_owned(), to_goal)]),
         }],
         parameters,
@@ -136,13 +136,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_field_has_a_goal_some_30_m_away_and_the_navigator_has_all_keys() {
+    fn each_field_has_a_goal_about_30_m_away_and_all_keys() {
         let suite = suite(&Folders::of_checkout()).unwrap();
         assert_eq!(suite.trials.len(), FIELDS);
         for trial in &suite.trials {
             keys::check(&trial.mission, &trial.robot).unwrap();
             let ([x, y], goal) = (trial.mission.start.world, trial.mission.task[0].there.center.unwrap());
-            assert!(((goal[0] - x).hypot(goal[1] - y) - WAY_M).abs() < 3.0, "{}", trial.name);
+            assert!(((goal[0] - x).hypot(goal[1] - y) - DISTANCE_M).abs() < 3.0, "{}", trial.name);
         }
     }
 }

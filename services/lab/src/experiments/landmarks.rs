@@ -26,7 +26,7 @@ use sketchnav_sim::scenes::Scene;
 
 use self::variants::{paper, variants};
 use crate::error::EvalError;
-use crate::experiments::suite::{Curve, Folders, Suite, Told};
+use crate::experiments::suite::{Curve, Folders, Remark, Suite};
 use crate::experiments::trial::Trial;
 
 const ROBOT: &str = "nomad200";
@@ -55,7 +55,7 @@ fn mission(folders: &Folders, scene: &Scene, given: toml::Table) -> Mission {
         task: vec![Task {
             name: format!("to the {goal}"),
             there: scene.there(),
-            time_limit_s: 60.0 + scene.way_m() / 0.1,
+            time_limit_s: 60.0 + scene.path_m() / 0.1,
             given: toml::Table::new(),
         }],
         parameters: Parameters::default(),
@@ -100,7 +100,7 @@ pub fn scenes(folders: &Folders) -> Result<Suite, EvalError> {
         methods: METHODS.map(str::to_owned).into(),
         repetitions: REPETITIONS,
         paper: paper(),
-        tells: Some(tables::sections),
+        sections: Some(tables::sections),
         ..Suite::default()
     })
 }
@@ -134,7 +134,7 @@ const VERSIONS: [Version; 6] = {
 };
 
 /// Published remarks on the versions.
-const TOLD: [(&str, &str); 6] = [
+const REMARKS: [(&str, &str); 6] = [
     ("1 main direction", "unsuccessful"),
     ("2 and proximity", "unsuccessful"),
     ("3 and histogram width", "no significant change"),
@@ -178,12 +178,12 @@ pub fn features(folders: &Folders) -> Result<Suite, EvalError> {
             .into(),
         notices: vec![
             NOTICE.into(),
-            "paper: Chronis 2007, table 5.1, shows drives of one sketch as pictures: none of versions 1 to 4 follows the route, 5 is \"a significant improvement\", 6 is \"acceptable\" and led a real robot along 20 of 20 times.".into(),
+            "paper: Chronis 2007, table 5.1, shows drives by one sketch as pictures: none of versions 1 to 4 follows the route, 5 is \"a significant improvement\", and 6 is \"acceptable\" and led a real robot along the route 20 of 20 times.".into(),
         ],
         trials,
         lines: Some("features"),
         repetitions: 1,
-        told: TOLD.map(|(line, words)| Told { method: STATES, line, words }).into(),
+        remarks: REMARKS.map(|(line, words)| Remark { method: STATES, line, words }).into(),
         ..Suite::default()
     })
 }
@@ -201,7 +201,7 @@ fn source(folders: &Folders, scene: &Scene) -> WorldSource {
 /// Same as [`scenes`].
 pub fn deformed(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(Suite {
-        title: "Twelve scenes by ten sketches of each degree, deformed as people deform them.".into(),
+        title: "Twelve scenes with ten sketches of each degree, deformed as people deform them.".into(),
         ..by_degrees(folders, by_deformed)?
     })
 }
@@ -213,7 +213,7 @@ pub fn deformed(folders: &Folders) -> Result<Suite, EvalError> {
 /// Same as [`scenes`].
 pub fn labels(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(Suite {
-        title: "The same scenes and sketches by a robot with a camera: objects have markers, which the mission gives the labels of the sketch.".into(),
+        title: "The same scenes and sketches, driven by a robot with a camera. The objects have markers, and the mission assigns them the sketch's labels.".into(),
         ..by_degrees(folders, by_labels)?
     })
 }
@@ -257,7 +257,7 @@ pub fn choice(folders: &Folders) -> Result<Suite, EvalError> {
         }
     }
     Ok(Suite {
-        title: "Ten scenes by ten sketches of degree 1, to choose parameters on.".into(),
+        title: "Ten scenes with ten sketches of degree 1, for choosing parameters.".into(),
         trials,
         lines: Some("kind of scene"),
         repetitions: 1,
@@ -318,7 +318,7 @@ mod tests {
 
     /// The trials without additional states are driven by states only. Otherwise a belief would be driven twice.
     #[test]
-    fn a_trial_with_a_method_of_its_own_is_driven_once() {
+    fn a_trial_with_its_own_method_is_driven_once() {
         let suite = scenes(&Folders::of_checkout()).unwrap();
         assert_eq!((suite.trials.len(), suite.methods.len()), (80, 2));
         let count = |methods: &[&str]| {

@@ -15,7 +15,7 @@ use crate::experiments::sensitivity::variant;
 use crate::experiments::suite::{Curve, Folders, Suite};
 use crate::experiments::trial::Trial;
 
-const TITLE: &str = "The drives of suite routes by r_H, how far the planner looks ahead on the drawn route (Boniardi et al. 2016, V-B), two for each drawing.";
+const TITLE: &str = "The drives of the suite `routes` by r_H, the planner's look-ahead on the drawn route (Boniardi et al. 2016, V-B), two for each drawing.";
 /// Key of the planner's parameter.
 const KEY: &str = "route_look_ahead_m";
 /// Values in metres, including the one in use.
@@ -59,7 +59,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_line_drives_all_drawings_with_another_look_ahead() {
+    fn every_line_has_its_own_look_ahead() {
         let suite = suite(&Folders::of_checkout()).unwrap();
         assert!(VALUES_M.contains(&Parameters::default().route_look_ahead_m));
         assert_eq!((suite.trials.len(), suite.drawings().len()), (25 * VALUES_M.len(), VALUES_M.len()));

@@ -32,13 +32,13 @@ use crate::experiments::trial::{Sheet, Trial, time_limit_s, wrap_deg};
 use matches::{Match, Reading};
 use regions::Regions;
 
-const TITLE: &str = "Ten people's drawings of one environment; from each matched place to each one in another region, both annotators.";
+const TITLE: &str = "Ten people's drawings of one environment; drives lead from each matched place to each one in another region, by both annotators.";
 /// The map. Its folder also contains the drawings.
 const DRAWINGS: Datum = Datum {
     what: "ten people's drawings of one environment (M. Mielle et al., sketch_map_matching)",
     file: "sketches/kth/world.yaml",
 };
-const EXAM_TITLE: &str = "Six more people's drawings of the environment of suite people, by which nothing was chosen; pairs of places as there.";
+const EXAM_TITLE: &str = "Six more people's drawings of the environment of the suite `people`, which were not used to choose anything; the pairs of places are chosen alike.";
 /// Drawings by which nothing may be chosen.
 const EXAM: Datum = Datum {
     what: "six more people's drawings of the same environment (M. Mielle et al., sketch_map_matching)",
@@ -59,7 +59,7 @@ struct Place {
     ground: Ground,
     regions: Regions,
     robot: Robot,
-    /// True if a person looks on and answers.
+    /// True if a person watches and answers.
     has_onlooker: bool,
 }
 
@@ -88,7 +88,7 @@ pub fn exam(folders: &Folders) -> Result<Suite, EvalError> {
     six(folders, false)
 }
 
-/// Loads the drives of [`suite`] with a person who looks on and answers.
+/// Loads the drives of [`suite`] with a person who watches and answers.
 ///
 /// # Errors
 /// Same as [`suite`].
@@ -96,7 +96,7 @@ pub fn answered(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(with_onlooker(ten(folders, true)?))
 }
 
-/// Loads the drives of [`exam`] with a person who looks on and answers.
+/// Loads the drives of [`exam`] with a person who watches and answers.
 ///
 /// # Errors
 /// Same as [`suite`].
@@ -106,8 +106,8 @@ pub fn exam_answered(folders: &Folders) -> Result<Suite, EvalError> {
 
 fn with_onlooker(suite: Suite) -> Suite {
     let title =
-        format!("{} A person looks on and answers truthfully when the robot asks where it is.", suite.title);
-    Suite { title, tells: Some(person::sections), ..suite }
+        format!("{} A person watches, and answers truthfully when the robot asks where it is.", suite.title);
+    Suite { title, sections: Some(person::sections), ..suite }
 }
 
 fn ten(folders: &Folders, has_onlooker: bool) -> Result<Suite, EvalError> {

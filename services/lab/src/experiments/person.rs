@@ -1,4 +1,4 @@
-//! A person who looks on with the drawing in hand, and answers when the robot asks where it is.
+//! A person who watches with the drawing in hand, and answers when the robot asks where it is.
 //!
 //! The person sees the true position of the robot, and points at the corresponding position in the drawing as exactly as
 //! people mark a start. After a few answers, the person gives up on the drive. The person says nothing unless the robot
@@ -81,7 +81,7 @@ impl<'a> Bystander<'a> {
     }
 
     /// Takes in a message, which may be a question.
-    pub fn hear(&mut self, spec: &ChannelSpec, message: &[u8]) {
+    pub fn receive(&mut self, spec: &ChannelSpec, message: &[u8]) {
         let asked =
             QUESTION.message(spec, message).and_then(|question| QuestionKind::from_code(question.kind));
         self.question = asked.unwrap_or(self.question);
@@ -217,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn a_matched_place_is_where_it_was_matched_and_a_heading_turns_with_the_drawing() {
+    fn matched_places_map_exactly_and_headings_turn_with_the_drawing() {
         let person = person(&CORNERS);
         for ([x, y], [column, row]) in CORNERS {
             let drawn = person.drawn(&Pose::new(x, y, 0.0));
@@ -237,7 +237,7 @@ mod tests {
 
     fn asks(bystander: &mut Bystander<'_>, kind: QuestionKind) {
         let question = Question { kind: kind.code(), ..Question::zeroed() };
-        bystander.hear(QUESTION.spec, bytemuck::bytes_of(&question));
+        bystander.receive(QUESTION.spec, bytemuck::bytes_of(&question));
     }
 
     /// Returns a person in a world that coincides with the sheet, at a tenth of a metre per pixel.
@@ -247,30 +247,30 @@ mod tests {
     }
 
     #[test]
-    fn answers_come_when_asked_again_after_a_pause_and_stop_after_a_few() {
+    fn repeated_questions_are_answered_after_a_pause_and_only_a_few_times() {
         let paper = paper();
         let person = person_of(&paper);
         let mut bystander = Bystander::new(&person, &paper, 1);
         let robot = Pose::new(1.0, 1.0, 0.5);
         assert_eq!(bystander.answer(&robot, 0), None, "nobody has asked");
         asks(&mut bystander, QuestionKind::Which);
-        let told = bystander.answer(&robot, 0).unwrap();
-        let [column, row] = paper.to_image(&told.at);
+        let answer = bystander.answer(&robot, 0).unwrap();
+        let [column, row] = paper.to_image(&answer.at);
         assert!(
-            (column - 10.0).hypot(row - 10.0) < 3.0 && told.yaw_rad.is_none(),
-            "{column}, {row}: {told:?}"
+            (column - 10.0).hypot(row - 10.0) < 3.0 && answer.yaw_rad.is_none(),
+            "{column}, {row}: {answer:?}"
         );
         assert_eq!(bystander.answer(&robot, PAUSE_NS - 1), None);
         asks(&mut bystander, QuestionKind::Where);
-        let told = bystander.answer(&robot, PAUSE_NS).unwrap();
-        assert!((told.yaw_rad.unwrap() - 0.5).abs() < 0.5, "{told:?}");
+        let answer = bystander.answer(&robot, PAUSE_NS).unwrap();
+        assert!((answer.yaw_rad.unwrap() - 0.5).abs() < 0.5, "{answer:?}");
         let more = (2..).map(|k| bystander.answer(&robot, k * PAUSE_NS)).take_while(Option::is_some).count();
         assert_eq!((more, bystander.answers()), (2, MOST_ANSWERS));
         assert!(bystander.gives_up() && bystander.leaves_it_lost());
     }
 
     #[test]
-    fn nobody_points_into_a_wall_or_behind_it() {
+    fn answers_never_lie_in_a_wall_or_behind_it() {
         let paper = paper();
         let person = person_of(&paper);
         for seed in 0..200 {
@@ -280,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn one_place_is_enough_to_point() {
+    fn a_single_matched_place_is_enough_to_answer() {
         let drawn = person(&[([1.0, 1.0], [7.0, 8.0])]).drawn(&Pose::new(1.5, 1.0, 0.3));
         assert_eq!((drawn.x, drawn.y, drawn.yaw_rad), (7.5, 8.0, 0.3));
     }

@@ -231,7 +231,7 @@ mod tests {
 
     /// In each drawing, the path from mark to mark must be homotopic to the path from place to place on the floor.
     #[test]
-    fn the_ways_in_the_drawings_of_the_laboratory_are_those_on_the_floor() {
+    fn paths_in_the_drawings_of_the_laboratory_match_the_floor() {
         let suite = laboratory(&Folders::of_checkout()).unwrap();
         for Trial { name, mission, robot, sheet, .. } in &suite.trials {
             let Sheet { paper, correspondence, .. } = sheet.as_ref().unwrap();

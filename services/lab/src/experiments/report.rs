@@ -51,7 +51,7 @@ impl Report<'_> {
                 (self.rates())
                 (self.curves())
                 @for (i, method) in self.methods.iter().enumerate() { (self.figures(i, method)) }
-                @for section in &self.suite.sections(self.outcomes) { (told(section)) }
+                @for section in &self.suite.sections(self.outcomes) { (section_markup(section)) }
                 (self.failures())
                 (self.pictures())
             }
@@ -85,7 +85,7 @@ impl Report<'_> {
         }));
         html! {
             h2 { "Tasks reached" }
-            p { "Share of the tasks that were reached, with Wilson's 95 % interval, by "
+            p { "Share of tasks reached, with Wilson's 95 % interval, by "
                 (self.suite.lines.unwrap_or("drawing")) ". Drives by one drawing mostly end alike; where drawings repeat, the "
                 "tables also give the intervals over drawings." }
             @if self.methods.len() > 1 { (chart::legend(&self.names())) }
@@ -155,7 +155,7 @@ impl Report<'_> {
     }
 }
 
-fn told(section: &Section) -> Markup {
+fn section_markup(section: &Section) -> Markup {
     html! {
         h2 { (section.title) }
         (drawn(&section.table))
@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn the_page_holds_the_figures_of_both_and_needs_no_other_file() {
+    fn the_page_has_both_sets_of_figures_and_is_self_contained() {
         let leg = Leg {
             name: "0 → 1".into(),
             paper_length_m: 6.4,
@@ -225,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn what_others_published_stands_below_the_drawings() {
+    fn published_results_are_below_the_drawings() {
         let paper = vec![Published { name: "paper".into(), reached: 17, attempts: 25 }];
         let suite = Suite { paper, ..Suite::default() };
         let found = page(&suite, &[outcome("a", Kind::Reached)]);

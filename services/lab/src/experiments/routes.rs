@@ -22,9 +22,9 @@ use crate::experiments::suite::{Folders, Group, Published, Suite};
 use crate::experiments::trial::{Sheet, Trial};
 use crate::judge::anchors::Anchors;
 
-const TITLE: &str = "25 drawings with drawn routes, landscape and portrait, in two floors of panels; reached: within 1 m of the goal by a way homotopic to the route.";
+const TITLE: &str = "25 drawings with drawn routes, landscape and portrait, in two floors of panels; reached: within 1 m of the goal, by a path homotopic to the route.";
 const NOTICE: &str =
-    "paper: Boniardi et al. 2016; each of its 25 drawings is of another person and was driven once.";
+    "paper: Boniardi et al. 2016; each of its 25 drawings is by a different person and was driven once.";
 /// Default number of repetitions per drawing.
 const REPETITIONS: u32 = 4;
 /// Free-standing obstacles of both floors that people may draw, with five on each floor.
@@ -98,7 +98,7 @@ mod tests {
 
     /// Each drawing must join its floor, and its route must end close to where the person meant.
     #[test]
-    fn every_route_leads_from_the_robot_to_the_goal_that_was_meant() {
+    fn every_route_leads_from_the_robot_to_its_goal() {
         assert_eq!((SHIPPED.trials.len(), SHIPPED.drawings().len()), (25, 25));
         for Trial { name, mission, sheet, .. } in &SHIPPED.trials {
             let Sheet { paper, correspondence, .. } = sheet.as_ref().unwrap();

@@ -66,7 +66,7 @@ impl Tap for Watcher<'_> {
         self.log.see(spec, message, cells);
         self.stamps_ns.push(erased::header(message).stamp_ns);
         if let Some(bystander) = &mut self.bystander {
-            bystander.hear(spec, message);
+            bystander.receive(spec, message);
         }
         if *spec == *STATUS.spec {
             self.watch();
@@ -133,13 +133,13 @@ fn drive_from(
     let run = trial.run(method, seed, first_task).map_err(wrong)?;
     let sheet = trial.sheet.as_ref();
     let sketch = sheet.map(|_| SketchMission::of(&run.mission)).transpose().map_err(wrong)?;
-    let is_given_anew = sheet.is_some_and(|sheet| !sheet.restarts.is_empty());
+    let regains_pose = sheet.is_some_and(|sheet| !sheet.restarts.is_empty());
     let mut watcher = Watcher {
         log: Log::default(),
         stamps_ns: Vec::new(),
         tasks: &run.mission.task,
         ends_with_contact: trial.ends_with_contact,
-        stops_at_failure: is_given_anew || trial.tasks_are_one,
+        stops_at_failure: regains_pose || trial.tasks_are_one,
         failed: false,
         bystander: trial
             .person
@@ -157,7 +157,7 @@ fn drive_from(
     let answers = bystander.as_ref().map_or(0, Bystander::answers);
     let is_left_lost = bystander.is_some_and(|bystander| bystander.leaves_it_lost());
     let mut verdicts = judge::judge(&run.mission, &log.truth, &log.status, &log.contacts).tasks;
-    if is_given_anew {
+    if regains_pose {
         let failed = verdicts.iter().position(|verdict| !verdict.reached);
         verdicts.truncate(failed.map_or(verdicts.len(), |failed| failed + 1));
     }

@@ -13,7 +13,7 @@ use crate::experiments::suite::{Curve, Folders, Suite};
 use crate::experiments::trial::Trial;
 use crate::experiments::unmapped::{clutter, walkers};
 
-const TITLE: &str = "Success against one condition at a time: drawings of the two floors that ship, deformed at degree 0.5, two trials by each drawing.";
+const TITLE: &str = "Success as a function of one condition at a time: drawings of the two shipped floors, deformed at degree 0.5, two trials with each drawing.";
 const DEGREE: f64 = 0.5;
 /// Number of trials per drawing.
 const TRIALS: usize = 2;
@@ -37,7 +37,7 @@ const CONDITIONS: [Condition; 8] = [
     Condition {
         word: "start-error",
         title: "Error of the start mark",
-        unit: "multiples of people's (1 % of the diagonal, 5°)",
+        unit: "multiples of a person's (1 % of the diagonal, 5°)",
         values: &[0.0, 1.0, 2.0, 4.0, 6.0],
         usual: 1.0,
         change: start_error,
@@ -207,7 +207,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_line_changes_one_thing_of_the_same_trials() {
+    fn every_line_changes_one_parameter_of_the_same_trials() {
         let suite = suite(&Folders::of_checkout()).unwrap();
         let lines = suite.drawings();
         assert_eq!(lines.len(), 1 + CONDITIONS.iter().map(|c| c.values.len() - 1).sum::<usize>());

@@ -181,7 +181,7 @@ mod tests {
         assert_eq!((judged.attempts, judged.reached, judged.wrong_side), (4, 2, 0));
         assert_eq!(judged.over_drawings.map(|over| over.drawings), Some(2));
         let partly = [driven[0].clone(), outcome("b", Kind::Reached, None)];
-        assert_eq!(Tally::of(&partly).on_sketch, None, "one of them was not judged so");
+        assert_eq!(Tally::of(&partly).on_sketch, None, "one of them was not judged in this way");
         assert_eq!(Tally::of([]).on_sketch, None);
     }
 

@@ -50,7 +50,7 @@ impl Folders {
 }
 
 /// A function that derives the sections of a suite from all of its outcomes.
-pub type Telling = fn(&[TaskOutcome]) -> Vec<Section>;
+pub type Sections = fn(&[TaskOutcome]) -> Vec<Section>;
 
 /// A list of trials with a heading.
 #[derive(Debug, Default)]
@@ -72,7 +72,7 @@ pub struct Suite {
     /// Published results for a suite with the same protocol, if no published table lists its tasks.
     pub paper: Vec<Published>,
     /// Published remarks on single lines, in words.
-    pub told: Vec<Told>,
+    pub remarks: Vec<Remark>,
     /// True if the table of costs is shown as well.
     pub shows_costs: bool,
     /// Lines of the table that together form a curve.
@@ -83,7 +83,7 @@ pub struct Suite {
     /// count and the table has a line for each drawing.
     pub legs: Vec<Leg>,
     /// Derives sections from all outcomes, to be shown in addition to the tables.
-    pub tells: Option<Telling>,
+    pub sections: Option<Sections>,
 }
 
 /// A published count of successes.
@@ -106,7 +106,7 @@ impl Published {
 
 /// A published remark on one line of the table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Told {
+pub struct Remark {
     /// Name of the method.
     pub method: &'static str,
     /// Name of the line.
@@ -194,7 +194,7 @@ impl Suite {
 
     /// Returns the sections that are reported in addition to the tables.
     pub fn sections(&self, outcomes: &[TaskOutcome]) -> Vec<Section> {
-        self.tells.map_or(Vec::new(), |tells| tells(outcomes))
+        self.sections.map_or(Vec::new(), |sections| sections(outcomes))
     }
 
     /// Returns true if an outcome counts. Legs that only lead from one counted leg to the next do not.
@@ -221,17 +221,17 @@ mod tests {
 
     /// The data folder used to be fixed at compile time, and a suite without its data drove nothing and succeeded.
     #[test]
-    fn who_lacks_data_is_told_which_suite_needs_what_and_what_to_do() {
+    fn the_error_for_missing_data_names_the_suite_and_the_remedy() {
         let map = Datum { what: "the map of a house", file: "maps/house.yaml" };
         let mut folders = Folders { suite: "houses", ..Folders::of_checkout() };
-        let told = folders.datum(map).unwrap_err().to_string();
+        let error = folders.datum(map).unwrap_err().to_string();
         for word in ["houses", "the map of a house", "maps/house.yaml", "--data", "SKETCHNAV_DATA"] {
-            assert!(told.contains(word), "{told}");
+            assert!(error.contains(word), "{error}");
         }
         let folder = tempfile::tempdir().unwrap();
         folders.data = Some(folder.path().to_path_buf());
-        let told = folders.datum(map).unwrap_err().to_string();
-        assert!(told.contains(&folder.path().display().to_string()), "{told}");
+        let error = folders.datum(map).unwrap_err().to_string();
+        assert!(error.contains(&folder.path().display().to_string()), "{error}");
         std::fs::create_dir(folder.path().join("maps")).unwrap();
         std::fs::write(folder.path().join(map.file), "").unwrap();
         assert_eq!(folders.datum(map).unwrap(), folder.path().join(map.file));

@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sample_is_spread_over_each_drawing_and_always_the_same() {
+    fn a_sample_is_spread_over_the_drawings_and_reproducible() {
         let all = names(&suite());
         assert_eq!(all.len(), 8);
         for (count, kept) in [
@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn an_unknown_suite_is_told_all_that_there_are() {
+    fn the_error_for_an_unknown_suite_lists_all_suites() {
         let error = load("poeple", &Folders::of_checkout()).unwrap_err().to_string();
         assert!(super::names().all(|name| error.contains(name)), "{error}");
     }

@@ -100,10 +100,10 @@ fn by_drawing(suite: &Suite, outcomes: &[&TaskOutcome]) -> Table {
     let mut rows: Vec<_> = suite.drawings().into_iter().filter(is_driven).map(of_drawing).collect();
     rows.push(line("all", all));
     rows.extend(suite.groups.iter().map(of_group));
-    if !suite.told.is_empty() {
+    if !suite.remarks.is_empty() {
         header.extend(["most failures".into(), "published".into()]);
         for row in &mut rows {
-            row.extend([reason(outcomes, &row[0]), told(suite, outcomes, &row[0])]);
+            row.extend([reason(outcomes, &row[0]), remark(suite, outcomes, &row[0])]);
         }
     }
     rows.extend(suite.papers().into_iter().map(|paper| {
@@ -175,10 +175,10 @@ fn reason(outcomes: &[&TaskOutcome], line: &str) -> String {
 }
 
 /// Returns the published remark on a line, for the method that was driven.
-fn told(suite: &Suite, outcomes: &[&TaskOutcome], line: &str) -> String {
+fn remark(suite: &Suite, outcomes: &[&TaskOutcome], line: &str) -> String {
     let method = outcomes.first().map_or("", |ended| ended.method.as_str());
-    let told = suite.told.iter().find(|told| told.method == method && told.line == line);
-    told.map_or(String::new(), |told| told.words.to_owned())
+    let published = suite.remarks.iter().find(|remark| remark.method == method && remark.line == line);
+    published.map_or(String::new(), |remark| remark.words.to_owned())
 }
 
 /// Returns the ways in which tasks of a suite may fail. A robot that never moved is only counted separately in corridors.
@@ -217,7 +217,7 @@ mod tests {
     /// Two drawings are driven twice each. One is always reached; the other always ends in a wrong arrival that the robot takes
     /// for its goal.
     #[test]
-    fn both_judgements_and_both_intervals_stand_side_by_side() {
+    fn both_verdicts_and_both_intervals_are_in_one_row() {
         let outcome = |drawing: &str, kind| TaskOutcome {
             drawing: drawing.into(),
             cluster: Some(drawing.into()),

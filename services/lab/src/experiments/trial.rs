@@ -77,7 +77,7 @@ pub struct Trial {
     pub variant_of: Option<String>,
     /// Page given by a person if it is not in a folder. If this is `None`, the mission names the file.
     pub bytes: Option<Page>,
-    /// The person who looks on and answers the robot's questions. If this is `None`, the robot asks nothing.
+    /// The person who watches and answers the robot's questions. If this is `None`, the robot asks nothing.
     pub person: Option<Arc<Person>>,
 }
 

@@ -61,7 +61,7 @@ fn sketch(
     // A drawn route also serves as the start mark.
     let believed = driven.log.estimates.first().map(|estimate| estimate.pose.pose());
     picture::sketch(&SketchPicture {
-        title: &title(driven, "the sketch, and where the robot believed itself to be"),
+        title: &title(driven, "the sketch, and where the robot believed it was"),
         width_px: paper.width_px,
         height_px: paper.height_px,
         cells: &paper.cells,

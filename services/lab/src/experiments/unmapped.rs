@@ -70,7 +70,7 @@ fn is_apart(piece: &Furniture, places: [[f64; 2]; 2]) -> bool {
     piece.center.is_some_and(|at| places.iter().all(|place| distance(at, *place) > FREE_M))
 }
 
-/// Returns people who walk to and fro between positions on the floor. A smaller `count` returns the first of the same
+/// Returns people who walk back and forth between positions on the floor. A smaller `count` returns the first of the same
 /// people.
 pub fn walkers(ground: &Ground, trial: &Trial, count: usize) -> Vec<Person> {
     let mut rng = stream(trial, "walkers");
@@ -118,7 +118,7 @@ mod tests {
     use crate::experiments::suite::Folders;
 
     #[test]
-    fn clutter_leaves_a_way_and_more_of_it_holds_the_same() {
+    fn clutter_leaves_a_path_and_more_clutter_contains_the_first() {
         let sites = deformed::shipped(&Folders::of_checkout()).unwrap();
         let trial = sites[1].trials(0.5, 1).unwrap().remove(0);
         let mut ground = sites[1].ground.clone();

@@ -28,7 +28,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn fisher_s_numbers_are_those_of_the_books() {
+    fn fishers_f_matches_published_values() {
         // Upper 5 % points of F.
         for (a, b, f) in [(1.0, 1.0, 161.448), (5.0, 10.0, 3.326), (10.0, 20.0, 2.348), (60.0, 60.0, 1.534)] {
             let above = 1.0 - incomplete_beta(a / 2.0, b / 2.0, a * f / (a * f + b));

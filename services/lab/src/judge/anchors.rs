@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_drawn_is_joined_to_what_stands_there() {
+    fn drawn_objects_are_joined_to_those_on_the_floor() {
         let anchors = Anchors::parse(FILE).unwrap();
         assert_eq!(anchors.drawings().collect::<Vec<_>>(), ["a", "b", "c"]);
         let table = Anchor { world: Point::new(4.0, 1.0), drawing: Point::new(40.0, 10.0) };
@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_joined_is_named() {
+    fn objects_that_cannot_be_joined_are_named() {
         let anchors = Anchors::parse(FILE).unwrap();
         let refusal = |drawing, floor| anchors.of(drawing, floor, from_image).unwrap_err().to_string();
         assert_eq!(

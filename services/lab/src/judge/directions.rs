@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn the_six_kinds_are_told_apart() {
+    fn the_six_kinds_are_distinguished() {
         let reached = |taken: &[usize], recoveries: u32| {
             judged(taken, TaskState::Reached, |journey| journey.recoveries = recoveries).kind
         };
@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn where_landmarks_are_confusable_each_of_them_is_right() {
+    fn any_of_several_confusable_landmarks_is_correct() {
         let mut log = log(&[0, 2, 2], TaskState::Reached, |_| ());
         let judged = |log: &Log| journeys(log, &["there".to_owned()], &DOTS).remove(0);
         log.directions = Some("(*, SW)\n(Isol, SW)\n(Isol, -)\n".to_owned());
@@ -213,7 +213,7 @@ mod tests {
 
     /// Entry 2 knows the landmark of entry 4 by its surroundings. From there, entry 4 leads back to the path.
     #[test]
-    fn in_a_map_that_branches_a_landmark_is_that_of_the_entry_that_is_read_next() {
+    fn in_a_branching_map_a_landmark_belongs_to_the_entry_read_next() {
         let map = "(*, SW)\n(Isol, (2, NE, 4), (3, -), SW)\n(Isol, -)\n(Isol, -)\n";
         // The landmarks of the entries 2, 3 and 4 and the goal.
         let meant = [0, 1, 2, 1];
@@ -256,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_right_and_what_was_stated_is_told() {
+    fn correct_and_stated_landmarks_are_counted() {
         let verdict = judged(&[0, 2, 2], TaskState::Reached, |_| ());
         assert_eq!((verdict.accepted, verdict.right, verdict.stated), (3, 2, Some(0.75)));
         assert_eq!(verdict.attained, [0, 2, 2]);

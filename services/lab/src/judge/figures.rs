@@ -309,7 +309,7 @@ mod tests {
 
     /// A log without ODOM lines was localized at a single point, and reported with "error in local metres 0.000 m".
     #[test]
-    fn a_fit_that_collapses_to_a_point_is_no_fit() {
+    fn a_fit_that_collapses_to_a_point_is_rejected() {
         let followed =
             figures(&log(|way| [20.0 * way.min(2.0), 20.0 * (way - 2.0).max(0.0)]), None, None, None);
         assert!(followed.not_aligned.is_none());

@@ -39,7 +39,7 @@ pub struct Instant {
     pub stamp_ns: u64,
     /// True pose of the robot.
     pub truth: Pose<World>,
-    /// Pose at which the robot believed itself to be.
+    /// Pose at which the robot believed it was.
     pub estimate: Pose<Sketch>,
     /// Local scales along and across the walls, in pixels per metre.
     pub scales_pxpm: [f64; 2],
@@ -337,7 +337,7 @@ mod tests {
 
     /// In the report, pictures of an early task used to show the goal of the last one.
     #[test]
-    fn the_goal_is_that_of_the_task_of_the_moment() {
+    fn the_goal_is_that_of_the_current_task() {
         let mut route: Box<Route> = Box::new(Zeroable::zeroed());
         route.task_count = 2;
         for (k, at) in [[10.0, 20.0], [30.0, 40.0]].into_iter().enumerate() {

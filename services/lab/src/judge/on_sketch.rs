@@ -62,7 +62,7 @@ mod tests {
 
     /// Thirty pixels are 1.5 m along the walls and 0.75 m across.
     #[test]
-    fn the_distance_to_the_goal_is_that_of_the_local_metric() {
+    fn the_distance_to_the_goal_uses_the_local_metric() {
         let is_reached = |state, x, y| asked(None).is_reached(state, &[at(0.0, 0.0), at(x, y)]);
         assert!(is_reached(TaskState::Reached, 100.0, 130.0));
         assert!(!is_reached(TaskState::Reached, 130.0, 100.0));
@@ -71,7 +71,7 @@ mod tests {
     }
 
     #[test]
-    fn the_estimated_way_must_be_that_of_the_route() {
+    fn the_estimated_path_must_be_homotopic_to_the_route() {
         let corners = [[0.0, 0.0], [200.0, 0.0], [200.0, 200.0], [0.0, 200.0], [50.0, 60.0]];
         let anchors =
             corners.map(|[x, y]| Anchor { world: Point::new(x / 20.0, y / 20.0), drawing: Point::new(x, y) });

@@ -272,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn a_state_is_matched_correctly_where_the_sonars_hit_the_object_that_was_drawn() {
+    fn a_state_matches_if_the_sonars_hit_the_drawn_object() {
         assert_eq!(correct(&driven("box", true)), [true, true, true]);
         let other = driven("table", true);
         assert_eq!(correct(&other), [true, false, true], "another object in the same place");
@@ -281,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn the_nearest_object_in_the_cone_answers() {
+    fn the_nearest_object_in_the_cone_is_measured() {
         let outline = [[2.0, -0.2], [3.0, -0.2], [3.0, 0.2], [2.0, 0.2]].map(Point::from);
         assert_eq!(range(Point::new(0.0, 0.0), 0.0, &outline), Some(2.0));
         assert_eq!(range(Point::new(0.0, 0.0), 0.2, &outline), None);

@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_moved_is_brought_back() {
+    fn a_moved_trajectory_is_aligned_again() {
         let truth = bend(60);
         let moved = aligned(&Pose::new(3.0, -7.0, 2.1), &truth);
         let back = aligned(&alignment(&truth, &moved), &moved);
@@ -228,7 +228,7 @@ mod tests {
 
     /// A robot that never moved according to its odometry was reported with an error of "0.000 m".
     #[test]
-    fn what_collapses_to_a_point_is_not_aligned() {
+    fn a_trajectory_that_collapses_to_a_point_is_not_aligned() {
         let truth = bend(60);
         assert_eq!(not_aligned(&truth, &truth), None);
         let point = vec![truth[0]; 60];
@@ -252,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn an_affine_map_is_found_again_and_a_line_is_refused() {
+    fn an_affine_map_is_recovered_and_collinear_points_are_refused() {
         let from: Vec<_> = bend(40).iter().map(|p| [p.x, p.y]).collect();
         let map = |p: &[f64; 2]| [20.0 * p[0] - 3.0 * p[1] + 100.0, 5.0 * p[0] + 40.0 * p[1] - 7.0];
         let found = affine(&from, &from.iter().map(map).collect::<Vec<_>>()).unwrap();

@@ -177,11 +177,11 @@ fn words(sheet: &mut Sheet, found: &Correspondence) {
     };
     let key = "Filled: seen as wall. Hollow: behind a gap. Grey: no partner. Larger: more of the goal.";
     let shares = [found.seen_share, found.hidden_share].map(|share| 100.0 * share);
-    let told = format!(
+    let summary = format!(
         "{:.0} % of the goal's outline seen, {:.0} % behind gaps; aim: {aim}{margin}.",
         shares[0], shares[1]
     );
-    [key, &told].into_iter().for_each(|line| line_of_words(sheet, line));
+    [key, &summary].into_iter().for_each(|line| line_of_words(sheet, line));
 }
 
 fn line_of_words(sheet: &mut Sheet, line: &str) {
@@ -195,7 +195,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_corrected_drawing_goes_round_and_leaves_out_what_has_no_partner() {
+    fn the_corrected_drawing_is_closed_and_omits_unmatched_parts() {
         let kinds = [PartnerKind::Wall, PartnerKind::Wall, PartnerKind::Nothing, PartnerKind::Gap];
         let sample =
             |kind: PartnerKind| OutlineSample { partner: kind.code(), ..bytemuck::Zeroable::zeroed() };

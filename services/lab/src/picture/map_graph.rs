@@ -255,7 +255,7 @@ mod tests {
                        (Isol, -)\n(Isol, Trajn, (3, SW, IsolPair), (2, NE, 2), (1, -), -)\n";
 
     #[test]
-    fn a_map_has_an_arrow_for_each_way_on_and_a_circle_for_each_entry_and_the_goal() {
+    fn a_map_has_arrows_for_its_branches_and_circles_for_its_entries() {
         let map: CustomMap = MAP.parse().unwrap();
         let svg = map_graph("a map", &[("there <and> back", &map)]);
         // Down: 1 to 2, 2 to 3, 4 to the goal. Arcs: 2 to 4, 2 to 1, 3 to the goal, 4 to 2.

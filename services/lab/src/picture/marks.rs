@@ -53,7 +53,7 @@ const WAY: &str = "stroke=\"#8a93a3\" stroke-width=\"2\" stroke-dasharray=\"1 6\
 /// Size of a square, in metres, through which paths are only drawn once.
 const SAME_M: f64 = 0.25;
 
-/// Draws the paths of people, but each place only once. Otherwise the dots of a person walking to and fro would fall
+/// Draws the paths of people, but each place only once. Otherwise the dots of a person walking back and forth would fall
 /// between each other and look like a solid line.
 pub fn ways<F>(sheet: &mut Sheet, ways: &[Vec<Point<F>>]) {
     let mut drawn = BTreeSet::new();
@@ -68,8 +68,8 @@ fn first_passes<F>(way: &[Point<F>], drawn: &mut BTreeSet<[i64; 2]>) -> Vec<Vec<
     let mut last = None;
     for at in way {
         let square = [at.x, at.y].map(|v| (v / SAME_M).floor() as i64);
-        let goes_on = last == Some(square) && !piece.is_empty();
-        if drawn.insert(square) || goes_on {
+        let continues = last == Some(square) && !piece.is_empty();
+        if drawn.insert(square) || continues {
             piece.push(Point::new(at.x, at.y));
         } else if !piece.is_empty() {
             pieces.push(std::mem::take(&mut piece));
@@ -303,14 +303,14 @@ mod tests {
 
     /// A person who walked along a corridor ten times used to be drawn as a solid line, which the legend did not list.
     #[test]
-    fn who_goes_to_and_fro_is_drawn_once() {
+    fn a_person_who_walks_back_and_forth_is_drawn_once() {
         let there = (0..=40).map(|i| Point::<World>::new(0.1 * f64::from(i), 1.0));
         let back = there.clone().rev();
         let way: Vec<_> = there.clone().chain(back).chain(there.clone()).collect();
         let pieces = first_passes(&way, &mut BTreeSet::new());
         assert_eq!(pieces.len(), 1);
         let length = pieces[0].len();
-        assert!((41..=44).contains(&length), "{length} points: the way, and what lies in its last square");
+        assert!((41..=44).contains(&length), "{length} points: the path, and what lies in its last square");
         let elsewhere = way.iter().map(|at| Point::new(at.x, at.y + 1.0)).collect::<Vec<_>>();
         let both = [way, elsewhere].concat();
         assert_eq!(first_passes(&both, &mut BTreeSet::new()).len(), 2);

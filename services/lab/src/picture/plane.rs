@@ -151,7 +151,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_landmark_of_several_entries_has_one_text() {
+    fn a_landmark_of_several_entries_has_one_label() {
         let [a, b, c] = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)].map(|(x, y)| Point::<World>::new(x, y));
         let texts = |branches: bool, planned: &[&[Point<World>]]| -> Vec<String> {
             let map = |landmarks: &&[Point<World>]| PlannedMap {
@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn a_picture_has_its_walls_and_a_scale_bar_of_a_round_length() {
+    fn a_picture_has_walls_and_a_round_scale_bar() {
         let [a, b] = [(0.0, 0.0), (30.0, 0.0)].map(|(x, y)| Point::<World>::new(x, y));
         let svg = plane(&PlanePicture {
             title: "a hall",

@@ -58,7 +58,7 @@ fn names_cannot_break_the_picture() {
 }
 
 #[test]
-fn the_floor_shows_every_task_its_end_and_the_scale() {
+fn the_floor_shows_every_task_with_its_end_and_the_scale() {
     let text = floor_of(&[task("0 → 1", TaskMark::Reached), task("1 → 2", TaskMark::Failed)]);
     for part in ["0 → 1", "1 → 2", ">1 m<", "contact", "furniture", "true path"] {
         assert!(text.contains(part), "{part}");
@@ -68,7 +68,7 @@ fn the_floor_shows_every_task_its_end_and_the_scale() {
 }
 
 #[test]
-fn a_floor_without_anything_is_still_a_picture() {
+fn an_empty_floor_is_still_a_picture() {
     let nothing = FloorPicture {
         title: "",
         shapes: &FloorShapes::default(),
@@ -83,7 +83,7 @@ fn a_floor_without_anything_is_still_a_picture() {
 }
 
 #[test]
-fn the_walls_of_a_sketch_stand_the_right_way_up() {
+fn a_sketch_is_drawn_the_right_way_up() {
     // Walls in the lowest row of the sketch must become a dark bottom row of the picture.
     let picture = SketchPicture {
         title: "",
@@ -119,7 +119,7 @@ fn cells_of_another_size_are_refused() {
 }
 
 #[test]
-fn a_disc_becomes_a_polygon_around_its_middle() {
+fn a_disc_becomes_a_polygon_around_its_centre() {
     let place = Place { polygon: None, center: Some([1.0, 2.0]), radius_m: Some(1.5) };
     let outline = place_outline(&place);
     assert_eq!(outline.len(), 48);

@@ -220,8 +220,8 @@ pub fn section(run: &RunConfig, log: &Log, verdicts: &[JourneyVerdict]) -> Marku
         h2 { "Journeys" }
         (page::table(&header.map(str::to_owned), &rows.collect::<Vec<_>>()))
         p.small {
-            "Direct, recovered, unaware: at the goal, in the last case by a wrong path. Cannot locate, lost: the navigator knows. "
-            "Astray: it believes itself to be at the goal (Park and Kender 1995, 7.2.6)."
+            "Direct, recovered, unaware: at the goal, in the last case by a wrong path. Cannot locate, lost: the navigator knows that it failed. "
+            "Astray: it believes that it is at the goal (Park and Kender 1995, 7.2.6)."
         }
         h2 { "Custom maps" }
         @for (number, (text, name)) in texts.split(&between).zip(&names).enumerate() {

@@ -454,14 +454,14 @@ mod tests {
     }
 
     #[test]
-    fn corners_find_their_partners_in_other_proportions() {
+    fn corners_are_matched_despite_other_proportions() {
         let drawn = Outline::of_polygon(&DRAWN, 220);
         let found = aligned(&drawn, &pieces(&FLOOR, 160), &anchor(0.0));
         assert!(off_m(&drawn, &found, &FLOOR) < 0.8, "{}", off_m(&drawn, &found, &FLOOR));
     }
 
     #[test]
-    fn where_the_outlines_begin_does_not_matter() {
+    fn the_start_of_the_outlines_does_not_matter() {
         let drawn = Outline::of_polygon(&DRAWN, 220);
         let whole = pieces(&FLOOR, 160);
         let cost = aligned(&drawn, &whole, &anchor(0.0)).cost;
@@ -475,7 +475,7 @@ mod tests {
     }
 
     #[test]
-    fn a_map_turned_against_the_drawing_aligns_as_well() {
+    fn a_rotated_map_aligns_equally_well() {
         let drawn = Outline::of_polygon(&DRAWN, 220);
         let cost = aligned(&drawn, &pieces(&FLOOR, 160), &anchor(0.0)).cost;
         let turn = 2.0_f64;
@@ -511,7 +511,7 @@ mod tests {
 
     /// The robot has seen the upper arm, but nothing of the right one.
     #[test]
-    fn what_was_not_seen_lies_behind_the_gap() {
+    fn unseen_parts_are_matched_to_gaps() {
         let drawn = Outline::of_polygon(&DRAWN, 220);
         let mut seen = pieces(&FLOOR, 160);
         seen.pieces.retain(|piece| matches!(piece, Piece::Wall { place, .. } if place[0] < 5.0));
@@ -535,7 +535,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rival_keeps_away_from_what_is_forbidden() {
+    fn a_rival_avoids_forbidden_matches() {
         let drawn = Outline::of_polygon(&DRAWN, 220);
         let seen = pieces(&FLOOR, 160);
         let best = aligned(&drawn, &seen, &anchor(0.0));
@@ -557,7 +557,7 @@ mod tests {
     }
 
     #[test]
-    fn a_search_in_small_steps_finds_the_same() {
+    fn an_incremental_search_finds_the_same() {
         let drawn = Outline::of_polygon(&DRAWN, 220);
         let seen = pieces(&FLOOR, 160);
         let mut aligner = Aligner::default();

@@ -85,14 +85,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_below_zero_is_rounded_down_too() {
+    fn negative_coordinates_are_rounded_down() {
         for at in [0.0, -0.0, 0.9, 1.0, -0.1, -1.0, -1.1, 1e9 + 0.5, 1e30, -1e30, f64::INFINITY] {
             assert_eq!(floor(at), at.floor() as i32, "{at}");
         }
     }
 
     #[test]
-    fn a_place_is_in_the_cell_whose_middle_is_nearest() {
+    fn a_place_belongs_to_the_cell_with_the_nearest_centre() {
         let grid = CellGrid::of([4, 3], 0.5, [-1.0, 2.0], |_| Cell::Free);
         for index in 0..12 {
             let [column, row] = grid.cell_of(grid.middle(index));

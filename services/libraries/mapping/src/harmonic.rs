@@ -188,7 +188,7 @@ mod tests {
     /// The drawing is half as large again as the map and turned by a right angle. Each place of the map is found in the drawing,
     /// even if a wall was not seen.
     #[test]
-    fn the_place_of_an_image_is_found_where_the_measure_has_it() {
+    fn the_harmonic_measure_maps_images_back_to_their_places() {
         let (region, outline) = rectangle(200, 120);
         let interior = Interior::new(&region, &outline, 128);
         let image = |[x, y]: Place| [-y / 1.5, x / 1.5];
@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn a_place_in_an_arm_has_the_arms_walls() {
+    fn a_place_in_an_arm_depends_on_the_walls_of_that_arm() {
         let region = Region::of(300, 300, |k| {
             let (x, y) = (k % 300, k / 300);
             (20..280).contains(&x) && (20..80).contains(&y) || (20..80).contains(&x) && (20..280).contains(&y)

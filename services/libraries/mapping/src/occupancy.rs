@@ -344,7 +344,7 @@ mod tests {
     }
 
     #[test]
-    fn beams_show_what_is_free_and_what_is_not() {
+    fn beams_mark_free_and_occupied_cells() {
         let mut map = map();
         for _ in 0..2 {
             see(&mut map, [0.5, 0.5], [20.5, 0.5]);
@@ -363,7 +363,7 @@ mod tests {
 
     /// A person stands in the corridor for three scans, after the robot had looked through there ten times.
     #[test]
-    fn who_walks_by_leaves_no_wall() {
+    fn a_passing_person_leaves_no_wall() {
         let mut map = map();
         (0..10).for_each(|_| see(&mut map, [0.5, 0.5], [30.5, 0.5]));
         (0..3).for_each(|_| see(&mut map, [0.5, 0.5], [12.5, 0.5]));
@@ -374,7 +374,7 @@ mod tests {
     }
 
     #[test]
-    fn a_door_that_was_closed_becomes_a_wall_in_the_end() {
+    fn a_door_that_is_closed_eventually_becomes_a_wall() {
         let mut map = map();
         (0..10).for_each(|_| see(&mut map, [0.5, 0.5], [30.5, 0.5]));
         (0..10).for_each(|_| see(&mut map, [0.5, 0.5], [12.5, 0.5]));
@@ -382,7 +382,7 @@ mod tests {
     }
 
     #[test]
-    fn a_full_map_tells_what_it_left_out() {
+    fn a_full_map_reports_what_it_omits() {
         let mut map = map();
         for x in 0..8 {
             see(&mut map, [f64::from(x * 32 - 96), 0.5], [f64::from(x * 32 - 96), 20.5]);

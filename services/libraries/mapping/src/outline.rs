@@ -287,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn a_gap_that_is_shut_is_wall() {
+    fn a_closed_gap_is_wall() {
         let shut: Vec<_> = (28..52).map(|row| [4.475, f64::from(row) * 0.05 + 0.025]).collect();
         let seen = SeenOutline::of_map(&room(), &shut, &TAKING);
         assert!(seen.gaps.is_empty() && seen.pieces.len() > 25);

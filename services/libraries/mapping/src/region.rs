@@ -415,14 +415,14 @@ mod tests {
     }
 
     #[test]
-    fn the_border_goes_round_counter_clockwise() {
+    fn the_border_runs_counter_clockwise() {
         let region = drawn(&[".....", ".##..", ".###.", "....."]);
         assert_eq!(region.border(), [[1, 1], [2, 1], [3, 1], [2, 2], [1, 2]]);
     }
 
     /// The walk follows a spur along both sides and does not end at its start.
     #[test]
-    fn a_spur_one_cell_wide_is_walked_there_and_back() {
+    fn the_border_follows_both_sides_of_a_spur_one_cell_wide() {
         let region = drawn(&["......", ".####.", ".#....", "......"]);
         assert_eq!(region.border(), [[1, 1], [2, 2], [3, 2], [4, 2], [3, 2], [2, 2], [1, 2]]);
     }
@@ -445,7 +445,7 @@ mod tests {
     }
 
     #[test]
-    fn what_grows_and_shrinks_again_has_its_gaps_closed() {
+    fn growing_and_shrinking_closes_gaps() {
         let frame = ".........";
         let mut region = drawn(&[frame, frame, "..##.##..", "..##.##..", frame, frame]);
         assert_eq!(region.nearest([4.4, 2.2], 3.0), region.index([3, 2]));
@@ -470,7 +470,7 @@ mod tests {
         #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(3), ..ProptestConfig::default() })]
 
         #[test]
-        fn words_say_what_cells_say(
+        fn operations_on_words_agree_with_those_on_cells(
             width in 1..150_usize, height in 1..9_usize, held in 1..8_u32, radius in 0..4_usize, times in 1..5_usize, seed: u64,
         ) {
             let mut random = seed;
@@ -498,7 +498,7 @@ mod tests {
 
         /// Compares connected parts with a flood fill from cell to cell.
         #[test]
-        fn what_hangs_together_is_what_a_flood_reaches(
+        fn connected_components_agree_with_a_flood_fill(
             width in 1..150_usize, height in 1..9_usize, held in 4..8_u32, seed: u64, at: prop::sample::Index,
         ) {
             let mut random = seed;

@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn beams_are_told_apart_as_rep_117_says() {
+    fn beams_are_classified_by_rep_117() {
         let ranges = [1.0, f32::INFINITY, 5.0, f32::NAN, 0.01, f32::NEG_INFINITY];
         let found: Vec<_> = (0..6).map(|i| scan(&ranges).beam(i)).collect();
         use Beam::{Hit, Invalid, Open};
@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scan_that_no_laser_sends_is_rejected() {
+    fn an_impossible_scan_is_rejected() {
         assert!(scan(&[1.0]).check().is_ok());
         assert!(scan(&vec![1.0; MAX_BEAMS + 1]).check().is_err());
         let wrong = Scan { range_max_m: 0.01, ..scan(&[1.0]) };

@@ -30,14 +30,14 @@ struct Errors {
     worst_m: f64,
 }
 
-fn relative(reference: &[Plain], found: &[Plain], way_m: f64) -> Errors {
+fn relative(reference: &[Plain], found: &[Plain], distance_m: f64) -> Errors {
     let mut driven = vec![0.0];
     for pair in reference.windows(2) {
         driven.push(driven.last().unwrap() + pair[0].position().distance(&pair[1].position()));
     }
     let (mut count, mut errors) = (0.0, Errors { m: 0.0, deg: 0.0, worst_m: 0.0 });
     for from in 0..reference.len() {
-        let to = driven.partition_point(|at| *at < driven[from] + way_m);
+        let to = driven.partition_point(|at| *at < driven[from] + distance_m);
         if to < reference.len() {
             let truth = reference[from].motion_to(&reference[to]);
             let off = truth_off(&truth, &found[from].motion_to(&found[to]));
@@ -70,11 +70,11 @@ fn errors(name: &str, scans: &[LogScan], parameters: Parameters) -> [[Errors; 2]
     let odometry: Vec<_> =
         scans.iter().map(|s| plain(s.odometry.x, s.odometry.y, s.odometry.yaw_rad)).collect();
     println!("{name}: {} scans, {entered} entered, {} tiles", scans.len(), mapper.map().tiles());
-    [1.0, 5.0, 20.0].map(|way_m| {
+    [1.0, 5.0, 20.0].map(|distance_m| {
         let (by_wheels, by_map) =
-            (relative(&reference, &odometry, way_m), relative(&reference, &found, way_m));
+            (relative(&reference, &odometry, distance_m), relative(&reference, &found, distance_m));
         for (who, e) in [("odometry", by_wheels), ("mapper", by_map)] {
-            println!("  {way_m:4} m {who:9} {:.3} m (worst {:.2}) {:.2} deg", e.m, e.worst_m, e.deg);
+            println!("  {distance_m:4} m {who:9} {:.3} m (worst {:.2}) {:.2} deg", e.m, e.worst_m, e.deg);
         }
         [by_wheels, by_map]
     })

@@ -58,7 +58,7 @@ fn off(mapper: &Mapper, start: &Pose<Map>, truth: &Pose<Map>) -> (f64, f64) {
 }
 
 #[test]
-fn drifting_wheels_are_corrected_by_what_the_laser_sees() {
+fn the_laser_corrects_drifting_odometry() {
     let (drive, mut mapper) = (drive(), Mapper::new(Parameters::default()).unwrap());
     for (truth, wheels) in &drive {
         mapper.update(*wheels, &scan(&ranges(truth))).unwrap();
@@ -74,7 +74,7 @@ fn drifting_wheels_are_corrected_by_what_the_laser_sees() {
 }
 
 #[test]
-fn a_mapper_stored_and_restored_goes_on_with_the_same_bits() {
+fn a_restored_mapper_continues_bit_for_bit() {
     let (drive, mut whole) = (drive(), Mapper::new(Parameters::default()).unwrap());
     let mut restored = Mapper::new(Parameters::default()).unwrap();
     for (truth, wheels) in &drive {

@@ -468,9 +468,9 @@ mod tests {
         agenda
     }
 
-    /// An agenda that was paused and then aborted used to stay paused, and its system ran for ever.
+    /// An agenda that was paused and then aborted used to stay paused, and its system ran forever.
     #[test]
-    fn what_is_aborted_while_it_is_held_is_over() {
+    fn aborting_a_paused_mission_ends_it() {
         for hold in [Order::Pause, Order::Unattended] {
             let mut agenda = driving(Pad::Absent);
             agenda.obey(hold);
@@ -483,7 +483,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_pad_what_is_aborted_is_over() {
+    fn without_a_pad_an_abort_ends_the_mission() {
         let mut agenda = driving(Pad::Absent);
         agenda.obey(Order::Abort);
         assert_eq!((agenda.now.phase, agenda.now.state), (Phase::Over, TaskState::Aborted.code()));
@@ -492,7 +492,7 @@ mod tests {
     }
 
     #[test]
-    fn with_a_pad_what_is_aborted_can_be_gone_on_with() {
+    fn with_a_pad_an_aborted_mission_can_be_resumed() {
         for pad in [Pad::Watches, Pad::Draws] {
             let mut agenda = driving(pad);
             agenda.obey(Order::Abort);
@@ -506,7 +506,7 @@ mod tests {
     }
 
     #[test]
-    fn a_robot_that_is_lost_waits_for_help_where_there_are_people() {
+    fn a_lost_robot_waits_for_help_if_people_take_part() {
         let mut agenda = driving(Pad::Watches);
         agenda.lose("no door");
         assert!(agenda.is_held() && agenda.now.reason.as_str() == "lost, waiting for help: no door");
@@ -518,7 +518,7 @@ mod tests {
         assert!(agenda.is_driving() && !agenda.is_held());
         agenda.obey(Order::Pause);
         agenda.find();
-        assert!(agenda.is_held(), "who was stopped by a person is not lost");
+        assert!(agenda.is_held(), "a robot that a person stopped is not lost");
         agenda.obey(Order::Resume);
         let mut alone = driving(Pad::Absent);
         alone.lose("no door");
@@ -526,7 +526,7 @@ mod tests {
     }
 
     #[test]
-    fn who_has_aborted_can_start_again_with_the_first_task() {
+    fn after_an_abort_the_mission_can_restart_from_the_first_task() {
         let mut agenda = driving(Pad::Draws);
         agenda.obey(Order::Start);
         assert_eq!((agenda.now.phase, agenda.now.task), (Phase::Driving, 2), "it drives already");
@@ -538,7 +538,7 @@ mod tests {
     /// The planner reads the pad's messages before the supervisor's. With a mission from a file, it used to forget an abort that
     /// came before the supervisor's order to start, and drove off.
     #[test]
-    fn a_mission_from_a_file_can_be_aborted_before_it_is_started() {
+    fn a_mission_from_a_file_can_be_aborted_before_it_starts() {
         let mut agenda = waiting(Pad::Watches);
         agenda.obey(Order::Abort);
         agenda.obey(Order::Start);
@@ -548,7 +548,7 @@ mod tests {
     }
 
     #[test]
-    fn only_what_is_under_way_can_be_held() {
+    fn only_a_task_under_way_can_be_paused() {
         let mut agenda = waiting(Pad::Draws);
         agenda.obey(Order::Pause);
         agenda.obey(Order::Abort);
@@ -569,7 +569,7 @@ mod tests {
     }
 
     #[test]
-    fn a_task_ends_with_its_time() {
+    fn a_task_ends_at_its_time_limit() {
         let mut agenda = driving(Pad::Absent);
         agenda.now.elapsed_s = 8.9;
         assert!(agenda.go_on(""));
@@ -587,7 +587,7 @@ mod tests {
     }
 
     #[test]
-    fn a_goal_takes_the_place_of_the_task_that_is_under_way() {
+    fn a_goal_replaces_the_task_under_way() {
         let mut agenda = driving(Pad::Absent);
         go_to(&mut agenda, 0);
         assert_eq!((agenda.is_driving(), agenda.due(NOTHING), agenda.task()), (true, Due::Begin, 0));
@@ -596,7 +596,7 @@ mod tests {
     }
 
     #[test]
-    fn a_goal_lets_go_of_a_robot_that_is_held() {
+    fn a_goal_ends_a_pause() {
         let mut agenda = driving(Pad::Absent);
         agenda.obey(Order::Pause);
         go_to(&mut agenda, 3);
@@ -605,7 +605,7 @@ mod tests {
     }
 
     #[test]
-    fn a_goal_that_there_is_not_and_one_behind_the_end_change_nothing() {
+    fn an_unknown_goal_and_one_after_the_end_change_nothing() {
         let mut agenda = driving(Pad::Absent);
         go_to(&mut agenda, 4);
         assert_eq!((agenda.phase(), agenda.task()), (Phase::Driving, 2));
@@ -615,7 +615,7 @@ mod tests {
     }
 
     #[test]
-    fn a_robot_that_stands_reports_what_it_waits_for() {
+    fn a_robot_standing_still_reports_what_it_waits_for() {
         let mut agenda = waiting(Pad::Absent);
         let mut reported = |missing: Option<&str>| {
             assert_eq!(agenda.due(missing), Due::Stand);

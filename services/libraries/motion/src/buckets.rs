@@ -106,7 +106,7 @@ mod tests {
     proptest! {
         /// Every cell that is put in, possibly again at a lower cost, comes out once, cheapest bucket first.
         #[test]
-        fn cells_come_out_by_their_costs(puts in prop::collection::vec((0usize..40, 0.0f32..5000.0), 1..120)) {
+        fn cells_are_popped_in_order_of_cost(puts in prop::collection::vec((0usize..40, 0.0f32..5000.0), 1..120)) {
             let mut buckets = Buckets::new(40);
             buckets.reset(1.0, 5000.0);
             let mut costs = [f32::INFINITY; 40];
@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn the_ring_goes_round() {
+    fn the_ring_wraps_around() {
         let mut buckets = Buckets::new(3);
         buckets.reset(0.5, 100.0);
         buckets.put(0, 0.0);

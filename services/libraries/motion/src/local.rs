@@ -256,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn the_way_leads_through_the_gap() {
+    fn the_local_plan_leads_through_the_gap() {
         let target = Point::new(2.5, 0.0);
         let planner = plan(&wall_with_gap(0.9), target);
         let mut path = Vec::new();
@@ -267,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn a_gap_narrower_than_the_robot_is_no_way() {
+    fn a_gap_narrower_than_the_robot_is_closed() {
         let target = Point::new(2.5, 0.0);
         let mut path = Vec::new();
         plan(&wall_with_gap(0.45), target).path(target, &mut path);
@@ -275,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn where_the_target_is_shut_off_the_best_cell_is_before_the_wall() {
+    fn if_the_target_is_unreachable_the_best_cell_is_in_front_of_the_wall() {
         let planner = plan(&wall_with_gap(0.0), Point::new(2.5, 0.0));
         let goal = Point::new(3.0, 0.0);
         let best = planner.best(1.0, |place| 20.0 * place.distance(&goal).min(3.0)).unwrap();

@@ -452,7 +452,7 @@ mod tests {
     const AHEAD: Cell = Cell { x: 36, y: 0 };
 
     #[test]
-    fn the_floor_is_that_of_the_library() {
+    fn the_floor_function_equals_that_of_the_library() {
         let values = (-4000..4000).map(|i| f64::from(i) * 0.0371);
         for x in values.chain([-0.0, -1.0, 1e12, -1e12, f64::NAN, f64::INFINITY, f64::NEG_INFINITY]) {
             assert_eq!(floor(x), x.floor() as i32, "{x}");
@@ -460,7 +460,7 @@ mod tests {
     }
 
     #[test]
-    fn a_beam_marks_its_end_and_clears_its_way() {
+    fn a_beam_marks_its_end_and_clears_its_path() {
         let mut obstacles = Obstacles::new(10.0);
         watch(&mut obstacles, 0.0, 1, &[2.0]);
         assert!(obstacles.is_occupied(AHEAD));
@@ -470,7 +470,7 @@ mod tests {
     }
 
     #[test]
-    fn invalid_readings_say_nothing() {
+    fn invalid_readings_are_ignored() {
         let mut obstacles = Obstacles::new(10.0);
         watch(&mut obstacles, 0.0, 1, &[f32::NAN, 0.01]);
         assert!(!obstacles.is_known(Cell { x: 20, y: 0 }));
@@ -487,7 +487,7 @@ mod tests {
     }
 
     #[test]
-    fn what_falls_out_of_the_window_is_forgotten() {
+    fn obstacles_outside_the_window_are_forgotten() {
         let mut obstacles = Obstacles::new(10.0);
         watch(&mut obstacles, 0.0, 1, &[2.0]);
         watch(&mut obstacles, 1.0, 1, &[f32::NAN]);

@@ -170,7 +170,7 @@ mod tests {
     /// A robot crept through a door at a tenth of a metre per second, because it slows down there. The checker took it to be
     /// standing still, and the robot gave up.
     #[test]
-    fn a_slow_robot_is_waited_for() {
+    fn a_slow_robot_is_not_stuck() {
         let mut progress = ProgressChecker::new(0.0, Point::new(0.0, 0.0));
         let ended = (0..600).find(|i| {
             let s = f64::from(*i) * 0.1;
@@ -183,7 +183,7 @@ mod tests {
 
     /// Whenever the estimate jumped, the checker used to start over, and the robot drove in circles until its time ran out.
     #[test]
-    fn a_robot_that_circles_about_one_place_is_stuck_whatever_the_estimate_says() {
+    fn a_robot_circling_in_place_is_stuck_whatever_the_estimate() {
         let mut progress = ProgressChecker::new(0.0, Point::new(0.7, 0.0));
         let ended = (0..400).find(|i| {
             let s = f64::from(*i) * 0.1;
@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn being_stuck_at_another_place_counts_anew() {
+    fn being_stuck_elsewhere_resets_the_count() {
         let mut counter = StuckCounter::default();
         let counted: Vec<_> = (0..4).map(|_| counter.count(Point::new(0.0, 0.0), &PARAMETERS)).collect();
         assert_eq!(counted, [true, true, true, false]);
@@ -215,7 +215,7 @@ mod tests {
 
     /// A robot that tried a closed wall at every metre used to keep going until its time ran out.
     #[test]
-    fn being_stuck_along_a_wall_is_at_one_place() {
+    fn being_stuck_along_a_wall_counts_as_one_place() {
         let mut counter = StuckCounter::default();
         let counted: Vec<_> =
             (0..4).map(|x| counter.count(Point::new(f64::from(x), 0.0), &PARAMETERS)).collect();

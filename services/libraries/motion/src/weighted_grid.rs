@@ -235,7 +235,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn flood_finds_the_cheapest_ways(inner in prop::collection::vec(prop_oneof![1.0f32..9.0, Just(1.0), Just(9e4), Just(f32::INFINITY)], 49)) {
+        fn flood_finds_the_cheapest_paths(inner in prop::collection::vec(prop_oneof![1.0f32..9.0, Just(1.0), Just(9e4), Just(f32::INFINITY)], 49)) {
             let mut weight = open_grid(&inner);
             let seed = 4 * SIDE + 4;
             weight[seed] = 1.0;
@@ -264,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn no_way_leads_diagonally_between_two_walls() {
+    fn no_path_leads_diagonally_between_two_walls() {
         let mut inner = vec![1.0; 49];
         (0..7).for_each(|i| inner[i * 7 + i] = f32::INFINITY);
         let weight = open_grid(&inner);

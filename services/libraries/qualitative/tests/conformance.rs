@@ -100,7 +100,7 @@ fn assert_same(name: &str, mut expected: Vec<String>, mut found: Vec<String>) {
 }
 
 #[test]
-fn every_expected_file_of_one_calculus_is_met() {
+fn every_expected_file_of_one_calculus_is_reproduced() {
     let Some(folder) = folder() else { return };
     let worlds = ["data1", "data2"].map(|name| (name, world(&folder.join(format!("{name}.csv.gz")), 5)));
     let mut count = 0;
@@ -151,7 +151,7 @@ fn multiple(
 }
 
 #[test]
-fn every_expected_file_of_several_calculi_is_met() {
+fn every_expected_file_of_several_calculi_is_reproduced() {
     let Some(folder) = folder() else { return };
     let first_100 = world(&folder.join("data2_first100.csv.gz"), 5);
     let check = |name: &str, world: &World, of: &dyn Fn(Which) -> Option<Vec<Vec<String>>>| {
@@ -182,7 +182,7 @@ fn every_expected_file_of_several_calculi_is_met() {
 }
 
 #[test]
-fn the_expected_files_of_real_trajectories_are_met() {
+fn the_expected_files_of_real_trajectories_are_reproduced() {
     let Some(folder) = folder() else { return };
     let world = world(&folder.join("qtc.csv.gz"), 3);
     for which in [Which::Qtcbs, Which::Qtccs, Which::Qtcbcs] {

@@ -161,7 +161,7 @@ fn random_points_have_the_same_mean_force() {
 }
 
 #[test]
-fn a_histogram_is_turned_instead_of_the_world() {
+fn rotating_the_histogram_equals_rotating_the_world() {
     let robot = square([-0.5, -0.5], 1.0);
     let objects = [
         square([3.0, 1.0], 1.0),
@@ -204,7 +204,7 @@ fn over_squares(a: [f64; 2], b: [f64; 2], r: f64) -> f64 {
 }
 
 #[test]
-fn the_integral_over_all_directions_is_that_over_all_pairs_of_points() {
+fn the_integral_over_directions_equals_that_over_pairs_of_points() {
     for r in [0.0, 0.5, 1.0, 1.7, 2.0, 2.5, 3.0, 3.5] {
         for at in [[2.5, 0.3], [-1.0, -3.0]] {
             let found = total(&square(at, 1.0), &square([0.0, 0.0], 1.0), r, 7200);
@@ -215,7 +215,7 @@ fn the_integral_over_all_directions_is_that_over_all_pairs_of_points() {
 }
 
 #[test]
-fn an_object_has_the_forces_of_its_own_area_on_itself() {
+fn the_forces_of_an_object_on_itself_follow_from_its_area() {
     // The mean of 1 / distance between two points in a unit square.
     let unit = square([0.0, 0.0], 1.0);
     let expected = 4.0 * ((1.0 - 2_f64.sqrt()) / 3.0 + (1.0 + 2_f64.sqrt()).ln());
@@ -224,7 +224,7 @@ fn an_object_has_the_forces_of_its_own_area_on_itself() {
 }
 
 #[test]
-fn objects_that_touch_have_infinite_gravitation_and_no_other() {
+fn touching_objects_have_infinite_gravitation() {
     // Programs that work on rasters return inf or NaN for these objects.
     let b = square([0.0, 0.0], 1.0);
     let (beside, at_corner, over) =
@@ -246,7 +246,7 @@ fn objects_that_touch_have_infinite_gravitation_and_no_other() {
 }
 
 #[test]
-fn objects_far_from_each_other_lose_no_digits() {
+fn distant_objects_lose_no_precision() {
     let b = square([0.0, 0.0], 1.0);
     for gap in [3.0, 5.0, 1e2, 1e4, 1e6] {
         let found = force(&square([1.0 + gap, 0.0], 1.0), &b, 2.0, 0.0).finite().unwrap();
@@ -269,7 +269,7 @@ fn shapes_without_an_area_are_rejected() {
 }
 
 #[test]
-fn it_is_true_of_one_direction_and_of_no_opposite() {
+fn opposite_directions_are_never_both_true() {
     let (a, b) = (square([3.0, 0.0], 1.0), square([0.0, 0.0], 1.0));
     let forces = Pair::new(&a, &b).histogram(0.0, 180).unwrap();
     let degree = |degrees: f64| degree_of_truth(&forces, degrees.to_radians()).unwrap();
@@ -321,7 +321,7 @@ fn is_near(a: Force, b: Force) -> bool {
 /// A ring that crosses itself at a corner on one of its edges used to be taken for a simple ring. Its chords were signed
 /// sums, so F_0 was 0.25 instead of 0.62. `chords_and_sections_agree` found this in a run of 20,000 cases.
 #[test]
-fn a_ring_that_crosses_itself_at_a_corner_is_not_simple() {
+fn a_ring_that_meets_itself_at_a_corner_is_not_simple() {
     let a = polygon(&[[5.2, 3.9], [5.2, 4.9], [6.2, 3.9]]);
     let b = polygon(&[[2.0, 2.0], [0.0, 0.0], [0.0, 1.0], [1.0, 1.0], [2.0, 0.0]]);
     let [chords, sections] = [0.0, 1e-13].map(|r| force(&a, &b, r, 0.615_851_416));
@@ -338,7 +338,7 @@ proptest! {
     #![proptest_config(config())]
 
     #[test]
-    fn every_force_is_a_number_or_infinite(a in shape(), b in shape(), r in prop_oneof![Just(0.0), Just(1.0), Just(2.0), Just(3.0), 0.0..4.0]) {
+    fn no_force_is_nan(a in shape(), b in shape(), r in prop_oneof![Just(0.0), Just(1.0), Just(2.0), Just(3.0), 0.0..4.0]) {
         for force in Pair::new(&a, &b).histogram(r, 24).unwrap() {
             if let Force::Finite(force) = force {
                 prop_assert!(force >= 0.0 && force.is_finite(), "{force}");
@@ -362,7 +362,7 @@ proptest! {
     }
 
     #[test]
-    fn turns_shifts_and_scales_change_forces_as_they_must(
+    fn forces_transform_with_rotation_translation_and_scale(
         a in shape(),
         b in shape(),
         [angle, turn] in [0.0..TAU, 0.0..TAU],

@@ -68,12 +68,12 @@ impl Access {
         }
     }
 
-    /// Checks that this process can hear messages of a channel.
+    /// Checks that this process may receive messages of a channel outside its steps.
     pub(crate) fn to_hear(&self, spec: &ChannelSpec) -> Result<(), Denied> {
         self.to_read(spec)?;
         match spec.role {
             Role::Instruction | Role::Request => Ok(()),
-            // Observers take no steps, so they hear everything.
+            // Observers take no steps, so they may receive everything.
             _ if !NAVIGATORS.contains(&self.process) => Ok(()),
             role => Err(Denied::Hear { channel: spec.name, role }),
         }
@@ -130,12 +130,12 @@ mod tests {
     }
 
     #[test]
-    fn a_channel_of_which_nothing_came_yet_is_no_error() {
+    fn a_channel_without_a_message_yet_is_not_an_error() {
         assert_eq!([newest(KIND, SCAN), newest(KIND, TICK)], [Ok(false), Ok(false)]);
         assert_eq!(newest(KIND, PLACE), Ok(false));
     }
 
-    /// The navigator used to wait for ever.
+    /// The navigator used to wait forever.
     #[test]
     fn a_channel_that_the_table_does_not_grant_is_an_error() {
         assert_eq!(
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_heard_belongs_to_no_instant_and_the_other_way_round() {
+    fn instructions_are_not_part_of_an_instant_nor_readings_instructions() {
         assert_eq!(
             newest(KIND, MAP),
             error(
@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stage_cannot_hear_what_its_process_does_not_read() {
+    fn a_stage_cannot_read_a_channel_that_its_process_may_not() {
         let access = Access::new(Process::Planner, KIND);
         let heard = Heard::new(&access, MISSION.spec, &[], &[]);
         assert!(heard.on(MAP).is_ok_and(|map| map.is_none()), "the planner's, of another channel");

@@ -1,6 +1,6 @@
 //! What a navigator itself reports about a run that is over.
 //!
-//! An [`Account`] hears the recorded messages of a run and gives a [`Summary`]. The summary has named figures, which `judge` prints
+//! An [`Account`] receives the recorded messages of a run and gives a [`Summary`]. The summary has named figures, which `judge` prints
 //! and a report lists, and charts over time for the report. An account is as pure as a stage, and knows only what was recorded.
 
 use sketchnav_schemas::message::Header;
@@ -10,7 +10,7 @@ use crate::{Denied, Heard};
 
 /// A navigator's report about a run.
 ///
-/// An account hears `status` and the channels of its kind of navigator, in the order of the recording.
+/// An account receives `status` and the channels of its kind of navigator, in the order of the recording.
 pub trait Account {
     /// Receives a message. Implementations should ignore messages of channels that they do not need.
     ///

@@ -9,7 +9,7 @@ use crate::{Heard, Instant, Outbox, Remains, StageError};
 ///
 /// The same messages in the same order must give the same messages, to the bit, because a host recomputes steps after a kill.
 /// Everything that changes must be in [`Stage::state`], except for what follows from the instructions in force, because the
-/// instructions are heard again before the state is restored.
+/// instructions are delivered again before the state is restored.
 pub trait Stage {
     /// Name and version of the state's format, for example `sketch planner 5`. It must change whenever the format changes.
     const FORM: &'static str;
@@ -63,7 +63,7 @@ pub trait Stage {
     fn restore(&mut self, state: Self::State) -> Result<(), StageError>;
 
     /// Starts after a kill without a state, because no usable one exists. `remains` has the last messages sent before the kill.
-    /// This is called before the stage hears anything.
+    /// This is called before the stage receives anything.
     fn recover(&mut self, remains: &dyn Remains) {
         let _ = remains;
     }

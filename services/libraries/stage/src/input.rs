@@ -70,7 +70,7 @@ pub struct Heard<'a> {
     spec: &'static ChannelSpec,
     message: &'a [u8],
     cells: &'a [u8],
-    /// Number of times that this message was heard before, with the process dying each time.
+    /// How often this message was delivered before, with the process dying each time.
     pub attempts: u32,
 }
 
@@ -80,7 +80,7 @@ impl<'a> Heard<'a> {
         Self { access, spec, message, cells, attempts: 0 }
     }
 
-    /// Returns the same message, with the number of times that it was heard before.
+    /// Returns the same message, with the number of times that it was delivered before.
     #[must_use]
     pub fn again(self, attempts: u32) -> Self {
         Self { attempts, ..self }
@@ -89,7 +89,7 @@ impl<'a> Heard<'a> {
     /// Returns the message if it is one of this channel.
     ///
     /// # Errors
-    /// [`Denied`] for a channel from which no message can ever be heard.
+    /// [`Denied`] for a channel from which no message can ever be delivered.
     pub fn on<T: Message>(&self, channel: Channel<T>) -> Result<Option<&'a T>, Denied> {
         self.access.to_hear(channel.spec)?;
         Ok((self.spec == channel.spec).then(|| bytemuck::from_bytes(self.message)))

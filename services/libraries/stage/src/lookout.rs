@@ -1,6 +1,6 @@
 //! The view of a run in progress that a page shows, as drawn by the navigator itself.
 //!
-//! A [`Lookout`] hears messages and draws a [`Picture`]. It is as pure as a stage, because the pad reads the channels, fits the
+//! A [`Lookout`] receives messages and draws a [`Picture`]. It is as pure as a stage, because the pad reads the channels, fits the
 //! picture onto its canvas and sends it to the pages. For a navigator without a lookout, only [`Sensors`] are shown.
 
 mod around;
@@ -15,7 +15,7 @@ pub use shapes::{Color, Shape, Stroke, thinned};
 
 /// A navigator's view of a run in progress.
 ///
-/// A lookout hears every sensor and the channels of its kind of navigator, provided that the table names the pad among their
+/// A lookout receives every sensor and the channels of its kind of navigator, provided that the table names the pad among their
 /// readers.
 pub trait Lookout {
     /// Receives a message. Implementations should ignore messages of channels that they do not need.

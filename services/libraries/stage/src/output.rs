@@ -33,7 +33,7 @@ pub trait Sink {
     fn last(&self, spec: &ChannelSpec) -> Result<u64, Denied>;
 }
 
-/// Creates a stage's messages. Each gets the time and the cause of the instant, or of the message that was heard.
+/// Creates a stage's messages. Each gets the time and the cause of the instant, or of the message that was delivered.
 pub struct Outbox<'a> {
     sink: &'a mut dyn Sink,
     header: Header,

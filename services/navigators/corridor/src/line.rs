@@ -60,7 +60,7 @@ mod tests {
 
     /// A line through exact distances has their slope, whatever the weights.
     #[test]
-    fn the_line_through_a_marker_that_comes_nearer_by_ten_centimetres_a_second_has_that_slope() {
+    fn a_marker_approaching_at_ten_centimetres_per_second_has_that_slope() {
         let mut line = Line::default();
         for (age_s, distance_m) in [(0.0, 3.0), (0.2, 2.98), (0.1, 2.97), (0.4, 2.93), (0.3, 2.9)] {
             line.add(age_s, distance_m, 0.5);

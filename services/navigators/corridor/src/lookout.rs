@@ -88,7 +88,7 @@ mod tests {
 
     /// A marker beyond the edge of the canvas would be drawn over whatever is next to it.
     #[test]
-    fn a_pair_is_told_in_words_and_a_far_marker_is_left_out() {
+    fn a_pair_is_described_and_a_far_marker_is_omitted() {
         let mut relations = Relations::zeroed();
         (relations.pairs, relations.marker_count) = (1, 2);
         relations.markers[0] = KnownMarker { id: 3, x_m: 2.0, y_m: 1.0, ..KnownMarker::zeroed() };

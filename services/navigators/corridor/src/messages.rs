@@ -147,7 +147,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn relations_hold_as_many_markers_as_they_count() {
+    fn relations_match_their_count_of_markers() {
         let mut valid = Relations::zeroed();
         valid.odometry.orientation_w = 1.0;
         valid.marker_count = 2;

@@ -177,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mission_says_how_far_and_where_to_turn() {
+    fn a_mission_states_the_distance_and_the_turns() {
         let mission = read(&format!("{MISSION}turns=['left','straight']\n")).unwrap();
         assert_eq!((mission.method, mission.tasks[0].goal), (Method::Corridor, Goal::Metres(7.0)));
         assert_eq!(mission.tasks[0].turns, [Turn::Left, Turn::Straight]);

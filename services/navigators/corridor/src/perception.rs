@@ -336,7 +336,7 @@ mod tests {
     }
 
     #[test]
-    fn the_nearest_marker_of_each_side_makes_a_pair_and_its_trend_takes_two_sights() {
+    fn the_nearest_marker_on_each_side_forms_a_pair_with_a_trend_after_two_sightings() {
         let (terms, mut perception) = (terms(Parameters::default()), Perception::default());
         let robot = Pose::new(0.0, 0.0, 0.0);
         let first = view(&[(1, 3.0, 1.0), (2, 2.0, 1.0), (3, 3.3, -1.0)]);
@@ -357,7 +357,7 @@ mod tests {
     }
 
     #[test]
-    fn one_side_alone_is_no_pair_and_markers_out_of_view_are_remembered_where_they_hang() {
+    fn one_side_is_not_a_pair_and_markers_out_of_view_are_remembered() {
         let (terms, mut perception) = (terms(Parameters::default()), Perception::default());
         perception.forget(0, terms.parameters.memory_s);
         perception.see(&view(&[(5, 2.0, 1.0)]), &Pose::new(0.0, 0.0, 0.0), 0, &terms);
@@ -373,7 +373,7 @@ mod tests {
 
     /// A marker that came back into view after a minute used to be compared with its position a minute before.
     #[test]
-    fn a_marker_that_was_out_of_view_has_no_trend() {
+    fn a_marker_that_reappears_has_no_trend() {
         let (terms, mut perception) = (terms(Parameters::default()), Perception::default());
         let robot = Pose::new(0.0, 0.0, 0.0);
         let both = view(&[(2, 2.0, 1.0), (3, 3.0, -1.0)]);
@@ -401,7 +401,7 @@ mod tests {
     /// The markers are staggered, so the left one leaves the view before the right one. Until the right one has left it, too,
     /// no other pair counts (Patil 2019, 3.2.2), although other markers are in view on both sides.
     #[test]
-    fn a_pair_is_held_by_its_numbers_until_neither_marker_is_in_view() {
+    fn a_pair_is_kept_until_neither_marker_is_in_view() {
         let robot = Pose::new(0.0, 0.0, 0.0);
         let pairs = |hold_s| {
             let terms = terms(Parameters { hold_s, ..Parameters::default() });
@@ -429,7 +429,7 @@ mod tests {
     /// The camera takes 30 pictures per second. The thesis issued 11.4, 10.8 and 20.5 commands per second (table 5.2), two for
     /// each pair, which makes 5.7, 5.4 and 10.3 pairs per second.
     #[test]
-    fn as_many_pictures_are_looked_at_as_the_pair_rate_says() {
+    fn pictures_are_evaluated_at_the_pair_rate() {
         let robot = Pose::new(0.0, 0.0, 0.0);
         let pairs = |pair_rate_hz| {
             let terms = terms(Parameters { pair_rate_hz, ..Parameters::default() });
@@ -445,7 +445,7 @@ mod tests {
     /// alternate between 2 cm too far and 2 cm too near. Judged by two sightings, both markers approach and recede in turn. The
     /// line through all sightings is not fooled.
     #[test]
-    fn a_steady_trend_is_that_of_many_sights() {
+    fn a_steady_trend_is_the_mean_over_many_sightings() {
         let robot = Pose::new(0.0, 0.0, 0.0);
         let trends = |is_steady| {
             let terms = Terms { is_steady, ..terms(Parameters::default()) };

@@ -244,8 +244,8 @@ impl Planner {
             return false;
         }
         let rate_radps = (ABOUT_PER_S * left_rad).clamp(-ABOUT_RADPS, ABOUT_RADPS);
-        let goes_on = self.agenda.go_on("turning about");
-        self.attempt.command = if goes_on { [0.0, 0.0, rate_radps] } else { [0.0; 3] };
+        let may_drive = self.agenda.go_on("turning about");
+        self.attempt.command = if may_drive { [0.0, 0.0, rate_radps] } else { [0.0; 3] };
         true
     }
 
@@ -326,11 +326,11 @@ impl Planner {
             }
         }
         self.attempt.command = self.attempt.answer;
-        let goes_on = match unseen_s > 1.0 {
+        let may_drive = match unseen_s > 1.0 {
             true => self.agenda.go_on(format_args!("no pair of markers in view")),
             false => self.agenda.go_on(Pair(relations)),
         };
-        if !goes_on {
+        if !may_drive {
             self.stop(dt_s);
         }
     }

@@ -315,7 +315,7 @@ mod tests {
 
     /// Checks the printed rules (Patil 2019, 3.1.3) line by line, as far as the robot is at rest in its own frame.
     #[test]
-    fn the_printed_rules_for_qtc_b_turn_away_from_what_comes_nearer() {
+    fn the_printed_rules_for_qtc_b_turn_away_from_approaching_markers() {
         let rules = Rules::parse(QTC_B).unwrap();
         let (near, away, still) = ((Trend::Towards, 0), (Trend::Away, 0), (Trend::Stable, 0));
         assert!(sideways(&rules, near, still) < 0.0, "the left one comes nearer: to the right");
@@ -345,7 +345,7 @@ mod tests {
     }
 
     #[test]
-    fn of_several_sets_the_first_that_moves_sideways_is_followed() {
+    fn the_first_rule_set_that_moves_sideways_is_followed() {
         let rules = Rules::parse(COMBINED).unwrap();
         assert_eq!(rules.len(), 2);
         assert_eq!(sideways(&rules, (Trend::Stable, 0), (Trend::Towards, 1)), -0.02, "by distance");
@@ -354,7 +354,7 @@ mod tests {
 
     /// The combined file repeats the other two files.
     #[test]
-    fn the_combined_rules_are_those_of_both() {
+    fn the_combined_rules_contain_both_sets() {
         let [both, distances, trajectories] = [COMBINED, ARGD, QTC_B].map(|text| Rules::parse(text).unwrap());
         assert_eq!(both.sets, [distances.sets, trajectories.sets].concat());
     }
@@ -423,7 +423,7 @@ mod tests {
             /// If any one character of the file is replaced, the file is either rejected or still answers every pair of known
             /// relations.
             #[test]
-            fn what_is_read_answers_everything(at in 0..QTC_B.len(), by in any::<char>(), left in 0..3_u32, right in 0..3_u32) {
+            fn parsed_rules_cover_every_relation(at in 0..QTC_B.len(), by in any::<char>(), left in 0..3_u32, right in 0..3_u32) {
                 let mut text: Vec<char> = QTC_B.chars().collect();
                 let at = at.min(text.len() - 1);
                 text[at] = by;

@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn a_way_around_bends_adds_up_and_the_way_back_is_taken_off() {
+    fn path_length_adds_up_around_bends_and_driving_back_is_subtracted() {
         is(&after(&[(5.0, Some(Turn::Left)), (4.0, Some(Turn::Right)), (3.0, None)]), 12.0);
         let there = [(5.0, Some(Turn::Left)), (4.0, Some(Turn::Straight))];
         is(&after(&[&there[..], &[(3.0, None)]].concat()), 6.0);
@@ -141,7 +141,7 @@ mod tests {
     /// A robot drove out of the short arm of a T and straight on into the other arm, and that distance was deducted as if the
     /// robot had turned back.
     #[test]
-    fn past_the_junction_it_is_new_ground() {
+    fn beyond_the_junction_the_distance_counts_again() {
         let arm = [(6.5, Some(Turn::Left)), (3.0, Some(Turn::Straight))];
         is(&after(&[&arm[..], &[(3.0 + 8.5, None)]].concat()), 15.0);
         // Back from there and into the stem, which is a turn to the left.
@@ -154,7 +154,7 @@ mod tests {
 
     /// A robot turns before it has reached the middle of the new corridor, so two metres per bend were not counted.
     #[test]
-    fn a_bend_counts_along_the_middle_of_both_corridors() {
+    fn a_bend_counts_along_both_centre_lines() {
         let mut way = after(&[(4.5, Some(Turn::Left))]);
         (0..100).for_each(|_| way.round(0.02, 0.02));
         is(&way, 8.5);

@@ -71,7 +71,7 @@ fn youbot() -> Robot {
 
 fn drive(corridor: &Corridor, way: &Drive, method: &str, robot: Robot, people: &str) -> Ended {
     let goal = match corridor.shape {
-        Shape::Straight => format!("metres={:?}", way.way_m),
+        Shape::Straight => format!("metres={:?}", way.distance_m),
         _ => format!("marker={}", corridor.marker_beside(way.goal)),
     };
     drive_to(&goal, corridor, way, method, robot, people)
@@ -118,7 +118,7 @@ fn by_the_published_rules_the_robot_passes_from_the_middle() {
 }
 
 #[test]
-fn our_method_drives_straight_corridors_of_every_width_whatever_hangs_there() {
+fn our_method_drives_straight_corridors_of_every_width() {
     for width_m in [1.6, 2.0, 3.0] {
         let (placement, numbers) = (Placement::Staggered, Numbers::Uneven);
         let corridor = Corridor { placement, numbers, ..Corridor::new(Shape::Straight, width_m) };
@@ -153,7 +153,7 @@ fn our_method_turns_corners_takes_junctions_and_leaves_dead_ends() {
 
 /// Without a laser, remembered markers stand for the walls. Without a camera, the laser sees the walls.
 #[test]
-fn our_method_needs_either_sensor_alone() {
+fn our_method_works_with_either_sensor() {
     let corridor = Corridor::new(Shape::Straight, 2.0);
     let mut way = corridor.drives().swap_remove(0);
     // Next to the right wall, facing the left one.
@@ -184,7 +184,7 @@ fn two_runs_give_the_same_commands() {
 
 /// A person in the corridor used to be taken for its end.
 #[test]
-fn a_person_in_the_way_is_no_end_and_the_end_is() {
+fn a_person_is_not_taken_for_the_end_of_the_corridor() {
     let corridor = Corridor::new(Shape::Straight, 1.6);
     let way = &corridor.drives()[0];
     let person = "{waypoints=[[9.0,0.0],[5.0,0.0]],speed_mps=0.5,pause_s=1000}";
@@ -197,7 +197,7 @@ fn a_person_in_the_way_is_no_end_and_the_end_is() {
 
 /// The distance into a dead end and out of it again does not count, only what follows.
 #[test]
-fn metres_count_from_where_the_robot_has_come_back() {
+fn metres_count_from_the_place_to_which_the_robot_returned() {
     let corridor = Corridor::new(Shape::L, 2.4);
     let way = &corridor.drives()[2];
     let ended = drive_to("metres=6.0", &corridor, way, "corridor", youbot(), "");
@@ -207,7 +207,7 @@ fn metres_count_from_where_the_robot_has_come_back() {
 
 /// A marker that was behind the robot at the start used to count as passed at once.
 #[test]
-fn a_marker_counts_that_was_ahead() {
+fn only_a_marker_that_was_ahead_counts_as_passed() {
     let corridor = Corridor::new(Shape::Straight, 2.0);
     let way = &corridor.drives()[0];
     let behind = corridor.marker_beside([1.0, 1.0]);
@@ -249,7 +249,7 @@ fn a_turn_passes_no_marker() {
 /// Out of the closed left arm, the robot drives past the junction and into the right arm, which counts as distance along the
 /// corridor.
 #[test]
-fn metres_count_in_the_other_arm_after_a_closed_one() {
+fn metres_count_in_the_other_arm_after_a_dead_end() {
     let corridor = Corridor::new(Shape::T, 2.4);
     let to_the_left = &corridor.drives()[0];
     let mut plan = corridor.plan();
@@ -272,7 +272,7 @@ fn metres_count_in_the_other_arm_after_a_closed_one() {
 
 /// Driving there and back takes two tasks, between which the robot turns about. It used to take two runs with two starts.
 #[test]
-fn a_robot_that_turns_about_comes_back_to_where_it_began() {
+fn a_robot_that_turns_around_returns_to_its_start() {
     let corridor = Corridor::new(Shape::Straight, 2.0);
     let way = &corridor.drives()[0];
     for method in ["argd", "corridor"] {
@@ -288,7 +288,7 @@ fn a_robot_that_turns_about_comes_back_to_where_it_began() {
 /// The thesis leaves turning about to other behaviours ("such as turning around", conclusions), so it does not change the last
 /// answer of the rules. A robot that came out of its turn with no pair in view once stood still until its time was up.
 #[test]
-fn after_turning_about_the_last_answer_of_the_rules_goes_on() {
+fn after_turning_around_the_last_answer_of_the_rules_holds() {
     let corridor = Corridor::new(Shape::Straight, 2.0);
     let way = &corridor.drives()[0];
     let mut plan = corridor.plan();
@@ -302,7 +302,7 @@ fn after_turning_about_the_last_answer_of_the_rules_goes_on() {
 /// "Due to lack of any motion updates" the robot of the thesis drives on (figure 5.2). Here the only two markers are soon
 /// behind the robot. By default it is lost 20 s later. With `lost_s = 0` it drives on until it has covered its distance.
 #[test]
-fn without_a_pair_the_last_command_stays_where_nothing_is_to_be_lost() {
+fn without_a_pair_the_last_command_stays_in_force() {
     let corridor = Corridor::new(Shape::Straight, 2.0);
     let way = &corridor.drives()[0];
     let mut plan = corridor.plan();

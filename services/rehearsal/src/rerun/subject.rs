@@ -64,7 +64,7 @@ impl Subject {
         }
     }
 
-    /// Sends the messages that the process sends before it has heard any.
+    /// Sends the messages that the process sends before it has received any.
     pub(super) fn begin(&mut self, tap: &mut impl Tap) -> Result<(), RerunError> {
         let said = match self {
             Self::World(world, _) => world.observe(tap),
@@ -73,7 +73,7 @@ impl Subject {
         Ok(said.map_err(RehearsalError::Stage)?)
     }
 
-    /// Hears a message of another process, and sends whatever follows from it.
+    /// Receives a message of another process, and sends whatever follows from it.
     pub(super) fn hear(&mut self, message: &RawMessage, tap: &mut impl Tap) -> Result<(), RerunError> {
         match self {
             Self::World(world, steps) => {
@@ -122,7 +122,7 @@ impl Staged {
         };
         let message = match raw.decode(spec) {
             Err(error) if error.is_one_message() => {
-                // The process did not hear it, either.
+                // The process did not receive it, either.
                 self.rejections.count_undecoded(raw, &error);
                 return Ok(());
             }

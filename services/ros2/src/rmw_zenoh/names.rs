@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn a_quality_is_written_without_what_is_the_default() {
+    fn default_qualities_of_service_are_omitted() {
         assert_eq!(quality(Delivery::Reliable { depth: 10 }), "::,10:,:,:,,");
         assert_eq!(quality(Delivery::Reliable { depth: 42 }), "::,:,:,:,,");
     }
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn a_latched_topic_is_asked_where_the_advanced_publisher_answers() {
+    fn a_latched_topic_is_queried_at_the_advanced_publisher() {
         assert_eq!(latched("7/sketch/T_/RIHS01_0", "a1b2"), "7/sketch/T_/RIHS01_0/@adv/pub/a1b2/uhlc/_");
     }
 }

@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn comments_and_constants_do_not_count() {
+    fn comments_and_constants_do_not_change_the_hash() {
         let hash = |text: &str| of_schema("a/msg/B", text).unwrap();
         let plain = hash("uint32 code\nstring<=8[<=3] names\n");
         assert_eq!(
@@ -170,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_definition_is_told() {
+    fn an_invalid_definition_is_reported() {
         let error = |text: &str| of_schema("a/msg/B", text).unwrap_err().to_string();
         assert_eq!(error(""), "the definition of a/msg/B: expected a text, found \"\"");
         assert!(

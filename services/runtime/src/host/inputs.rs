@@ -1,4 +1,4 @@
-//! The channels that a stage reads. Instructions and requests are heard as they arrive. An instant consists of a tick, the
+//! The channels that a stage reads. Instructions and requests are delivered as they arrive. An instant consists of a tick, the
 //! readings that the tick lists, and the message that the step answers.
 
 use serde::{Deserialize, Serialize};
@@ -178,7 +178,7 @@ impl Inputs {
         self.ticks.as_ref().is_some_and(|ticks| ticks.taken < tick)
     }
 
-    /// Resumes after what a predecessor took. Instructions are heard again, and the newest reading of each sensor is taken once
+    /// Resumes after what a predecessor took. Instructions are delivered again, and the newest reading of each sensor is taken once
     /// more, because it belongs to the instants that follow.
     pub(super) fn resume(&mut self, positions: &Positions) {
         for (requests, &taken) in self.requests.iter_mut().zip(&positions.requests) {

@@ -134,7 +134,7 @@ fn a_killed_stage_answers_each_tick_once() {
 /// A process that had started from scratch, and was killed once more before its next checkpoint, used to answer old ticks a
 /// second time.
 #[test]
-fn a_stage_that_began_anew_and_is_killed_again_answers_no_tick_twice() {
+fn a_stage_killed_again_after_a_fresh_start_answers_no_tick_twice() {
     let stage = Stage::new();
     let mut supervisor = stage.system("lost-state");
     let mut world = stage.join("lost-state", Process::World, &["tick-writer"]);
@@ -156,7 +156,7 @@ fn a_stage_that_began_anew_and_is_killed_again_answers_no_tick_twice() {
 
 /// This used to end the mission, because the error counted as one of the mission, which no restart can cure.
 #[test]
-fn a_stage_that_refuses_its_state_begins_anew() {
+fn a_stage_that_refuses_its_state_starts_fresh() {
     let stage = Stage::new();
     let mut supervisor = stage.system("refused");
     let mut world = stage.join("refused", Process::World, &["tick-writer"]);
@@ -182,7 +182,7 @@ fn a_stage_that_refuses_its_state_begins_anew() {
 /// A planner that had overslept, as in real time, mistook an estimate for that of the first tick that was still there. From
 /// then on, each estimate was paired with the wrong tick.
 #[test]
-fn what_a_stage_answers_belongs_to_its_tick_after_an_overflow() {
+fn after_an_overflow_each_answer_still_belongs_to_its_tick() {
     let stage = Stage::new();
     let _supervisor = stage.system("overslept");
     let mut world = stage.join("overslept", Process::World, &["tick-writer"]);
@@ -204,7 +204,7 @@ fn what_a_stage_answers_belongs_to_its_tick_after_an_overflow() {
 
 /// Such a stage used to wait forever for a first message, which it never got.
 #[test]
-fn a_stage_that_asks_for_a_channel_that_it_may_not_read_ends_with_the_channel_s_name() {
+fn a_stage_that_opens_a_forbidden_channel_fails_with_its_name() {
     let stage = Stage::new();
     let _supervisor = stage.system("curious");
     let mut world = stage.join("curious", Process::World, &["tick-writer"]);

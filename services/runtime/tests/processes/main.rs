@@ -20,7 +20,7 @@ use stage::Stage;
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 #[test]
-fn a_message_goes_from_process_to_process() {
+fn a_message_passes_between_processes() {
     let stage = Stage::new();
     let mut supervisor = stage.system("round-trip");
     let mut reader = stage.join("round-trip", Process::Planner, &["scan-reader"]);
@@ -66,7 +66,7 @@ fn a_sketch_is_read_where_it_was_written() {
 
 /// Eight observers took all places of a channel. A killed recorder could not come back, which ended the mission.
 #[test]
-fn observers_leave_the_pipeline_its_places() {
+fn observers_take_no_readers_place() {
     let stage = Stage::new();
     let _supervisor = stage.system("crowd");
     let join = || stage.join("crowd", Process::Observer, &[]);
@@ -87,7 +87,7 @@ fn observers_leave_the_pipeline_its_places() {
 
 /// As root, with `fs.protected_symlinks` off, a link among the files of a system used to make it overwrite an unrelated file.
 #[test]
-fn a_link_among_the_files_of_a_system_is_named_and_not_followed() {
+fn a_link_among_the_files_of_a_system_is_reported_and_not_followed() {
     let stage = Stage::new();
     let mut supervisor = stage.system("intruder");
     let victim = stage.folder().join("victim");
@@ -123,7 +123,7 @@ fn next_file(stage: &Stage, system: &str) -> PathBuf {
 /// A process that saw the first file of a system could create the next one, and the only error was
 /// "UnableToGenerateUniqueNodeId".
 #[test]
-fn a_link_in_the_way_of_a_start_is_named() {
+fn a_link_that_blocks_a_start_is_reported() {
     let stage = Stage::new();
     let mut supervisor = stage.player();
     supervisor.does("create-without-joining linked");
@@ -140,9 +140,9 @@ fn a_link_in_the_way_of_a_start_is_named() {
 
 /// As root, iceoryx2 0.10 waits forever, silently, for another user to fill a file that it needs itself.
 #[test]
-fn a_file_of_another_user_in_the_way_of_a_start_ends_it() {
+fn another_users_file_blocks_the_start() {
     if !nix::unistd::getuid().is_root() {
-        println!("notice: skipped, for this user cannot make files of another one");
+        println!("notice: skipped, because this user cannot create files of another one");
         return;
     }
     let stage = Stage::new();
@@ -159,7 +159,7 @@ fn a_file_of_another_user_in_the_way_of_a_start_ends_it() {
 
 /// A writer whose history had lost its pages used to be killed by SIGBUS, without a message.
 #[test]
-fn a_writer_whose_history_is_cut_off_ends_with_a_code() {
+fn a_writer_with_a_truncated_history_exits_with_a_code() {
     let stage = Stage::new();
     let _supervisor = stage.system("cut");
     let mut world = stage.join("cut", Process::World, &["scan-writer"]);
@@ -246,7 +246,7 @@ fn no_navigator_opens_the_truth() {
 }
 
 #[test]
-fn a_system_that_does_not_run_is_named() {
+fn a_system_that_is_not_running_is_reported() {
     let stage = Stage::new();
     let _supervisor = stage.system("here");
     let answer = stage.player().tell("join there planner");
@@ -257,7 +257,7 @@ fn a_system_that_does_not_run_is_named() {
 }
 
 #[test]
-fn what_a_killed_system_leaves_is_swept() {
+fn leftovers_of_a_killed_system_are_removed() {
     let stage = Stage::new();
     let mut supervisor = stage.system("swept");
     let mut writer = stage.join("swept", Process::World, &["scan-writer"]);
@@ -277,7 +277,7 @@ fn what_a_killed_system_leaves_is_swept() {
 }
 
 #[test]
-fn a_new_system_takes_the_place_of_a_killed_one() {
+fn a_new_system_replaces_a_killed_one() {
     let stage = Stage::new();
     stage.system("again").kill();
     let mut supervisor = stage.system("again");
@@ -316,7 +316,7 @@ fn lost_messages_are_counted() {
 }
 
 #[test]
-fn a_dead_reader_stops_nobody() {
+fn a_dead_reader_blocks_no_writer() {
     let stage = Stage::new();
     let _supervisor = stage.system("dead-reader");
     let mut writer = stage.join("dead-reader", Process::World, &["scan-writer"]);
@@ -331,7 +331,7 @@ fn a_dead_reader_stops_nobody() {
 
 /// As root, iceoryx2 0.10 waits forever for the maker of an empty connection.
 #[test]
-fn a_reader_killed_while_it_connects_stops_nobody() {
+fn a_reader_killed_while_connecting_blocks_no_process() {
     let stage = Stage::new();
     let mut supervisor = stage.system("half-made");
     let mut writer = stage.join("half-made", Process::World, &["scan-writer"]);
@@ -378,7 +378,7 @@ fn a_request_to_end_wakes_a_sleeper() {
 /// process took the ring for an old one and slept for good. On a loaded machine, one in five systems that were interrupted
 /// right after their start hung.
 #[test]
-fn a_request_to_end_before_joining_is_heard() {
+fn a_request_to_end_before_joining_is_honoured() {
     let stage = Stage::new();
     let _supervisor = stage.system("early-signal");
     let mut player = stage.player();
@@ -388,7 +388,7 @@ fn a_request_to_end_before_joining_is_heard() {
 }
 
 #[test]
-fn both_ends_of_every_channel_fit_the_table() {
+fn every_channel_can_be_opened_as_the_table_says() {
     let mut names = BTreeMap::new();
     sketchnav_navigators::register(&[]).unwrap();
     for spec in sketchnav_schemas::channels::all() {

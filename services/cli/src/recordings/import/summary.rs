@@ -188,7 +188,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn reasons_are_told_once_with_their_lines() {
+    fn reasons_are_printed_once_with_their_lines() {
         let why = |line, why: &str| Why { line, why: why.to_owned() };
         let mut all: Vec<_> = (1..=8).map(|line| why(line, "too short")).collect();
         all.push(why(9, "garbled"));

@@ -60,7 +60,7 @@ fn packed(text: &[u8]) -> Vec<u8> {
 }
 
 #[test]
-fn what_is_whole_of_a_compressed_log_that_was_cut_is_imported() {
+fn a_truncated_compressed_log_is_imported_up_to_the_cut() {
     let text: String =
         (0..40).map(|i| flaser(if i < 20 { 180 } else { 361 }, 3.0 + f64::from(i) / 10.0)).collect();
     let whole = packed(text.as_bytes());
@@ -87,13 +87,13 @@ fn a_log_without_poses_needs_a_start() {
     assert!(error.contains("expected --start COLUMN,ROW,HEADING"), "{error}");
     let recording = place.import("raw.log", true, Some([20.0, 20.0, 90.0])).unwrap();
     assert_eq!(recording.all(SCAN).unwrap().len(), 3);
-    assert_eq!(recording.all(TRUTH).unwrap().len(), 0, "nobody said where it truly was");
+    assert_eq!(recording.all(TRUTH).unwrap().len(), 0, "its true pose is unknown");
 }
 
 /// A log of a robot that had turned round many times was rejected, because its headings exceeded those allowed in
 /// missions. Headings that look like degrees only raise a doubt.
 #[test]
-fn headings_go_on_beyond_a_turn() {
+fn headings_continue_beyond_a_full_turn() {
     let line = |i: f64| {
         format!("FLASER 180 {}{i} 5 {} {i} 0 {} {i} host {i}\n", "2.5 ".repeat(180), 20.0 + i, 20.0 + i)
     };
@@ -108,7 +108,7 @@ fn headings_go_on_beyond_a_turn() {
 
 /// The quaternions of a recording's odometry had length 0.5. The result was "0 estimates", without a reason.
 #[test]
-fn an_odometry_that_every_reader_rejects_is_named() {
+fn odometry_that_every_reader_rejects_is_reported() {
     let text: String = (0..10).map(|i| flaser(180, 3.0 + f64::from(i) / 10.0)).collect();
     let place = Place::new("a.log", text.as_bytes());
     let whole = place.import("a.log", true, None).unwrap();
@@ -140,7 +140,7 @@ fn an_odometry_that_every_reader_rejects_is_named() {
 }
 
 #[test]
-fn what_is_no_log_is_named() {
+fn anything_but_a_log_is_reported() {
     for (name, bytes, words) in [
         ("a.zip", &b"PK\x03\x04...."[..], "found zip; convert it first"),
         ("a.bz2", b"BZh9....", "found bzip2"),

@@ -46,7 +46,7 @@ impl Clock {
         (self.anchor, self.stepping_ns) = (None, None);
     }
 
-    pub fn pause_or_go_on(&mut self) {
+    pub fn toggle_pause(&mut self) {
         self.is_paused = !self.is_paused;
     }
 
@@ -97,7 +97,7 @@ mod tests {
             [100, 100, 200].map(|ns| clock.until(ns)),
             [Some(Duration::ZERO), Some(Duration::ZERO), None]
         );
-        clock.pause_or_go_on();
+        clock.toggle_pause();
         assert_eq!(clock.until(200), Some(Duration::ZERO));
     }
 }

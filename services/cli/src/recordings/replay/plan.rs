@@ -101,9 +101,10 @@ fn plain(topic: &str) -> &str {
 /// `--topics`, the ones among them that the user named. The topic is the channel's own or the one remapped to it.
 fn topics(options: &ReplayOptions, kind: &str) -> anyhow::Result<BTreeMap<&'static str, String>> {
     // This system's supervisor reports the faults of live processes itself.
-    let is_told = |spec: &ChannelSpec| spec.name == FAULTS.spec.name && !options.live.is_empty();
-    let is_played =
-        |spec: &&ChannelSpec| spec.is_recorded() && !options.live.contains(&speaker(spec)) && !is_told(spec);
+    let is_faults = |spec: &ChannelSpec| spec.name == FAULTS.spec.name && !options.live.is_empty();
+    let is_played = |spec: &&ChannelSpec| {
+        spec.is_recorded() && !options.live.contains(&speaker(spec)) && !is_faults(spec)
+    };
     let played: Vec<&'static ChannelSpec> = channels::of_kind(kind).filter(is_played).collect();
     let names = played.iter().map(|spec| spec.name).collect::<Vec<_>>();
     let targets = options.remap.iter().map(|(_, to)| ("--remap", plain(to)));

@@ -229,14 +229,14 @@ impl<'a> Player<'a> {
     fn wait_until_due(&mut self, message: &RawMessage, supervisor: &mut Supervisor) -> anyhow::Result<Turn> {
         loop {
             match self.keys.next() {
-                Some(Wish::Pause) => self.clock.pause_or_go_on(),
+                Some(Wish::Pause) => self.clock.toggle_pause(),
                 Some(Wish::Step) => self.clock.step(message.stamp_ns),
                 Some(Wish::Seek(s)) => return Ok(Turn::Seek(self.target(message.stamp_ns, s))),
                 Some(Wish::Rate(factor)) => self.clock.change_rate(factor),
                 Some(Wish::Quit) => return Ok(Turn::End(End::Played)),
                 None => {}
             }
-            self.tell(message.stamp_ns);
+            self.show_progress(message.stamp_ns);
             let nap = match self.clock.until(message.stamp_ns) {
                 Some(Duration::ZERO) => return Ok(Turn::Next),
                 until => until.unwrap_or(NAP).min(NAP),
@@ -253,7 +253,7 @@ impl<'a> Player<'a> {
         nanoseconds(seconds(now_ns) + by_s).clamp(start, end - 1)
     }
 
-    fn tell(&self, stamp_ns: u64) {
+    fn show_progress(&self, stamp_ns: u64) {
         if !self.bar.is_hidden() {
             let (now, last) = (seconds(stamp_ns), seconds(self.plan.times_ns.end));
             self.bar.set_message(format!("{now:.1} of {last:.1} s  {}", self.clock.words()));

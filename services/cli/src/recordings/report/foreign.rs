@@ -17,8 +17,8 @@ use crate::recordings::whole::Whole;
 /// Writes the page.
 pub fn report(whole: &Whole, recording: &Recording, output: &Path, json: bool) -> Result<Outcome, Failure> {
     let mut info = info::info(recording.path()).or_input()?;
-    let is_told = !whole.lacks().cut_off.is_empty();
-    info.clean_end &= !is_told;
+    let is_reported = !whole.lacks().cut_off.is_empty();
+    info.clean_end &= !is_reported;
     // If the positions cannot be read, say so and show everything else.
     let ways = poses::read(recording).unwrap_or_else(|error| {
         say!("notice: positions are not shown: {error}");
@@ -28,7 +28,7 @@ pub fn report(whole: &Whole, recording: &Recording, output: &Path, json: bool) -
     let page =
         page::document(&format!("{} · sketchnav report", name(recording)), &body(recording, &info, &ways));
     sketchnav_files::write(output, page).with_context(|| output.display().to_string()).or_input()?;
-    if !info.clean_end && !is_told {
+    if !info.clean_end && !is_reported {
         tell_cut_off(whole.name().display());
     }
     say!("notice: not a sketchnav recording: the page shows topics and positions only");

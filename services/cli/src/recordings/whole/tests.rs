@@ -33,7 +33,7 @@ fn a_recording_is_found_however_its_name_ends() {
 }
 
 #[test]
-fn a_file_that_happens_to_end_with_a_number_is_itself() {
+fn a_file_name_that_ends_with_a_number_is_not_a_series() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("floor_2.mcap");
     std::fs::write(&file, "").unwrap();
@@ -61,7 +61,7 @@ fn count(whole: &Whole) -> u64 {
 
 /// `filter`, `relations` and other commands once expected a run.json in a folder with two files.
 #[test]
-fn a_bag_of_others_is_one_recording_and_a_missing_file_is_named() {
+fn a_foreign_bag_is_one_recording_and_missing_files_are_named() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     bag(path, "mcap", &["b_0.mcap", "b_1.mcap", "b_2.mcap"]);
@@ -94,7 +94,7 @@ const COPIES: [&str; 3] =
 
 /// Copying a bag whose second file was cut off copied only part of it, and the user was not warned.
 #[test]
-fn a_cut_file_among_others_is_named_and_is_a_loss() {
+fn a_truncated_file_in_a_series_is_reported_as_a_loss() {
     let outer = tempfile::tempdir().unwrap();
     let path = outer.path().join("bag");
     std::fs::create_dir(&path).unwrap();
@@ -121,7 +121,7 @@ fn a_cut_file_among_others_is_named_and_is_a_loss() {
 
 /// One file in the middle of a split recording was missing, and the user was not warned.
 #[test]
-fn a_number_that_is_missing_is_named() {
+fn a_missing_number_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     for name in ["b_0.mcap", "b_2.mcap", "b_10.mcap"] {
@@ -137,7 +137,7 @@ fn a_number_that_is_missing_is_named() {
 }
 
 #[test]
-fn a_damaged_message_in_a_bag_is_a_loss() {
+fn a_damaged_message_in_a_bag_counts_as_lost() {
     let outer = tempfile::tempdir().unwrap();
     let path = outer.path().join("bag");
     std::fs::create_dir(&path).unwrap();
@@ -156,7 +156,7 @@ fn a_damaged_message_in_a_bag_is_a_loss() {
 
 /// An error used to name a temporary file, which was gone by the time anyone read the error.
 #[test]
-fn errors_name_what_the_person_has_named() {
+fn errors_name_the_path_that_was_given() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     let packed = samples::packed("zstd", &points(12));
@@ -184,7 +184,7 @@ fn errors_name_what_the_person_has_named() {
 }
 
 #[test]
-fn packed_files_are_read_and_a_cut_one_is_named() {
+fn compressed_files_are_read_and_truncated_ones_reported() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     let packed = samples::packed("zstd", &points(12));
@@ -200,11 +200,11 @@ fn packed_files_are_read_and_a_cut_one_is_named() {
     std::fs::write(&file, &packed[..packed.len() - 4]).unwrap();
     let error = format!("{:?}", Whole::of(&file).err().unwrap());
     assert!(error.contains("cut off or damaged") && error.contains("sketchnav recover"), "{error}");
-    assert!(Whole::as_far_as_it_goes(&file).is_ok());
+    assert!(Whole::best_effort(&file).is_ok());
 }
 
 #[test]
-fn other_storages_are_named_with_what_converts_them() {
+fn other_storages_are_reported_with_a_converter() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     std::fs::write(path.join("b_0.db3"), b"SQLite format 3\0 and so on").unwrap();

@@ -97,7 +97,7 @@ fn turns(a: &Driven<'_>, b: &Driven<'_>) -> Section {
             ],
         ),
         words: vec![format!(
-            "A turn succeeds where the state at its end is matched correctly in {MOST_RUNS} or more of the runs. Published, read off the text: the rate plays no big role, and successful turns lie between {low}° and {high}°."
+            "A turn succeeds if the state at its end is matched correctly in {MOST_RUNS} or more of the runs. According to the published text, the rate matters little, and successful turns are between {low}° and {high}°."
         )],
         plots: vec![
             plot("Turning rates, scene A".into(), ["turn", "degrees a step"], Form::Dots, rates),
@@ -138,7 +138,7 @@ fn states_of_sketches(base: &[Driven<'_>; 2], extended: &[Driven<'_>; 2]) -> Sec
         title: "Figure 5.4: extracted states and success".into(),
         table: table("sketches, both scenes", rows),
         words: vec![format!(
-            "A sketch succeeds where {MOST_RUNS} or more runs reach the goal. Published, read off the text: few extracted states fail."
+            "A sketch succeeds if {MOST_RUNS} or more runs reach the goal. According to the published text, sketches with few extracted states fail."
         )],
         plots: vec![
             drawn(&base[0], "before additional states"),
@@ -167,7 +167,7 @@ fn steps_of_sketches(a: &Driven<'_>) -> Section {
             ],
         ),
         words: vec![format!(
-            "A state succeeds where {MOST_RUNS} or more runs match it correctly. A run that is lost at a state reaches none of the later ones. Published, read off the text: no direct relation to the number of steps."
+            "A state succeeds if {MOST_RUNS} or more runs match it correctly. A run that is lost at a state reaches none of the later ones. According to the published text, there is no direct relation to the number of steps."
         )],
         plots: plots.collect(),
     }
@@ -185,7 +185,7 @@ fn all_steps(a: &Driven<'_>) -> Section {
             count(&format!("{MANY_STEPS} steps or fewer"), within(&|steps| steps <= MANY_STEPS).into_iter()),
             count("more", within(&|steps| steps > MANY_STEPS).into_iter()),
         ]),
-        words: vec!["A state succeeds where all runs match it correctly. Published, read off the text: more than ten steps fail, and are wide turns. How dense the thesis's steps are is not known.".into()],
+        words: vec!["A state succeeds if all runs match it correctly. According to the published text, states more than ten steps apart fail, and are wide turns. The density of the thesis's steps is not known.".into()],
         plots: vec![plot("All states".into(), ["state", "steps"], Form::Bars, marks())],
     }
 }

@@ -92,7 +92,7 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     let published = |name: &str, reached| Published { name: name.into(), reached, attempts: reached };
     Ok(Suite {
         title: "Landmark states without people's errors, in scene A (Chronis 2007, 5.2.3 and 5.3.1).".into(),
-        notices: vec!["Where objects are removed, the robot is to know that it is lost: none of these runs is to reach the goal.".into()],
+        notices: vec!["If objects are removed, the robot should know that it is lost, and none of these runs should reach the goal.".into()],
         trials,
         lines: Some("what"),
         repetitions: REPETITIONS,
@@ -161,7 +161,7 @@ mod tests {
     /// A robot that believed its sonars and looked 1.2 m ahead used to cut its turns. Its routes were not the intended ones, so
     /// states extracted from them were lost.
     #[test]
-    fn routes_that_the_robot_drove_are_accurate() {
+    fn driven_routes_are_accurate() {
         let scene = Scene::a();
         let page = driven_way(&Folders::of_checkout(), &scene, 1).unwrap();
         let page: serde_json::Value = serde_json::from_slice(&page.bytes().unwrap()).unwrap();

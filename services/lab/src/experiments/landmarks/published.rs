@@ -104,7 +104,7 @@ mod tests {
     use crate::experiments::landmarks::tables::performance;
 
     #[test]
-    fn tables_5_2_and_5_3_add_up_to_what_the_text_says() {
+    fn tables_5_2_and_5_3_agree_with_the_text() {
         for scene in &SCENES {
             let reached: usize = scene.sketches.iter().map(|sketch| sketch.reached).sum();
             assert_eq!(reached, scene.reached[0], "{}", scene.word);

@@ -249,7 +249,7 @@ fn said_of_runs(driven: &Driven<'_>) -> String {
     let tally = driven.tally();
     let failed = tally.attempts - tally.reached;
     format!(
-        "A sketch of a number is another drawing here than there: only the last line compares. A sketch gives {extracted:.1} states, there {there:.1}. {wrong} of {matched} matches are by other objects than the drawn ones. {} of {failed} failures are lost: a state does not come, and the robot says so.",
+        "Sketches with the same number are different drawings here and in the thesis, so only the last line can be compared. A sketch gives {extracted:.1} states on average, in the thesis {there:.1}. {wrong} of {matched} matches are by objects other than the drawn ones. In {} of {failed} failures the robot reports that it is lost, because a state is never matched.",
         tally.lost
     )
 }
@@ -293,14 +293,14 @@ fn additional(base: &Driven<'_>, extended: &Driven<'_>, number: &str) -> Section
         pairs().filter(|(_, row, with)| with.p() < row.p() - 1e-9).count(),
     ];
     let there = match base.scene.word {
-        "a" => "There five of eleven sketches needed additional states, and six have a greater P.",
-        _ => "There no sketch of this scene got an additional state.",
+        "a" => "In the thesis, five of eleven sketches needed additional states, and six have a greater P.",
+        _ => "In the thesis, no sketch of this scene got an additional state.",
     };
     Section {
         title: format!("Table {number}: scene {}, with additional states", base.letter()),
         table: Table { header: words(&header), rows: pairs().map(row).collect() },
         words: vec![format!(
-            "{more} of {} sketches get additional states; P is greater in {better} and less in {worse}. {there} P is a share of all extracted states: an additional state that is missed lowers it.",
+            "{more} of {} sketches get additional states; P is greater in {better} and less in {worse}. {there} P is a share of all extracted states, so an additional state that is missed lowers it.",
             pairs().count()
         )],
         plots: Vec::new(),
@@ -352,8 +352,8 @@ fn cumulative(base: &[Driven<'_>; 2], extended: &[Driven<'_>; 2]) -> Section {
         title: "Table 5.6: both scenes".into(),
         table: Table { header: words(&header), rows },
         words: vec![
-            "Intervals of P are Student's over the sketches, those of runs Wilson's. Five runs of one sketch are alike, so the latter are too narrow for other sketches.".into(),
-            "Why fewer runs reach the goal than in the thesis: its sketches and scenes are lost, so what it was tuned on is not here. By routes that are exact, the same program reaches the goal as often as the thesis does (`landmark-isolation`). So it is the errors of the sketches that states do not bear: a state asks for each of its objects in its sixteenth of a turn, within 22 inches and 30 units of width, and one that does not come ends the run.".into(),
+            "Intervals of P are Student's over the sketches, those of runs Wilson's. The five runs of a sketch are alike, so the latter are too narrow for other sketches.".into(),
+            "Fewer runs reach the goal than in the thesis, whose sketches and scenes are lost, so its tuning cannot be repeated. By exact routes, the same program reaches the goal as often as the thesis does (`landmark-isolation`). States therefore do not tolerate the errors of the sketches: a state requires each of its objects in its sixteenth of a turn, within 22 inches and 30 units of width, and a state that is never matched ends the run.".into(),
         ],
         plots: Vec::new(),
     }
@@ -400,8 +400,8 @@ fn fisher(base: &[Driven<'_>; 2], extended: &[Driven<'_>; 2]) -> Section {
         title: "F test: are the scenes alike? (5.4)".into(),
         table: Table { header: words(&header), rows },
         words: vec![
-            "Both sides count: p is the probability of a ratio that far from 1 where the variances are equal. The thesis compares with the upper 5 % point, and does not reject that they are.".into(),
-            "The published variance of B is that of table 5.3. That of A is not that of table 5.2: its counts have 0.068, and F is 0.82.".into(),
+            "The test is two-sided: p is the probability of a ratio this far from 1 if the variances are equal. The thesis compares with the upper 5 % point, and does not reject equality.".into(),
+            "The published variance of B is that of table 5.3. The published variance of A is not that of table 5.2, whose counts give 0.068 and F = 0.82.".into(),
         ],
         plots: Vec::new(),
     }
@@ -467,7 +467,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_told_of_what_was_not_driven_by_states() {
+    fn drives_by_other_methods_have_no_section() {
         assert!(sections(&[]).is_empty());
         let by_belief = TaskOutcome { states: Vec::new(), ..run("a/01", 1, 5, 5) };
         assert!(sections(&[by_belief]).is_empty());

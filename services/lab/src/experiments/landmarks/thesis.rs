@@ -36,7 +36,7 @@ const DEGREES: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 /// Maximum number of drawings that are examined to find one with the published counts.
 const MOST_DRAWINGS: u64 = 2_000;
 
-const NOTICE: &str = "paper: Chronis 2007, tables 5.2 to 5.6. Its scenes and sketches are lost. Here both scenes are rebuilt from the text, and a program draws sketches that give as many states as those of the thesis; none was driven before it was chosen.";
+const NOTICE: &str = "paper: Chronis 2007, tables 5.2 to 5.6. Its scenes and sketches are lost. Here both scenes are rebuilt from the text, and a program draws sketches that give as many states as those of the thesis. No sketch was driven before it was chosen.";
 
 /// Returns the robot with the dimensions and limits of the thesis.
 pub(super) fn robot() -> Result<Robot, EvalError> {
@@ -146,13 +146,13 @@ fn notices(missing: usize) -> Vec<String> {
 pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     let (trials, missing) = drawn(folders, DEGREE, |scene| format!("scene {}", scene.name.to_uppercase()))?;
     Ok(Suite {
-        title: "Two scenes of Chronis 2007 by its own conditions: its robot, sketches of a PDA with the published counts of states, five runs each.".into(),
+        title: "Two scenes of Chronis 2007 under the conditions of the thesis: its robot, sketches on a PDA with the published counts of states, five runs each.".into(),
         notices: notices(missing),
         trials: variants(&trials),
         lines: Some("scene"),
         repetitions: super::REPETITIONS,
         paper: paper(),
-        tells: Some(tables::sections),
+        sections: Some(tables::sections),
         ..Suite::default()
     })
 }
@@ -177,7 +177,7 @@ pub fn degrees(folders: &Folders) -> Result<Suite, EvalError> {
         points: DEGREES.map(|degree| (degree, line(degree) + &variant.words())).into(),
     };
     Ok(Suite {
-        title: "The same by sketches that are deformed more and less, one run each.".into(),
+        title: "The same with sketches that are deformed more or less, one run each.".into(),
         notices: notices(missing),
         trials,
         lines: Some("sketches"),
@@ -242,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn two_sketches_differ_as_those_that_are_printed() {
+    fn two_sketches_differ_as_in_the_thesis() {
         let [half, whole] = [0.5, 1.0].map(difference_px);
         println!("differences: {half:.1} pixels at degree 0.5, {whole:.1} at 1");
         assert!(half < whole && (4.0..26.0).contains(&whole), "{half} {whole}");

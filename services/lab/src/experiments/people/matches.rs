@@ -141,7 +141,7 @@ mod tests {
     const FILE: &str = "# a.png b.png\n# 0match set\n# map1\n228 302\n# map2\n166 308\n\n# 1match set\n# map1\n414 442\n# map2\n297 407\n339 393\n\n# 2match set\n# map1\n# map2\n";
 
     #[test]
-    fn rows_come_first_in_the_file_and_columns_here() {
+    fn points_are_read_as_row_and_column() {
         let matches = parse(FILE).unwrap();
         assert_eq!(matches.len(), 2);
         assert_eq!((matches[0].sketch[0], matches[0].world[0]), ([302.0, 228.0], [308.0, 166.0]));
@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_that_is_none_is_told() {
+    fn an_invalid_line_is_reported() {
         for (text, line) in [("# 0match set\n# map1\n1\n", 3), ("1 2\n", 1), ("# 0match set\n1 2 3\n", 2)] {
             assert_eq!(parse(text).unwrap_err().line, line);
         }
@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn the_way_the_drawing_is_held_is_found() {
+    fn the_orientation_of_the_drawing_is_found() {
         let upright = reading(|[x, y]| [10.0 * x, 100.0 - 8.0 * y]);
         assert_eq!(upright.quarter_turns_deg(), 0.0);
         let upside_down = reading(|[x, y]| [100.0 - 10.0 * x, 8.0 * y]);

@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn a_union_holds_each_and_nothing_between() {
+    fn a_union_contains_its_parts_and_nothing_between() {
         let regions = Regions::shipped().unwrap();
         let both = regions.union(&[1, 3], [0.0, 0.0]);
         assert!(both.contains(23.64, 20.3) && both.contains(8.1, 12.6));

@@ -81,7 +81,7 @@ mod tests {
     /// and a quarter of all cases. The four drives of each are not eight independent trials, for which Wilson's interval is 22
     /// to 78 %.
     #[test]
-    fn two_drawings_that_end_differently_say_nothing() {
+    fn two_drawings_with_different_results_allow_no_conclusion() {
         assert_eq!(interval(&[[4, 4], [0, 4]]), Some([0.0, 1.0]));
     }
 
@@ -95,13 +95,13 @@ mod tests {
     }
 
     #[test]
-    fn where_all_drives_end_alike_each_drawing_is_one_trial() {
+    fn if_all_drives_end_alike_each_drawing_is_one_trial() {
         assert_eq!(interval(&[[4, 4]; 25]), Some(wilson(25, 25)));
         assert_eq!(interval(&[[0, 4]; 25]), Some(wilson(0, 25)));
     }
 
     #[test]
-    fn one_drawing_has_wilson_s_interval_of_its_drives_and_none_has_none() {
+    fn one_drawing_has_wilsons_interval_and_no_drawing_has_none() {
         let drives = [(Some("a"), true), (Some("a"), false), (Some("a"), true), (Some("a"), true)];
         let [low, high] = wilson(3, 4);
         assert_eq!(OverDrawings::of(&drives), Some(OverDrawings { drawings: 1, low, high }));
@@ -127,7 +127,7 @@ mod tests {
 
         /// Driving each drawing twice says nothing more about other drawings.
         #[test]
-        fn more_drives_by_the_same_drawings_do_not_narrow_it(counts in drives()) {
+        fn more_drives_of_the_same_drawings_do_not_narrow_the_interval(counts in drives()) {
             prop_assume!(counts.len() > 1);
             let twice: Vec<_> = counts.iter().map(|[a, n]| [2 * a, 2 * n]).collect();
             prop_assert_eq!(interval(&twice), interval(&counts));

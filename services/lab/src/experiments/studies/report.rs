@@ -88,7 +88,7 @@ mod tests {
     use crate::experiments::suite::Folders;
 
     #[test]
-    fn a_page_has_the_curves_and_the_numbers() {
+    fn the_page_has_curves_and_numbers() {
         let study = find("directions-components").unwrap();
         let figures = study.run(&Folders::of_checkout(), Size { worlds: 1, seed: 1 }).unwrap();
         let page = page(study, &figures, "sketchnav eval directions-components");

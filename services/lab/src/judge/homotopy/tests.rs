@@ -33,14 +33,14 @@ fn round(center: [f64; 2], radius: f64, turns: i32) -> Vec<[f64; 2]> {
 }
 
 #[test]
-fn a_way_beside_the_route_is_homotopic() {
+fn a_path_beside_the_route_is_homotopic() {
     let room = Correspondence::new(&room()).unwrap();
     let drawn = route(&[[1.0, 1.0], [5.0, 2.0], [5.0, 7.0], [9.0, 7.0]]);
     assert!(room.is_homotopic(&way(&[[1.0, 1.2], [4.4, 0.8], [5.6, 4.0], [4.6, 7.4], [8.7, 7.1]]), &drawn));
 }
 
 #[test]
-fn the_other_side_of_one_thing_is_another_way() {
+fn passing_an_object_on_the_other_side_is_not_homotopic() {
     let room = Correspondence::new(&room()).unwrap();
     let drawn = route(&[[1.0, 1.0], [5.0, 2.0], [5.0, 7.0], [9.0, 7.0]]);
     let others: [&[[f64; 2]]; 3] = [
@@ -56,7 +56,7 @@ fn the_other_side_of_one_thing_is_another_way() {
 /// Boniardi et al. 2016, V-B, compare the path on the sketch with the drawn one with respect to the topology induced by the
 /// sketch.
 #[test]
-fn a_way_on_the_sketch_passes_the_same_things_on_the_same_sides() {
+fn a_path_on_the_sketch_passes_objects_on_the_same_sides() {
     let room = Correspondence::new(&room()).unwrap();
     let drawn = route(&[[1.0, 1.0], [5.0, 2.0], [5.0, 7.0], [9.0, 7.0]]);
     let beside = route(&[[1.2, 1.0], [4.4, 0.8], [5.6, 4.0], [4.6, 7.4], [8.7, 7.1]]);
@@ -79,7 +79,7 @@ fn rounds_are_counted() {
 /// The line goes around the first thing, around the second, back around the first, and back around the second. Every
 /// winding number is 0, yet the line cannot be contracted.
 #[test]
-fn order_counts_where_winding_numbers_see_nothing() {
+fn order_matters_even_with_equal_winding_numbers() {
     let room = Correspondence::new(&room()).unwrap();
     let (a, b) = ([3.0, 2.5], [7.0, 3.0]);
     let rounds = [round(a, 0.8, 1), round(b, 0.8, 1), round(a, 0.8, -1), round(b, 0.8, -1)];
@@ -95,7 +95,7 @@ fn order_counts_where_winding_numbers_see_nothing() {
 
 /// Things that the drawing does not show do not count.
 #[test]
-fn a_thing_that_nobody_drew_may_be_passed_on_any_side() {
+fn an_object_that_was_not_drawn_may_be_passed_on_either_side() {
     let anchors: Vec<_> = room().into_iter().filter(|anchor| anchor.world != Point::new(7.0, 3.0)).collect();
     let drawn = route(&[[5.0, 1.0], [9.0, 5.0]]);
     for around in [[9.0, 1.5], [5.0, 4.5]] {
@@ -106,7 +106,7 @@ fn a_thing_that_nobody_drew_may_be_passed_on_any_side() {
 
 /// One thing is drawn in a different part of the room. What counts is the side, not the position.
 #[test]
-fn a_thing_drawn_in_the_wrong_place_is_still_that_thing() {
+fn an_object_drawn_in_the_wrong_place_keeps_its_identity() {
     let mut anchors = room();
     anchors[4].drawing = Point::new(50.0 * 4.6, 50.0 * 1.4);
     let room = Correspondence::new(&anchors).unwrap();
@@ -117,7 +117,7 @@ fn a_thing_drawn_in_the_wrong_place_is_still_that_thing() {
 }
 
 #[test]
-fn anchors_that_join_nothing_are_refused() {
+fn anchors_without_a_partner_are_refused() {
     let mirrored: Vec<_> =
         room().iter().map(|a| Anchor { drawing: Point::new(-a.drawing.x, a.drawing.y), ..*a }).collect();
     assert_eq!(Correspondence::new(&mirrored).unwrap_err(), CorrespondenceError::Flat(8));
@@ -128,7 +128,7 @@ fn anchors_that_join_nothing_are_refused() {
 }
 
 #[test]
-fn a_place_is_carried_there_and_back() {
+fn mapping_a_place_there_and_back_returns_it() {
     let mut anchors = room();
     anchors[6].drawing = Point::new(120.0, 330.0);
     let room = Correspondence::new(&anchors).unwrap();
@@ -201,7 +201,7 @@ proptest! {
 
     /// The map from plane to plane keeps paths homotopic, however the drawing is deformed.
     #[test]
-    fn a_way_is_homotopic_to_its_own_image(anchors in drawings(), points in prop::collection::vec(inside(), 2..12)) {
+    fn a_path_is_homotopic_to_its_image(anchors in drawings(), points in prop::collection::vec(inside(), 2..12)) {
         let Ok(room) = Correspondence::new(&anchors) else { return Ok(()) };
         let way = way(&points);
         prop_assume!(distance_to_anchors(&way) > 0.1);
@@ -210,7 +210,7 @@ proptest! {
 
     /// Homotopic lines must have equal winding numbers around every anchor.
     #[test]
-    fn homotopic_lines_wind_alike(
+    fn homotopic_lines_have_equal_winding_numbers(
         anchors in drawings(), mut a in prop::collection::vec(inside(), 2..7), b in prop::collection::vec(inside(), 2..7),
     ) {
         let Ok(room) = Correspondence::new(&anchors) else { return Ok(()) };
@@ -225,7 +225,7 @@ proptest! {
 
     /// A corner of the path may slide as long as it sweeps over no anchor.
     #[test]
-    fn a_corner_may_slide_but_not_over_an_anchor(
+    fn a_corner_may_move_unless_it_crosses_an_anchor(
         points in prop::collection::vec(inside(), 3..8), which in 0_usize..6, to in inside(),
     ) {
         let room_anchors = room();
@@ -241,7 +241,7 @@ proptest! {
 
     /// The answer stays the same if path and route are both reversed, or if a detour there and back is added.
     #[test]
-    fn neither_direction_nor_detours_there_and_back_matter(
+    fn reversal_and_retraced_detours_do_not_matter(
         a in prop::collection::vec(inside(), 2..7), b in prop::collection::vec(inside(), 2..7), detour in prop::collection::vec(inside(), 1..5),
     ) {
         let room = Correspondence::new(&room()).unwrap();

@@ -147,7 +147,7 @@ mod tests {
     use crate::Parameters;
 
     #[test]
-    fn blocks_hold_the_largest_of_their_cells() {
+    fn blocks_have_the_maximum_of_their_cells() {
         let mut map = Occupancy::new(&Parameters { max_tiles: 16, extent_m: 10.0, ..Parameters::default() });
         let mut touched = Vec::new();
         let mut scan = map.scan(&mut touched);
@@ -166,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sample_rises_towards_a_wall() {
+    fn samples_increase_towards_a_wall() {
         let mut map = Occupancy::new(&Parameters { max_tiles: 16, extent_m: 10.0, ..Parameters::default() });
         let mut touched = Vec::new();
         let mut scan = map.scan(&mut touched);

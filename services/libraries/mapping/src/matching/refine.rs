@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scan_is_placed_below_the_size_of_a_cell() {
+    fn a_scan_is_matched_to_less_than_a_cell() {
         let field = room();
         let mut matcher = Matcher::new(&Parameters { max_points: 400, ..Parameters::default() });
         for k in 0..20 {
@@ -174,7 +174,7 @@ mod tests {
 
     /// Two long walls say nothing about the position along them, so the prior decides, and the covariance shows the uncertainty.
     #[test]
-    fn a_corridor_leaves_its_direction_to_the_odometry() {
+    fn along_a_corridor_the_odometry_decides() {
         let field = room();
         let mut matcher = Matcher::new(&Parameters::default());
         let sides = |k: i32| [[0.05 * f64::from(k), -0.975], [0.05 * f64::from(k), 0.975]];

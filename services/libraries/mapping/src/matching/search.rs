@@ -184,7 +184,7 @@ mod tests {
         #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(2), ..ProptestConfig::default() })]
 
         #[test]
-        fn branch_and_bound_finds_what_a_full_search_finds(
+        fn branch_and_bound_agrees_with_an_exhaustive_search(
             walls in proptest::collection::vec([-40..40i32, -40..40i32], 1..60),
             points in proptest::collection::vec([-2.0..2.0f64, -2.0..2.0f64], 1..40),
             x in -0.3..0.3f64, yaw in -3.0..3.0f64, half_m in 0.0..0.6f64, half_rad in 0.0..0.3f64,

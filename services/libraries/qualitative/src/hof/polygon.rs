@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn the_proximity_is_that_of_the_nearest_points() {
+    fn the_proximity_is_the_distance_of_the_nearest_points() {
         let polygon = |corners: &[[f64; 2]]| Polygon::new(ring(corners)).unwrap();
         let unit = Polygon::new(square(0.0, 0.0, 1.0)).unwrap();
         assert_eq!(unit.distance(&Polygon::new(square(3.0, 0.2, 1.0)).unwrap()), 2.0);
@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn a_polygon_that_cannot_be_replaced_stays() {
+    fn a_polygon_that_cannot_be_replaced_is_kept() {
         let mut polygon = Polygon::new(square(0.0, 0.0, 1.0)).unwrap();
         let before = polygon.clone();
         assert!(polygon.replace(ring(&[[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]])).is_err());

@@ -288,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn a_single_force_is_true_by_its_angle() {
+    fn a_single_force_satisfies_a_direction_by_its_angle() {
         let one = histogram(|degrees| f64::from(degrees == 60));
         is_near(degree_of_truth(&one, 0.0), 1.0 / 3.0);
         is_near(degree_of_truth(&one, FRAC_PI_3), 1.0);
@@ -325,7 +325,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ring_of_240_degrees_is_at_the_border_of_satisfaction() {
+    fn a_ring_of_240_degrees_is_the_boundary_case() {
         let ring =
             |half: usize| histogram(move |degrees| f64::from(degrees <= half || degrees >= 360 - half));
         let grade = |half| View::new(&ring(half), 0.0).assess(16).unwrap();
@@ -347,7 +347,7 @@ mod tests {
     }
 
     #[test]
-    fn an_opening_is_where_no_force_is() {
+    fn an_opening_is_where_there_is_no_force() {
         let gap = histogram(|degrees| f64::from(!(80..=120).contains(&degrees)));
         let (middle, width) = View::new(&gap, 0.0).opening().unwrap();
         assert!((middle.to_degrees() - 100.0).abs() < 1e-9 && (width.to_degrees() - 41.0).abs() < 1e-9);

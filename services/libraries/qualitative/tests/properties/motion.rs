@@ -79,7 +79,7 @@ proptest! {
 
     /// A tolerance lets relations that would only hold for an instant, such as a sign of 0, last for a while.
     #[test]
-    fn continuous_motion_passes_neighbours_only(k in curve(), l in curve(), m in curve(), sizes in [0.5..4.0, 0.5..4.0, 0.5..4.0, 0.5..4.0]) {
+    fn continuous_motion_passes_only_through_neighbours(k in curve(), l in curve(), m in curve(), sizes in [0.5..4.0, 0.5..4.0, 0.5..4.0, 0.5..4.0]) {
         let step = 1e-3;
         let motion = |curve: Curve, t: f64| [curve.point(t), curve.point(t + step)];
         let q = 0.05 * step;

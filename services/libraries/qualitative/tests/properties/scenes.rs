@@ -139,7 +139,7 @@ proptest! {
     }
 
     #[test]
-    fn quarter_turns_and_shifts_change_nothing_for_points_in_line_or_coincident(
+    fn collinear_and_coincident_points_are_invariant_under_quarter_turns(
         points in [on_grid(), on_grid(), on_grid(), on_grid()],
         quarters in 0_u8..4,
         shift in on_grid(),
@@ -156,7 +156,7 @@ proptest! {
     }
 
     #[test]
-    fn turns_and_shifts_change_nothing(
+    fn relations_are_invariant_under_rotation_and_translation(
         points in [anywhere(), anywhere(), anywhere(), anywhere()],
         headings in [0.0..TAU, 0.0..TAU],
         angle in 0.0..TAU,
@@ -183,7 +183,7 @@ proptest! {
     }
 
     #[test]
-    fn composition_has_the_relation_of_the_third(
+    fn composition_contains_the_relation_of_the_third(
         points in [somewhere(), somewhere(), somewhere()],
         rects in [rect(), rect(), rect()],
         bound in prop_oneof![Just(Bound::Upper), Just(Bound::Lower)],
@@ -203,7 +203,7 @@ proptest! {
     }
 
     #[test]
-    fn without_a_quantisation_the_boxes_and_the_trajectories_of_qsrlib_are_ours(
+    fn without_quantisation_results_equal_those_of_qsrlib(
         k in [somewhere(), somewhere()],
         l in [somewhere(), somewhere()],
         a in rect(),
@@ -219,7 +219,7 @@ proptest! {
     }
 
     #[test]
-    fn a_validated_series_of_qtc_never_jumps_and_keeps_its_times(
+    fn a_validated_series_of_qtc_has_no_jumps_and_keeps_its_times(
         walk in prop::collection::vec((somewhere(), somewhere(), prop::bool::weighted(0.9), 0.01..1.0), 2..40),
     ) {
         let mut time_s = 0.0;
@@ -240,7 +240,7 @@ proptest! {
     }
 
     #[test]
-    fn a_resumed_stream_goes_on_as_if_nothing_had_been(
+    fn a_resumed_stream_continues_identically(
         walk in prop::collection::vec((somewhere(), somewhere(), prop::bool::weighted(0.9)), 2..20),
         at in 0_usize..20,
     ) {

@@ -32,7 +32,7 @@ fn on_line(places: &[(f64, f64)]) -> Vec<(f64, [Point; 2])> {
 }
 
 #[test]
-fn a_relation_of_motion_has_the_times_of_both_poses() {
+fn a_relation_of_motion_has_both_times() {
     // QSRlib numbers the relations instead, and its issue 82 asks which pose they belong to.
     let samples = on_line(&[(0.0, 0.0), (0.1, 1.0), (0.4, 2.0), (0.5, 1.0)])
         .into_iter()
@@ -77,7 +77,7 @@ fn a_sample_that_is_not_later_is_rejected_and_changes_nothing() {
 }
 
 #[test]
-fn what_was_missed_between_two_samples_is_inserted_or_marked() {
+fn missed_relations_between_samples_are_inserted_or_marked() {
     let boxes =
         |x: f64| [Rect::new([x, 0.0], [x + 2.0, 2.0]).unwrap(), Rect::new([5.0, -1.0], [9.0, 3.0]).unwrap()];
     let samples = [(0.0, 0.0), (1.0, 4.0), (2.0, 6.0)].map(|(time_s, x)| (time_s, Some(boxes(x))));
@@ -95,7 +95,7 @@ fn what_was_missed_between_two_samples_is_inserted_or_marked() {
 }
 
 #[test]
-fn whoever_leaves_a_common_place_moves_away() {
+fn leaving_a_common_place_is_moving_away() {
     // QSRlib divides by the distance of 0 and then reports that nothing moves.
     let [here, there] = [point([1.0, 1.0]), point([2.0, 1.0])];
     assert_eq!(QtcC::of([here, there], [here, here], 0.0).to_string(), "+,0,0,0");
@@ -125,7 +125,7 @@ fn touching_boxes_touch_within_a_tolerance() {
 }
 
 #[test]
-fn points_straight_ahead_have_a_relation_whatever_is_rounded() {
+fn points_straight_ahead_have_a_relation_despite_rounding() {
     // QSRlib raises an IndexError if an angle of −1e-16 becomes a full turn.
     for i in 0..2000 {
         let angle = f64::from(i) * 0.0123;
@@ -137,7 +137,7 @@ fn points_straight_ahead_have_a_relation_whatever_is_rounded() {
 }
 
 #[test]
-fn an_origin_at_the_relatum_sees_in_no_direction() {
+fn an_origin_at_the_relatum_has_no_direction() {
     let [a, b] = [point([1.0, 2.0]), point([3.0, 3.0])];
     assert_eq!(Tpcc::of(a, a, b, 0.0), Tpcc::Dou);
     assert_eq!(Tpcc::of(a, a, a, 0.0), Tpcc::Tri);
@@ -157,7 +157,7 @@ fn a_border_of_two_sectors_has_a_mirror_image() {
 }
 
 #[test]
-fn passing_the_threshold_of_qtc_bc_inserts_what_holds_at_it() {
+fn crossing_the_threshold_of_qtc_bc_inserts_the_relation_at_it() {
     // From far and − to near and +, near holds at the threshold, and QSRlib agrees. In the opposite case QSRlib inserts (0 0),
     // which cannot be reached from (- 0 + 0), because − and near cannot become 0 and far at the same time.
     let relation = |word: &str| word.parse::<QtcBc>().unwrap();
@@ -194,7 +194,7 @@ fn thresholds_of_distance_are_upper_or_lower_bounds() {
 }
 
 #[test]
-fn a_distance_of_three_ranks_composes_by_the_triangle() {
+fn ranked_distances_compose_by_the_triangle_inequality() {
     let scale = Scale::new([("close", 1.0), ("near", 3.0), ("far", 10.0)], Bound::Upper).unwrap();
     let rank = |label: &str| scale.parse(label).unwrap();
     assert_eq!(scale.compose(rank("close"), rank("close")), rank("close")..=rank("near"));
@@ -203,7 +203,7 @@ fn a_distance_of_three_ranks_composes_by_the_triangle() {
 }
 
 #[test]
-fn signs_are_as_the_literature_has_them() {
+fn signs_agree_with_the_literature() {
     // Left is − and right is +. Here k walks east towards l and to the north of the line, while l stands still.
     let at = |x: f64, y: f64| point([x, y]);
     let l = [at(10.0, 0.0); 2];
@@ -215,7 +215,7 @@ fn signs_are_as_the_literature_has_them() {
 }
 
 #[test]
-fn a_speed_does_not_depend_on_the_rate_of_samples() {
+fn a_speed_does_not_depend_on_the_sampling_rate() {
     let samples = |rate: f64| {
         (0..20).map(move |i| {
             let time_s = f64::from(i) / rate;
@@ -240,7 +240,7 @@ fn a_speed_does_not_depend_on_the_rate_of_samples() {
 }
 
 #[test]
-fn projections_lie_as_patil_2019_says() {
+fn projections_agree_with_patil_2019() {
     let at = |x: f64, y: f64, degrees: f64| Oriented::new(point([x, y]), degrees.to_radians()).unwrap();
     let qrpc = |i: Oriented, j: Oriented| Qrpc::of(i, j, &Projections::default()).to_string();
     let east = at(0.0, 0.0, 0.0);

@@ -63,7 +63,7 @@ fn edges<R: Relation>() -> usize {
 }
 
 #[test]
-fn neighbourhoods_have_as_many_pairs_as_the_literature_says() {
+fn the_number_of_neighbours_agrees_with_the_literature() {
     // Van de Weghe 2004 has 16 for QTC_B and 544 for QTC_C. Randell et al. 1992 have 11 for RCC8.
     assert_eq!([edges::<QtcB>(), edges::<QtcC>(), edges::<QtcBc>()], [16, 544, 16 + 544 + 225]);
     assert_eq!([edges::<Rcc8>(), edges::<Rcc5>(), edges::<Rcc2>()], [11, 6, 1]);
@@ -161,7 +161,7 @@ fn of_cells(a: u32, b: u32) -> Rcc8 {
     }
 }
 
-fn composition_is_what_regions_show<R: Compose + From<Rcc8>>() {
+fn composition_agrees_with_random_regions<R: Compose + From<Rcc8>>() {
     let regions: Vec<_> = (1..1 << 6).map(|cells: u32| cells << 1).collect();
     let mut shown = vec![vec![RelationSet::<R>::EMPTY; R::COUNT]; R::COUNT];
     for a in &regions {
@@ -180,16 +180,16 @@ fn composition_is_what_regions_show<R: Compose + From<Rcc8>>() {
 }
 
 #[test]
-fn the_tables_of_rcc_are_what_all_regions_of_six_cells_show() {
-    composition_is_what_regions_show::<Rcc8>();
-    composition_is_what_regions_show::<Rcc5>();
-    composition_is_what_regions_show::<Rcc4>();
-    composition_is_what_regions_show::<Rcc3>();
-    composition_is_what_regions_show::<Rcc2>();
+fn the_tables_of_rcc_agree_with_all_regions_of_six_cells() {
+    composition_agrees_with_random_regions::<Rcc8>();
+    composition_agrees_with_random_regions::<Rcc5>();
+    composition_agrees_with_random_regions::<Rcc4>();
+    composition_agrees_with_random_regions::<Rcc3>();
+    composition_agrees_with_random_regions::<Rcc2>();
 }
 
 #[test]
-fn directions_compose_to_what_vectors_show() {
+fn composed_directions_agree_with_vectors() {
     let radii = [0.3, 1.0, 2.0, 3.0, 4.0];
     let places = || (0..64).flat_map(|i| radii.map(|r| ((f64::from(i) + 0.3) * TAU / 64.0, r)));
     let place = |(angle, r): (f64, f64)| point([r * angle.cos(), r * angle.sin()]);
@@ -210,7 +210,7 @@ fn directions_compose_to_what_vectors_show() {
 }
 
 #[test]
-fn relations_are_read_in_the_notations_of_the_literature() {
+fn relations_are_parsed_in_the_notations_of_the_literature() {
     for word in ["-,+,0,0", "-+00", "(- + 0 0)", "(−, +, 0, 0)", " - + 0 0 "] {
         let relation: QtcC = word.parse().unwrap();
         assert_eq!(relation.to_string(), "-,+,0,0", "{word}");

@@ -126,7 +126,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_echo_is_an_arc_as_far_away_as_it_says() {
+    fn an_echo_is_an_arc_at_its_range() {
         let mut scan = SonarScan::zeroed();
         (scan.sonar_count, scan.half_opening_rad) = (2, 0.2);
         scan.ranges_m[..2].copy_from_slice(&[1.5, f32::INFINITY]);

@@ -1,4 +1,4 @@
-//! An onlooker says where the robot is, and the localizer and the planner hear it before the next instant.
+//! An onlooker gives the pose of the robot, which reaches the localizer and the planner before the next instant.
 
 use std::path::Path;
 
@@ -13,21 +13,21 @@ use sketchnav_sketch::messages::{ESTIMATE, PoseEstimate};
 /// Maximum number of instants of a drive.
 const MOST: usize = 200;
 
-/// Says once where the robot is, as soon as `is_time` holds.
+/// Gives the pose of the robot once, as soon as `is_time` holds.
 struct Witness {
     is_time: fn(&Self) -> bool,
     at: fn(&Self) -> Point<Sketch>,
     estimates: Vec<PoseEstimate>,
     status: Vec<MissionStatus>,
     orders: Vec<MissionCommand>,
-    /// Number of instants before the witness said where the robot is, or `None` if it has not yet.
-    told: Option<usize>,
+    /// Number of instants before the pose was given, or `None` if it has not been given yet.
+    given_after: Option<usize>,
 }
 
 impl Witness {
     fn new(is_time: fn(&Self) -> bool, at: fn(&Self) -> Point<Sketch>) -> Self {
         let (estimates, status, orders) = Default::default();
-        Self { is_time, at, estimates, status, orders, told: None }
+        Self { is_time, at, estimates, status, orders, given_after: None }
     }
 
     fn believed(&self, instant: usize) -> Point<Sketch> {
@@ -61,20 +61,21 @@ impl Tap for Witness {
 
 impl Onlooker for Witness {
     fn has_enough(&self) -> bool {
-        self.estimates.len() == MOST || self.told.is_some_and(|told| self.estimates.len() > told)
+        self.estimates.len() == MOST
+            || self.given_after.is_some_and(|given_after| self.estimates.len() > given_after)
     }
 
     fn here(&mut self) -> Option<Here> {
-        if self.told.is_some() || !(self.is_time)(self) {
+        if self.given_after.is_some() || !(self.is_time)(self) {
             return None;
         }
-        self.told = Some(self.estimates.len());
+        self.given_after = Some(self.estimates.len());
         Some(Here { at: (self.at)(self), yaw_rad: None })
     }
 }
 
 #[test]
-fn the_localizer_goes_on_from_where_somebody_said() {
+fn the_localizer_continues_from_a_given_pose() {
     // At the second goal.
     let far = |_: &Witness| Point::new(1103.0, 293.0);
     let witness = Witness::new(|it| it.estimates.len() == 30, far).drives(&[]);
@@ -86,15 +87,15 @@ fn the_localizer_goes_on_from_where_somebody_said() {
 }
 
 #[test]
-fn the_planner_of_a_lost_robot_goes_on_when_somebody_has_said_where_it_is() {
+fn a_lost_robot_continues_once_its_pose_is_given() {
     let is_lost = |it: &Witness| it.status.last().is_some_and(|s| s.state == TaskState::Paused.code());
     let where_it_believes = |it: &Witness| it.believed(it.estimates.len() - 1);
     // These parameters make the robot so impatient that it considers itself lost after a few instants.
     let witness =
         Witness::new(is_lost, where_it_believes).drives(&[("astray_factor", 0.1), ("astray_m", 0.1)]);
-    let told = witness.told.unwrap();
+    let given_after = witness.given_after.unwrap();
     assert_eq!(
-        [told - 1, told].map(|instant| witness.state(instant)),
+        [given_after - 1, given_after].map(|instant| witness.state(instant)),
         [TaskState::Paused, TaskState::Driving]
     );
 }

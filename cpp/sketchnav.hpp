@@ -123,6 +123,30 @@ static_assert(offsetof(Directions, header) == 0);
 static_assert(offsetof(Directions, map_count) == 24);
 static_assert(offsetof(Directions, reserved) == 28);
 
+struct ChartedJourney {
+    float start_x_m;
+    float start_y_m;
+    std::uint32_t goal;
+};
+static_assert(std::is_trivially_copyable_v<ChartedJourney> && sizeof(ChartedJourney) == 12);
+static_assert(offsetof(ChartedJourney, start_x_m) == 0);
+static_assert(offsetof(ChartedJourney, start_y_m) == 4);
+static_assert(offsetof(ChartedJourney, goal) == 8);
+
+struct Chart {
+    Header header;
+    std::uint32_t journey_count;
+    std::uint32_t reserved;
+    double sigma_m;
+    ChartedJourney journeys[64];
+};
+static_assert(std::is_trivially_copyable_v<Chart> && sizeof(Chart) == 808);
+static_assert(offsetof(Chart, header) == 0);
+static_assert(offsetof(Chart, journey_count) == 24);
+static_assert(offsetof(Chart, reserved) == 28);
+static_assert(offsetof(Chart, sigma_m) == 32);
+static_assert(offsetof(Chart, journeys) == 40);
+
 struct PlannedJourney {
     double distance_m;
     double probability;
@@ -760,6 +784,26 @@ static_assert(offsetof(Journey, reserved) == 52);
 static_assert(offsetof(Journey, reference_x_m) == 56);
 static_assert(offsetof(Journey, reference_y_m) == 64);
 
+struct BelievedLandmark {
+    std::uint32_t landmark;
+    float probability;
+};
+static_assert(std::is_trivially_copyable_v<BelievedLandmark> && sizeof(BelievedLandmark) == 8);
+static_assert(offsetof(BelievedLandmark, landmark) == 0);
+static_assert(offsetof(BelievedLandmark, probability) == 4);
+
+struct Whereabouts {
+    Header header;
+    std::uint32_t task;
+    std::uint32_t landmark_count;
+    BelievedLandmark landmarks[8];
+};
+static_assert(std::is_trivially_copyable_v<Whereabouts> && sizeof(Whereabouts) == 96);
+static_assert(offsetof(Whereabouts, header) == 0);
+static_assert(offsetof(Whereabouts, task) == 24);
+static_assert(offsetof(Whereabouts, landmark_count) == 28);
+static_assert(offsetof(Whereabouts, landmarks) == 32);
+
 struct VelocityCommand {
     Header header;
     Twist twist;
@@ -911,13 +955,14 @@ struct Channel {
     bool many_writers;
 };
 
-inline constexpr std::array<Channel, 35> CHANNELS{{
+inline constexpr std::array<Channel, 37> CHANNELS{{
     {"drawing", "sketchnav/Drawing/1/bc2fe5ad3b99105c", sizeof(Drawing), false},
     {"sketch", "sketchnav/SketchMap/1/678448258de9be23", sizeof(SketchMap), false},
     {"route", "sketchnav/Route/1/0490aae0e488df01", sizeof(Route), false},
     {"rules", "sketchnav/Rules/1/a6fe3a694e6b7b84", sizeof(Rules), false},
     {"landmark_route", "sketchnav/LandmarkRoute/1/ccee207c01927f1c", sizeof(LandmarkRoute), false},
     {"directions", "sketchnav/Directions/1/6f64871dae83bea2", sizeof(Directions), false},
+    {"chart", "sketchnav/Chart/1/c41f02b33738ccc5", sizeof(Chart), false},
     {"itinerary", "sketchnav/Itinerary/1/1c577744a22642b1", sizeof(Itinerary), false},
     {"understood", "sketchnav/Understood/1/cf0efb456e05d81e", sizeof(Understood), false},
     {"orders", "sketchnav/MissionCommand/2/a84b107d9cf57f48", sizeof(MissionCommand), false},
@@ -941,6 +986,7 @@ inline constexpr std::array<Channel, 35> CHANNELS{{
     {"question", "sketchnav/Question/1/d383d138d8361399", sizeof(Question), false},
     {"landmark_progress", "sketchnav/LandmarkProgress/1/e6a61868204884b6", sizeof(LandmarkProgress), false},
     {"journey", "sketchnav/Journey/1/f054905aa2292e8d", sizeof(Journey), false},
+    {"whereabouts", "sketchnav/Whereabouts/1/3d39eeeb79b1c3a9", sizeof(Whereabouts), false},
     {"command", "sketchnav/VelocityCommand/1/45ef9b3c7d504529", sizeof(VelocityCommand), false},
     {"status", "sketchnav/MissionStatus/1/ed44629eb242885e", sizeof(MissionStatus), false},
     {"latency", "sketchnav/Latency/2/6fd35d9cb700fb1d", sizeof(Latency), false},

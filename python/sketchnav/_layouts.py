@@ -84,6 +84,24 @@ Directions = np.dtype(
     ]
 )
 
+ChartedJourney = np.dtype(
+    [
+        ("start_x_m", "<f4"),
+        ("start_y_m", "<f4"),
+        ("goal", "<u4"),
+    ]
+)
+
+Chart = np.dtype(
+    [
+        ("header", Header),
+        ("journey_count", "<u4"),
+        ("reserved", "<u4"),
+        ("sigma_m", "<f8"),
+        ("journeys", ChartedJourney, (64,)),
+    ]
+)
+
 PlannedJourney = np.dtype(
     [
         ("distance_m", "<f8"),
@@ -495,6 +513,22 @@ Journey = np.dtype(
     ]
 )
 
+BelievedLandmark = np.dtype(
+    [
+        ("landmark", "<u4"),
+        ("probability", "<f4"),
+    ]
+)
+
+Whereabouts = np.dtype(
+    [
+        ("header", Header),
+        ("task", "<u4"),
+        ("landmark_count", "<u4"),
+        ("landmarks", BelievedLandmark, (8,)),
+    ]
+)
+
 VelocityCommand = np.dtype(
     [
         ("header", Header),
@@ -574,6 +608,7 @@ CHANNELS = {
     "rules": ("sketchnav/Rules/1/a6fe3a694e6b7b84", Rules, False, ("planner", "recorder",)),
     "landmark_route": ("sketchnav/LandmarkRoute/1/ccee207c01927f1c", LandmarkRoute, False, ("localizer", "planner", "pad", "recorder",)),
     "directions": ("sketchnav/Directions/1/6f64871dae83bea2", Directions, False, ("planner", "pad", "recorder",)),
+    "chart": ("sketchnav/Chart/1/c41f02b33738ccc5", Chart, False, ("planner", "pad", "recorder",)),
     "itinerary": ("sketchnav/Itinerary/1/1c577744a22642b1", Itinerary, False, ("supervisor", "pad", "recorder",)),
     "understood": ("sketchnav/Understood/1/cf0efb456e05d81e", Understood, False, ("pad", "recorder",)),
     "orders": ("sketchnav/MissionCommand/2/a84b107d9cf57f48", MissionCommand, False, ("localizer", "planner", "recorder",)),
@@ -597,6 +632,7 @@ CHANNELS = {
     "question": ("sketchnav/Question/1/d383d138d8361399", Question, False, ("pad", "recorder",)),
     "landmark_progress": ("sketchnav/LandmarkProgress/1/e6a61868204884b6", LandmarkProgress, False, ("pad", "recorder",)),
     "journey": ("sketchnav/Journey/1/f054905aa2292e8d", Journey, False, ("pad", "recorder",)),
+    "whereabouts": ("sketchnav/Whereabouts/1/3d39eeeb79b1c3a9", Whereabouts, False, ("pad", "recorder",)),
     "command": ("sketchnav/VelocityCommand/1/45ef9b3c7d504529", VelocityCommand, False, ("world", "recorder",)),
     "status": ("sketchnav/MissionStatus/1/ed44629eb242885e", MissionStatus, False, ("supervisor", "pad", "recorder",)),
     "latency": ("sketchnav/Latency/2/6fd35d9cb700fb1d", Latency, False, ("recorder",)),

@@ -47,6 +47,31 @@ fn a_branching_map_corrects_the_navigators_errors() {
         .page_says(recording, &["The custom map as a graph", "In words", "Seek the most isolated landmark."]);
 }
 
+/// A navigator with a belief goes through all that one with a map does: run, rerun, replay, judge and report.
+#[test]
+fn a_belief_leads_the_navigator_past_its_errors_without_a_map() {
+    let place = place("belief.toml");
+    let recording = &place.driven("mission.toml --seed 2");
+    let messages = place.messages(recording);
+    assert_eq!((messages.get("/directions"), messages["/chart"]), (None, 1), "{messages:?}");
+    assert_eq!(messages.get("/journey"), messages.get("/whereabouts"), "{messages:?}");
+    place.is_reproduced(recording, &["world", "sketcher", "localizer", "planner"]);
+    let judged = place.fine(&format!("judge {recording} --json")).json();
+    let journey = &judged[0]["journeys"][0];
+    assert!(matches!(journey["kind"].as_str(), Some("direct" | "recovered")), "{judged}");
+    assert_eq!(journey["accepted"], journey["right"], "every landmark is the most probable one: {judged}");
+    assert!(journey["stated"].as_f64().is_some_and(|stated| stated > 0.5), "{judged}");
+    place.page_says(
+        recording,
+        &["knew the positions of 100 landmarks", "Probability of the most probable landmark"],
+    );
+    let made = place.fine("directions mission.toml").out;
+    assert!(
+        made.contains("100 landmarks in 800 bytes") && made.contains("probability of arrival 0."),
+        "{made}"
+    );
+}
+
 /// Runs the same navigator on land, among a field of poles, with a laser and a custom map made from a floor plan.
 #[test]
 fn from_a_floor_plan_the_robot_arrives_among_poles() {
@@ -67,9 +92,13 @@ fn from_a_floor_plan_the_robot_arrives_among_poles() {
 
 #[test]
 fn kills_leave_the_same_bytes() {
-    for (mission, kills) in
-        [("hundred.toml", 10), ("written.toml", 6), ("branching.toml", 6), ("poles.toml", 6)]
-    {
+    for (mission, kills) in [
+        ("hundred.toml", 10),
+        ("written.toml", 6),
+        ("branching.toml", 6),
+        ("belief.toml", 6),
+        ("poles.toml", 6),
+    ] {
         place(mission).is_identical_after("mission.toml", kills, "world,sketcher,localizer,planner,recorder");
     }
 }
@@ -197,6 +226,10 @@ fn errors_in_a_mission_end_with_exit_code_2() {
                 .replace("written.directions", "word.directions")
                 .replace("kind = \"directions\"", "kind = \"directions\"\nwords = [\"Isol\", \"*\"]"),
             "word.directions: entry 2: expected a word that the navigator understands, found \"IsolPair\"",
+        ),
+        (
+            written.replace("kind = \"directions\"", "kind = \"directions\"\nmethod = \"belief\""),
+            "navigator.method: expected another method with map_file",
         ),
         (
             written.replace("written.directions", "branch.directions"),

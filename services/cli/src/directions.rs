@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
 use sketchnav_directions::CustomMap;
+use sketchnav_directions::messages::PlannedJourney;
+use sketchnav_directions::stages::belief::Charts;
 use sketchnav_directions::stages::mission::{self, KIND};
 use sketchnav_directions::stages::sketcher::{self, Made};
 use sketchnav_directions::survey::{Cost, Parkways, Survey};
@@ -77,6 +79,11 @@ pub fn print(path: &Path, options: &DirectionsOptions) -> Result<Outcome, Failur
         None => {
             let made = sketcher::make(&run, &sketchnav_navigators::read_file);
             let made = made.map_err(|error| in_file(error.to_string())).or_input()?;
+            if made.charts.is_some() && (options.words || options.graph.is_some()) {
+                let wrong =
+                    "navigator.method: expected one with custom maps for --words and --graph, found belief";
+                return Err(in_file(wrong.to_owned())).or_input();
+            }
             if let Some(file) = &options.graph {
                 draw(file, &run, &made).or_input()?;
             }
@@ -100,6 +107,9 @@ fn draw(file: &Path, run: &RunConfig, made: &Made) -> anyhow::Result<()> {
 /// costs.
 fn itineraries(run: &RunConfig, made: &Made, options: &DirectionsOptions) -> Result<String, String> {
     let settings = mission::settings(&run.mission, &run.robot).map_err(|error| error.to_string())?;
+    if let Some(charts) = &made.charts {
+        return Ok(charted(run, made, charts));
+    }
     if made.plans.is_empty() && !options.words && options.graph.is_none() {
         return Err(written());
     }
@@ -120,6 +130,18 @@ fn itineraries(run: &RunConfig, made: &Made, options: &DirectionsOptions) -> Res
         format!("{}\n{itinerary}{map}{words}", task.name)
     });
     Ok(text.collect::<Vec<_>>().join("\n"))
+}
+
+/// Formats the size of a chart, and each task's probability of arrival.
+fn charted(run: &RunConfig, made: &Made, charts: &Charts) -> String {
+    let mut text =
+        format!("{} landmarks in {} bytes, in place of a map\n", charts.charted.dots.len(), charts.bytes());
+    for (task, journey) in run.mission.task.iter().zip(&made.journeys) {
+        let PlannedJourney { distance_m, probability } = journey;
+        text +=
+            &format!("\n{}\ndistance {distance_m:.3}, probability of arrival {probability:.3}\n", task.name);
+    }
+    text
 }
 
 /// Formats what each entry means, with its number.

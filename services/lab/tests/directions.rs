@@ -35,15 +35,31 @@ fn driven(mission: &str, seed: u64) -> Vec<JourneyVerdict> {
     judged(&run, &log_of(&run), &dots)
 }
 
-#[test]
-fn journeys_in_gusts_and_clusters_arrive_as_often_as_predicted() {
-    let verdicts: Vec<_> = (1..=6).flat_map(|seed| driven("crowded.toml", seed)).collect();
+/// Asserts that the number of arrivals is within three standard deviations of the one stated.
+fn arrive_as_stated(verdicts: &[JourneyVerdict]) {
     let is_success = |verdict: &&JourneyVerdict| verdict.kind.is_some_and(Kind::is_success);
     let arrived = verdicts.iter().filter(is_success).count() as f64;
     let stated = verdicts.iter().map(|verdict| verdict.stated.unwrap());
     let (mean, variance) =
         stated.fold((0.0, 0.0), |(mean, variance), p| (mean + p, variance + p * (1.0 - p)));
     assert!((arrived - mean).abs() < 3.0 * f64::sqrt(variance), "{arrived} {mean} {verdicts:?}");
+}
+
+#[test]
+fn journeys_in_gusts_and_clusters_arrive_as_often_as_predicted() {
+    let verdicts: Vec<_> = (1..=6).flat_map(|seed| driven("crowded.toml", seed)).collect();
+    arrive_as_stated(&verdicts);
+}
+
+/// The navigator has no map. The judge compares each landmark that it attained with the most probable one.
+#[test]
+fn with_a_belief_as_many_journeys_arrive_as_stated_and_most_landmarks_are_known() {
+    let verdicts: Vec<_> = (1..=6).flat_map(|seed| driven("belief.toml", seed)).collect();
+    arrive_as_stated(&verdicts);
+    let (right, accepted) =
+        verdicts.iter().fold((0, 0), |(right, all), verdict| (right + verdict.right, all + verdict.accepted));
+    assert!(accepted > 24 && 10 * right >= 8 * accepted, "{verdicts:?}");
+    assert!(verdicts.iter().any(|verdict| verdict.kind == Some(Kind::Recovered)), "{verdicts:?}");
 }
 
 /// A person stands halfway between two poles. The robot must go around without touching anybody. Since the person hides

@@ -2,7 +2,8 @@
 //!
 //! The navigator reports whether it arrived. Whether it truly attained the landmarks that its map refers to is judged by the
 //! true dots. A landmark on the map refers to the true dot that is nearest to where the map-maker sees the landmark. Which landmark
-//! the navigator takes a dot for is known by the entry that it reads next ([`Reference`]).
+//! the navigator takes a dot for is known by the entry that it reads next ([`Reference`]) or, if it goes by a belief, by the most
+//! probable landmark.
 
 use serde::Serialize;
 use sketchnav_directions::CustomMap;
@@ -85,11 +86,16 @@ struct Taken {
     entry: usize,
     /// The landmark that it was taken for, or `None` if the journey ended before the navigator went on from it.
     node: Option<Node>,
+    /// The dot of the most probable landmark, if the navigator goes by a belief.
+    believed: Option<usize>,
 }
 
 impl Taken {
     /// Returns whether the dot is the one that the map refers to. `landmarks` are the dots that the map refers to.
     fn is_right(&self, map: Option<&CustomMap>, landmarks: &[usize]) -> bool {
+        if let Some(believed) = self.believed {
+            return self.dot == believed;
+        }
         let meant = self.node.and_then(|node| node.landmark(landmarks));
         meant.is_some_and(|meant| match map {
             Some(map) => map.is_right(self.entry, &self.dot, meant),
@@ -113,10 +119,23 @@ fn taken(log: &Log, map: Option<&CustomMap>, steps: &[&Journey], dots: &[[f64; 2
             let at = window.compose(&Pose::<World>::new(step.reference_x_m, step.reference_y_m, 0.0));
             let in_order = Node::Entry(taken.len() + 1);
             let node = if map.is_some() { reference.node() } else { Some(in_order) };
-            taken.push(Taken { dot: nearest(dots, [at.x, at.y]), entry: step.entry as usize, node });
+            let believed = believed(log, step.header.stamp_ns).map(|at| nearest(dots, at));
+            taken.push(Taken {
+                dot: nearest(dots, [at.x, at.y]),
+                entry: step.entry as usize,
+                node,
+                believed,
+            });
         }
     }
     taken
+}
+
+/// Returns the position of the most probable landmark at that time, if the navigator goes by a belief.
+fn believed(log: &Log, stamp_ns: u64) -> Option<[f64; 2]> {
+    let until = log.whereabouts.partition_point(|said| said.header.stamp_ns <= stamp_ns);
+    let most = log.whereabouts[..until].last()?.landmarks().first()?;
+    log.chart.get(most.landmark as usize).copied()
 }
 
 fn kind(
@@ -125,8 +144,10 @@ fn kind(
     (taken, right): (&[Taken], usize),
     (map, landmarks): (Option<&CustomMap>, &[usize]),
 ) -> Option<Kind> {
-    let branches = map.is_some_and(CustomMap::branches);
-    let is_planned = right == taken.len() && (branches || taken.len() == landmarks.len());
+    // Neither a map that branches nor a belief has a single path.
+    let has_path =
+        !map.is_some_and(CustomMap::branches) && taken.iter().all(|taken| taken.believed.is_none());
+    let is_planned = right == taken.len() && (!has_path || taken.len() == landmarks.len());
     let last = steps.last()?;
     match state {
         TaskState::Lost if last.cannot_locate == 1 => Some(Kind::CannotLocate),
@@ -143,7 +164,9 @@ fn kind(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sketchnav_directions::messages::{Activity, Itinerary, PlannedLandmark};
+    use sketchnav_directions::messages::{
+        Activity, BelievedLandmark, Itinerary, PlannedLandmark, Whereabouts,
+    };
     use sketchnav_schemas::message::{GroundTruth, Message, MissionStatus, PoseM};
 
     const DOTS: [[f64; 2]; 3] = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]];
@@ -253,6 +276,26 @@ mod tests {
             "dot 2 is not the landmark of entry 3"
         );
         assert_eq!(judged(&[0, 2, 2], true), (Some(Kind::Astray), 2));
+    }
+
+    /// A belief has no path: two of three landmarks will do, if each is the one that it was most probably taken for.
+    #[test]
+    fn with_a_belief_a_landmark_is_the_most_probable_one() {
+        let judged = |taken: &[usize], believed: &[u32]| {
+            let mut log = log(taken, TaskState::Reached, |_| ());
+            log.chart = DOTS.map(|[x, y]| [x, y + 0.1]).to_vec();
+            for (stamp_ns, &landmark) in (1..).zip(believed) {
+                let mut said: Whereabouts = bytemuck::Zeroable::zeroed();
+                (said.header_mut().stamp_ns, said.landmark_count) = (stamp_ns, 1);
+                said.landmarks[0] = BelievedLandmark { landmark, probability: 0.9 };
+                log.whereabouts.push(said);
+            }
+            let verdict = journeys(&log, &["there".to_owned()], &DOTS).remove(0);
+            (verdict.kind, verdict.right)
+        };
+        assert_eq!(judged(&[0, 2], &[0, 2]), (Some(Kind::Direct), 2));
+        assert_eq!(judged(&[0, 1, 2], &[0, 2, 2]), (Some(Kind::Unaware), 2));
+        assert_eq!(judged(&[0, 1], &[0, 2]), (Some(Kind::Astray), 1));
     }
 
     #[test]

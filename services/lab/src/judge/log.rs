@@ -3,7 +3,9 @@
 
 use std::collections::BTreeMap;
 
-use sketchnav_directions::messages::{DIRECTIONS, ITINERARY, Itinerary, JOURNEY, Journey};
+use sketchnav_directions::messages::{
+    CHART, DIRECTIONS, ITINERARY, Itinerary, JOURNEY, Journey, WHEREABOUTS, Whereabouts,
+};
 use sketchnav_landmarks::messages::{
     LANDMARK_PROGRESS, LANDMARK_ROUTE, LANDMARK_VIEW, LandmarkProgress, LandmarkView,
 };
@@ -71,6 +73,10 @@ pub struct Log {
     pub seen_dots: Vec<[f64; 2]>,
     /// The custom maps as text.
     pub directions: Option<String>,
+    /// Positions x and y of the landmarks that a navigator with a belief knows, in metres.
+    pub chart: Vec<[f64; 2]>,
+    /// The channel `whereabouts`.
+    pub whereabouts: Vec<Whereabouts>,
     /// The channel `contact`.
     pub contacts: Vec<Contact>,
     /// The channel `estimate`, for the last drawing only.
@@ -112,7 +118,9 @@ pub struct Log {
 }
 
 /// The channels that verdicts and figures need.
-const NEEDED: [&ChannelSpec; 17] = [
+const NEEDED: [&ChannelSpec; 19] = [
+    CHART.spec,
+    WHEREABOUTS.spec,
     DIRECTIONS.spec,
     ITINERARY.spec,
     JOURNEY.spec,
@@ -261,6 +269,8 @@ impl Log {
             self.route = Some(Box::new(*route));
         } else if DIRECTIONS.message(spec, message).is_some() {
             self.directions = Some(String::from_utf8_lossy(cells).into_owned());
+        } else if CHART.message(spec, message).is_some() {
+            self.chart = dots_of(cells).map(|at| [at.x, at.y]).collect();
         } else if LANDMARK_ROUTE.message(spec, message).is_some() {
             self.landmark_route = cells.to_vec();
         } else if let Some(itinerary) = ITINERARY.message(spec, message) {
@@ -288,6 +298,7 @@ impl Tap for Log {
         self.people.extend(PEOPLE.message(spec, message));
         self.markers.extend(MARKERS.message(spec, message));
         self.journeys.extend(JOURNEY.message(spec, message));
+        self.whereabouts.extend(WHEREABOUTS.message(spec, message));
         self.contacts.extend(CONTACT.message(spec, message));
         self.estimates.extend(ESTIMATE.message(spec, message));
         self.particles.extend(PARTICLES.message(spec, message));

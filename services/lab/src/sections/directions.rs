@@ -223,11 +223,19 @@ pub fn section(run: &RunConfig, log: &Log, verdicts: &[JourneyVerdict]) -> Marku
             "Direct, recovered, unaware: at the goal, in the last case by a wrong path. Cannot locate, lost: the navigator knows that it failed. "
             "Astray: it believes that it is at the goal (Park and Kender 1995, 7.2.6)."
         }
-        h2 { "Custom maps" }
-        @for (number, (text, name)) in texts.split(&between).zip(&names).enumerate() {
-            h3 { (name) }
-            pre { (text) }
-            @if let Some(map) = read.get(number) { (explained(name, map)) }
+        @if log.chart.is_empty() {
+            h2 { "Custom maps" }
+            @for (number, (text, name)) in texts.split(&between).zip(&names).enumerate() {
+                h3 { (name) }
+                pre { (text) }
+                @if let Some(map) = read.get(number) { (explained(name, map)) }
+            }
+        } @else {
+            h2 { "Belief" }
+            p {
+                "The navigator followed no map. It knew the positions of " (log.chart.len()) " landmarks, and chose each movement by "
+                "the probability of being at each of them. The path drawn above is one that the map-maker would have planned."
+            }
         }
     }
 }

@@ -1,4 +1,5 @@
-//! Compares the success of straight maps and maps that branch, on worlds of your choice.
+//! Compares the success of straight maps, maps that branch, and a belief without a map, on worlds of your choice.
+//! Arguments: the number of worlds, the first seed, and position errors in mm and methods, if not all of them.
 
 use std::time::Instant;
 
@@ -11,11 +12,19 @@ fn main() -> Result<(), sketchnav_directions::Error> {
     let mut arguments = std::env::args().skip(1);
     let worlds: u64 = arguments.next().and_then(|word| word.parse().ok()).unwrap_or(20);
     let first: u64 = arguments.next().and_then(|word| word.parse().ok()).unwrap_or(700_000);
-    let sigmas: Vec<f64> = arguments.filter_map(|word| word.parse().ok()).collect();
+    let rest: Vec<String> = arguments.collect();
+    let sigmas: Vec<f64> = rest.iter().filter_map(|word| word.parse().ok()).collect();
+    let names = rest.len() > sigmas.len();
+    let chosen = |name: &str| !names || rest.iter().any(|word| word == name);
     let effort = Effort::USUAL;
     for sigma in if sigmas.is_empty() { vec![5.0, 3.0, 1.0] } else { sigmas } {
-        for (name, choice) in
-            [("simulated", Choice::Simulated(effort)), ("branching", Choice::Branching(effort))]
+        for (name, choice) in [
+            ("simulated", Choice::Simulated(effort)),
+            ("branching", Choice::Branching(effort)),
+            ("belief", Choice::Belief(effort)),
+        ]
+        .into_iter()
+        .filter(|(name, _)| chosen(name))
         {
             let begin = Instant::now();
             let result = success(choice, &Setting::of_sigma(sigma)?, first..first + worlds, 20)?;
@@ -24,7 +33,7 @@ fn main() -> Result<(), sketchnav_directions::Error> {
                 "{sigma} mm {name}: {:.1} % of {} worlds, stated {:.1} %, {:.1} entries, {each_s:.2} s a world, kinds {:?}",
                 100.0 * mean(&result.arrived),
                 result.planned,
-                100.0 * mean(&result.stated),
+                100.0 * mean(&result.stated.iter().map(|[stated, _]| *stated).collect::<Vec<_>>()),
                 mean(&result.entries),
                 result.tally.counts,
             );

@@ -14,6 +14,8 @@
 
 mod trial;
 
+use std::sync::Arc;
+
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 use sketchnav_schemas::seed::stream;
@@ -22,11 +24,13 @@ use crate::description::Descriptor;
 use crate::error::Error;
 use crate::generate::error;
 use crate::geometry::Point;
+use crate::navigator::guide::Guide;
 use crate::navigator::{Navigator, Settings};
 use crate::path::{Atlas, Measure, Objective, Path, Start, Weights, best};
 use crate::plan::{Plan, Verify};
 use crate::plane::{DotId, Plane};
 use crate::traversal::{Kind, Noise, Traversal};
+use crate::walls::Walls;
 use crate::wording::reworded;
 pub(crate) use trial::Trial;
 pub use trial::{Estimate, estimates};
@@ -102,22 +106,22 @@ pub fn simulate(
     (seed, round): (u64, &str),
 ) -> Result<Tally, Error> {
     let navigator = Navigator::new(pilot.settings, plan.map.clone())?;
-    let (near, intended) = surroundings(atlas, plan);
-    let mut tally = Tally::default();
-    for journey in 0..journeys {
-        let mut rng = stream(seed, &format!("directions/{round}/{journey}"));
-        let plane = disturbed(&near, pilot.noise.map_sigma, &mut rng)?.among(atlas.plane.walls().clone());
-        let journey = Traversal::new(&plane, &navigator, &intended, pilot.noise)?;
-        tally.add(journey.run(plan.path.start.centre, &mut rng, |_, _, _| {}).kind);
-    }
-    Ok(tally)
+    let start = plan.path.start.centre;
+    let near = surroundings(atlas, start, &plan.landmarks());
+    fly(&navigator, &near, atlas.plane.walls(), (start, pilot.noise), journeys, (seed, round))
 }
 
-/// Returns the dots around a path, and the numbers of its landmarks among them.
-fn surroundings(atlas: &Atlas, plan: &Plan) -> (Vec<Point>, Vec<DotId>) {
-    let landmarks = plan.landmarks();
+/// A part of a plane in which journeys are simulated.
+pub(crate) struct Surroundings {
+    dots: Vec<Point>,
+    /// The landmarks that the guide refers to, by their numbers among the dots.
+    intended: Vec<DotId>,
+}
+
+/// Returns the dots around a start and the landmarks that a guide refers to.
+pub(crate) fn surroundings(atlas: &Atlas, start: Point, landmarks: &[DotId]) -> Surroundings {
     let places = landmarks.iter().map(|&dot| atlas.plane.dot(dot));
-    let (mut low, mut high) = (plan.path.start.centre, plan.path.start.centre);
+    let (mut low, mut high) = (start, start);
     for place in places {
         low = Point::new(low.x.min(place.x), low.y.min(place.y));
         high = Point::new(high.x.max(place.x), high.y.max(place.y));
@@ -127,7 +131,26 @@ fn surroundings(atlas: &Atlas, plan: &Plan) -> (Vec<Point>, Vec<DotId>) {
     near.sort_unstable();
     let number = |dot: &DotId| near.binary_search(dot).unwrap_or_default() as DotId;
     let intended = landmarks.iter().map(number).collect();
-    (near.iter().map(|&dot| atlas.plane.dot(dot)).collect(), intended)
+    Surroundings { dots: near.iter().map(|&dot| atlas.plane.dot(dot)).collect(), intended }
+}
+
+/// Simulates journeys from a position, over planes that may be the true one, and counts how they end.
+pub(crate) fn fly<G: Guide>(
+    navigator: &Navigator<G>,
+    near: &Surroundings,
+    walls: &Arc<Walls>,
+    (start, noise): (Point, Noise),
+    journeys: u32,
+    (seed, round): (u64, &str),
+) -> Result<Tally, Error> {
+    let mut tally = Tally::default();
+    for journey in 0..journeys {
+        let mut rng = stream(seed, &format!("directions/{round}/{journey}"));
+        let plane = disturbed(&near.dots, noise.map_sigma, &mut rng)?.among(walls.clone());
+        let journey = Traversal::new(&plane, navigator, &near.intended, noise)?;
+        tally.add(journey.run(start, &mut rng, |_, _, _| {}).kind);
+    }
+    Ok(tally)
 }
 
 /// Returns a plane in which the dots are displaced at random, as they may be in reality given where the map-maker sees them.

@@ -14,7 +14,8 @@
 //! - [`atlas`] and [`survey`], which combine all of the above; [`path`] and [`plan`], the costs and the best path; [`wording`],
 //!   the words that depend on the path;
 //! - [`pillars`], which finds landmarks on land in a laser scan;
-//! - [`arrival`], the most probable path, found by simulation, and [`branching`], maps that branch;
+//! - [`arrival`], the most probable path, found by simulation, and [`branching`], maps that branch; [`belief`], a
+//!   navigator that knows where its landmarks are, in place of a map;
 //! - [`experiments`], both the paper's and our own.
 //!
 //! The map-maker and the navigator share [`custom_map`], a file that people can read and write. [`navigator`] follows such a
@@ -27,6 +28,7 @@
 
 pub mod arrival;
 pub mod atlas;
+pub mod belief;
 pub mod branching;
 pub mod custom_map;
 pub mod description;

@@ -6,6 +6,7 @@ use sketchnav_schemas::declare::{channels, codes, messages, parts};
 use sketchnav_schemas::message::{MAX_DOTS, MAX_PLANE_DOTS};
 use sketchnav_schemas::valid::{Checked, count, ensure, near};
 
+use crate::belief::MOST_LANDMARKS;
 use crate::stages::mission::KIND;
 
 /// Maximum size of the custom maps of a mission, in bytes.
@@ -43,6 +44,19 @@ messages! {
         pub reserved: u32 as Zero,
     }
 
+    /// The landmarks that a navigator with a belief knows, in place of custom maps. The slice after the message has their
+    /// positions, as two f32 each: x and y in metres, in the frame `world`.
+    pub struct Chart version 1 in "world" with data valid if chart {
+        /// Number of valid entries of `journeys`.
+        pub journey_count: u32 as Count,
+        /// Zero.
+        pub reserved: u32 as Zero,
+        /// Standard deviation of a position on each axis, in metres.
+        pub sigma_m: f64,
+        /// The journeys, one for each task.
+        pub journeys: [ChartedJourney; 64] where journey_count counts,
+    }
+
     /// The map-maker's intentions behind the custom maps, for people and for the judge. No navigator may read this message. The
     /// slice after the message has the dots at the positions where the map-maker sees them, as two f32 each: x and y in metres,
     /// in the frame `world`.
@@ -72,6 +86,16 @@ messages! {
         pub meant: [u32; 8],
         /// The dots.
         pub dots: [DescribedDot; 64] where dot_count counts,
+    }
+
+    /// The belief about the landmark at hand.
+    pub struct Whereabouts version 1 in "world" valid if whereabouts {
+        /// The task, from 0.
+        pub task: u32,
+        /// Number of valid entries of `landmarks`.
+        pub landmark_count: u32 as Count,
+        /// The most probable landmarks, in descending order of their probabilities.
+        pub landmarks: [BelievedLandmark; 8] where landmark_count counts,
     }
 
     /// The state of a journey.
@@ -124,6 +148,28 @@ parts! {
 }
 
 parts! {
+    /// A journey by a chart.
+    pub struct ChartedJourney {
+        /// Position of the window's centre at the start, in metres.
+        pub start_x_m: f32,
+        /// Position of the window's centre at the start, in metres.
+        pub start_y_m: f32,
+        /// Number of the landmark to go to, from 0.
+        pub goal: u32,
+    }
+}
+
+parts! {
+    /// A landmark that may be the one at hand.
+    pub struct BelievedLandmark {
+        /// Number of the landmark in the chart, from 0.
+        pub landmark: u32,
+        /// The probability that it is the one at hand, from 0 to 1.
+        pub probability: f32,
+    }
+}
+
+parts! {
     /// A landmark as the map-maker sees it.
     pub struct PlannedLandmark {
         /// The task, from 0.
@@ -141,6 +187,20 @@ impl Description {
     /// Returns the valid entries of `dots`.
     pub fn dots(&self) -> &[DescribedDot] {
         &self.dots[..(self.dot_count as usize).min(MAX_DOTS)]
+    }
+}
+
+impl Chart {
+    /// Returns the valid entries of `journeys`.
+    pub fn journeys(&self) -> &[ChartedJourney] {
+        &self.journeys[..(self.journey_count as usize).min(self.journeys.len())]
+    }
+}
+
+impl Whereabouts {
+    /// Returns the valid entries of `landmarks`.
+    pub fn landmarks(&self) -> &[BelievedLandmark] {
+        &self.landmarks[..(self.landmark_count as usize).min(self.landmarks.len())]
     }
 }
 
@@ -162,6 +222,9 @@ channels! {
     /// The custom maps of the tasks.
     DIRECTIONS: Instruction Directions = "directions", Sketcher => [Planner, Pad],
         behind it up to MAX_DIRECTIONS_BYTES;
+    /// The landmarks that a navigator with a belief knows.
+    CHART: Instruction Chart = "chart", Sketcher => [Planner, Pad],
+        behind it up to 8 * MOST_LANDMARKS;
     /// The map-maker's intentions behind the custom maps. No navigator may open this channel.
     ITINERARY: Instruction Itinerary = "itinerary", Sketcher => [Supervisor, Pad],
         behind it up to 8 * MAX_PLANE_DOTS;
@@ -169,6 +232,8 @@ channels! {
     DESCRIPTION: Situation Description = "description", Localizer => [Planner, Pad];
     /// The state of the journey.
     JOURNEY: Detail Journey = "journey", Planner => [Pad];
+    /// The belief about the landmark at hand.
+    WHEREABOUTS: Detail Whereabouts = "whereabouts", Planner => [Pad];
 }
 
 /// Checks that the dots are as many as counted and that each word means one of them or none.
@@ -178,6 +243,23 @@ fn description(description: &Description) -> Checked {
     let meant = &description.meant[..MAX_WORDS];
     let dots = description.dot_count;
     meant.iter().try_for_each(|&dot| ensure(dot <= dots, "meant", "a dot of those that are counted", dot))
+}
+
+/// Checks that the journeys are as many as counted, that they begin somewhere, and that the error is one.
+fn chart(chart: &Chart) -> Checked {
+    count("journey_count", chart.journey_count, chart.journeys.len())?;
+    let is_error = chart.sigma_m >= 0.0 && chart.sigma_m.is_finite();
+    ensure(is_error, "sigma_m", "a number from 0", chart.sigma_m)?;
+    near("journeys", chart.journeys().iter().flat_map(|journey| [journey.start_x_m, journey.start_y_m]))
+}
+
+/// Checks that the landmarks are as many as counted, and that their probabilities are probabilities.
+fn whereabouts(whereabouts: &Whereabouts) -> Checked {
+    count("landmark_count", whereabouts.landmark_count, whereabouts.landmarks.len())?;
+    whereabouts.landmarks().iter().try_for_each(|believed| {
+        let is_one = (0.0..=1.0).contains(&believed.probability);
+        ensure(is_one, "landmarks", "a probability from 0 to 1", believed.probability)
+    })
 }
 
 /// Checks that the flags are 0 or 1 and that the reference has a plausible position.
@@ -209,5 +291,28 @@ mod tests {
         let spoils: [Spoil<Journey>; 2] =
             [|journey| journey.has_reference = 2, |journey| journey.reference_x_m = f64::NAN];
         rejected(Journey::zeroed(), &spoils);
+    }
+
+    #[test]
+    fn a_chart_has_journeys_and_a_belief_has_probabilities() {
+        let mut valid = Chart::zeroed();
+        (valid.journey_count, valid.sigma_m) = (1, 0.001);
+        rejected(
+            valid,
+            &[
+                |chart| chart.journey_count = 65,
+                |chart| chart.sigma_m = -0.001,
+                |chart| chart.journeys[0].start_x_m = f32::NAN,
+            ],
+        );
+        let mut valid = Whereabouts::zeroed();
+        valid.landmark_count = 2;
+        rejected(
+            valid,
+            &[
+                |whereabouts| whereabouts.landmark_count = 9,
+                |whereabouts| whereabouts.landmarks[1].probability = 1.5,
+            ],
+        );
     }
 }

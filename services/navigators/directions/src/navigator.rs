@@ -18,7 +18,9 @@
 //!
 //! The navigator itself knows when it has arrived, when it cannot locate a landmark, and when it is lost ([`Outcome`]).
 
+pub mod by_map;
 mod detour;
+pub mod guide;
 pub mod heading;
 mod steps;
 pub mod tracks;
@@ -31,6 +33,8 @@ use crate::description::{Descriptor, Vocabulary};
 use crate::error::Error;
 use crate::geometry::{Corner, Point, Window};
 use crate::signature::Signature;
+use by_map::Progress;
+use guide::{Counts, Guide, Next};
 use heading::Heading;
 use tracks::Tracks;
 
@@ -175,7 +179,7 @@ pub struct Output {
     pub velocity: Point,
     /// The current activity.
     pub activity: Activity,
-    /// Number of the current entry, from 0.
+    /// Number of the current entry or, without a map, of the current movement, from 0.
     pub entry: u16,
     /// Estimated position of the reference landmark, relative to the window's centre.
     pub reference: Option<Point>,
@@ -216,25 +220,12 @@ enum Phase {
     Finished { outcome: Outcome },
 }
 
-/// The next step once the reference lies in its corner.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-enum Next {
-    /// Seeks the landmark that the word of a recovery means.
-    Seek(Descriptor),
-    /// Continues at this entry. A number beyond the last entry ends the journey.
-    Entry(u16),
-}
-
 /// Everything that a navigator remembers. Equal states, views and times result in equal steps.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct State {
+pub struct State<M = Progress> {
     phase: Phase,
-    entry: u16,
-    accepted: u16,
-    meant: u16,
-    recoveries: u16,
-    /// Number of recoveries within the current entry.
-    tries: u8,
+    /// What the guide remembers.
+    memory: M,
     /// Seconds since the entry began.
     spent_s: f64,
     velocity: Point,
@@ -252,17 +243,16 @@ pub struct State {
     before: Tracks,
 }
 
-/// A navigator with its map.
+/// A navigator with its guide, which is a custom map unless stated otherwise.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Navigator {
+pub struct Navigator<G = CustomMap> {
     settings: Settings,
-    map: CustomMap,
+    guide: G,
 }
 
 impl Navigator {
     /// Creates a navigator. Rejects settings out of range, and maps with words that the navigator doesn't understand.
     pub fn new(settings: Settings, map: CustomMap) -> Result<Self, Error> {
-        let settings = settings.check()?;
         for (entry, line) in (1..).zip(map.entries()) {
             if let Some(word) = line.words().find(|&word| !settings.vocabulary.has(word)) {
                 return Err(Error::Vocabulary { entry, word: word.word() });
@@ -271,7 +261,19 @@ impl Navigator {
                 return Err(Error::Vocabulary { entry, word: direction.word() });
             }
         }
-        Ok(Self { settings, map })
+        Self::guided(settings, map)
+    }
+
+    /// Returns the map.
+    pub fn map(&self) -> &CustomMap {
+        &self.guide
+    }
+}
+
+impl<G: Guide> Navigator<G> {
+    /// Creates a navigator with any guide. Rejects settings out of range.
+    pub fn guided(settings: Settings, guide: G) -> Result<Self, Error> {
+        Ok(Self { settings: settings.check()?, guide })
     }
 
     /// Returns the settings.
@@ -279,25 +281,21 @@ impl Navigator {
         &self.settings
     }
 
-    /// Returns the map.
-    pub fn map(&self) -> &CustomMap {
-        &self.map
+    /// Returns the guide.
+    pub fn guide(&self) -> &G {
+        &self.guide
     }
 
-    /// Returns the number of the last entry, from 0.
-    fn last_entry(&self) -> u16 {
-        (self.map.entries().len() - 1) as u16
+    /// Returns the initial state, without a reference.
+    pub fn start(&self) -> State<G::Memory> {
+        self.start_with(self.guide.begin())
     }
 
-    /// Returns the initial state, at the first entry and without a reference.
-    pub fn start(&self) -> State {
+    fn start_with(&self, memory: G::Memory) -> State<G::Memory> {
+        let word = self.guide.order(&memory).word;
         State {
-            phase: Phase::Describe { word: self.map.entries()[0].word, corner: None, is_recovery: false },
-            entry: 0,
-            accepted: 0,
-            meant: 0,
-            recoveries: 0,
-            tries: 0,
+            phase: Phase::Describe { word, corner: None, is_recovery: false },
+            memory,
             spent_s: 0.0,
             velocity: Point::default(),
             heading: Heading::of_sigma(self.settings.heading_rad),
@@ -310,31 +308,32 @@ impl Navigator {
         }
     }
 
-    /// Returns the initial state of a journey that follows another one. The estimate of the heading is kept.
-    pub fn start_behind(&self, last: &State) -> State {
-        State { heading: last.heading, ..self.start() }
+    /// Returns the initial state of a journey that follows another one. The estimate of the heading is kept, as is what the guide
+    /// keeps.
+    pub fn start_behind(&self, last: &State<G::Memory>) -> State<G::Memory> {
+        State { heading: last.heading, ..self.start_with(self.guide.begin_behind(&last.memory)) }
     }
 
     /// Performs one step, given what the window shows now and the time since the last step. For the first step, that time is 0.
-    pub fn step(&self, state: &mut State, view: &[Point], elapsed_s: f64) -> Output {
+    pub fn step(&self, state: &mut State<G::Memory>, view: &[Point], elapsed_s: f64) -> Output {
         let mut turned = ArrayVec::new();
         steps::step(self, state, self.in_map_axes(state, view, &mut turned), elapsed_s);
-        state.output()
+        self.output(state)
     }
 
     /// Performs one step after the journey, in which the window moves over the attained landmark. The output has an outcome
     /// once the window is there.
-    pub fn hover(&self, state: &mut State, view: &[Point], elapsed_s: f64) -> Output {
+    pub fn hover(&self, state: &mut State<G::Memory>, view: &[Point], elapsed_s: f64) -> Output {
         let mut turned = ArrayVec::new();
         let view = self.in_map_axes(state, view, &mut turned);
         let is_there = steps::hover(&self.settings, state, view, elapsed_s);
-        Output { outcome: state.outcome().filter(|_| is_there), ..state.output() }
+        Output { outcome: state.outcome().filter(|_| is_there), ..self.output(state) }
     }
 
     /// Converts the view to the map's axes. If the heading has no error, the window's axes are those of the map.
     fn in_map_axes<'a>(
         &self,
-        state: &State,
+        state: &State<G::Memory>,
         view: &'a [Point],
         turned: &'a mut ArrayVec<Point, MOST_SEEN>,
     ) -> &'a [Point] {
@@ -344,22 +343,28 @@ impl Navigator {
         turned.extend(view.iter().take(MOST_SEEN).map(|dot| dot.turned(state.heading.turned_rad)));
         turned
     }
+
+    /// Returns the result of the last step.
+    pub fn output(&self, state: &State<G::Memory>) -> Output {
+        let turned_rad = state.heading.turned_rad;
+        let Counts { entry, accepted, meant, recoveries } = self.guide.counts(&state.memory);
+        Output {
+            velocity: state.velocity.turned(-turned_rad),
+            activity: state.activity(),
+            entry,
+            reference: state.reference.map(|mark| mark.place.turned(-turned_rad)),
+            accepted,
+            meant,
+            recoveries,
+            outcome: state.outcome(),
+        }
+    }
 }
 
-impl State {
-    /// Returns the result of the last step.
-    pub fn output(&self) -> Output {
-        let turned_rad = self.heading.turned_rad;
-        Output {
-            velocity: self.velocity.turned(-turned_rad),
-            activity: self.activity(),
-            entry: self.entry,
-            reference: self.reference.map(|mark| mark.place.turned(-turned_rad)),
-            accepted: self.accepted,
-            meant: self.meant,
-            recoveries: self.recoveries,
-            outcome: self.outcome(),
-        }
+impl<M> State<M> {
+    /// Returns what the guide remembers.
+    pub fn memory(&self) -> &M {
+        &self.memory
     }
 
     /// Records that the window was stopped and won't move until the next step.

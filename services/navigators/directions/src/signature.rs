@@ -24,6 +24,11 @@ impl Signature {
         Self(code)
     }
 
+    /// Returns the code of this panorama, which has two bits for each quadrant.
+    pub const fn code(self) -> u8 {
+        self.0
+    }
+
     /// Adds one dot to a quadrant.
     pub fn occupy(&mut self, quadrant: Corner) {
         if self.dots(quadrant) < 3 {

@@ -5,12 +5,14 @@
 //! - [`localizer`] describes what is in view.
 //! - [`planner`] is the navigator, which has nothing but the custom map and the description. On land, [`guard`] keeps the robot
 //!   away from everything that isn't a landmark.
+//! - [`belief`] is the method without a map: what its map-maker and its navigator send and receive.
 //! - [`mod@reference`] infers from a journey for which landmark of its map the navigator takes the landmark at hand.
 //! - [`lookout`] draws a journey for the page, and [`account`] reports on a run.
 //!
 //! The messages of the stages are in [`messages`](crate::messages).
 
 pub mod account;
+pub mod belief;
 pub mod error;
 pub mod guard;
 pub mod localizer;

@@ -9,9 +9,11 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
 
+use crate::custom_map::CustomMap;
 use crate::error::Error;
 use crate::generate;
 use crate::geometry::{Point, Window};
+use crate::navigator::guide::Guide;
 use crate::navigator::{Activity, Navigator, Outcome, Output};
 use crate::plane::{DotId, Plane};
 use crate::sight::{Eye, is_seen};
@@ -228,31 +230,31 @@ pub struct Report {
 
 /// A journey over a plane.
 #[derive(Debug)]
-pub struct Traversal<'a> {
+pub struct Traversal<'a, G = CustomMap> {
     plane: &'a Plane,
-    navigator: &'a Navigator,
+    navigator: &'a Navigator<G>,
     noise: Noise,
-    /// The landmarks that the map means, one for each entry: the landmark at which the next entry begins or, for the last
-    /// entry, the goal.
+    /// The landmarks that the guide refers to. For a map, one for each entry: the landmark at which the next entry begins or,
+    /// for the last entry, the goal.
     intended: &'a [DotId],
 }
 
-impl<'a> Traversal<'a> {
+impl<'a, G: Guide> Traversal<'a, G> {
     /// Creates a journey over the true plane. Rejects invalid errors. Also rejects intended landmarks that aren't dots of the
-    /// plane, or whose number differs from that of the map's entries.
+    /// plane, or whose number differs from that of the guide's landmarks.
     pub fn new(
         plane: &'a Plane,
-        navigator: &'a Navigator,
+        navigator: &'a Navigator<G>,
         intended: &'a [DotId],
         noise: Noise,
     ) -> Result<Self, Error> {
         let noise = noise.check()?;
         intended.iter().try_for_each(|&dot| plane.known(dot).map(drop))?;
-        if intended.len() != navigator.map().entries().len() {
+        if intended.len() != navigator.guide().landmarks() {
             let found = intended.len() as f64;
             return Err(Error::Parameter {
                 what: "intended landmarks",
-                expected: "one for each entry",
+                expected: "one for each that the guide refers to",
                 found,
             });
         }
@@ -320,20 +322,14 @@ impl<'a> Traversal<'a> {
         }
     }
 
-    /// Returns true if the attained landmarks are those that the map means.
-    fn is_planned(&self, report: &Report) -> bool {
-        let map = self.navigator.map();
-        let mut pairs = report.attained.iter().zip(&report.meant).zip(&report.entries);
-        (map.branches() || report.attained.len() == self.intended.len())
-            && pairs.all(|((attained, meant), &entry)| map.is_right(entry.into(), attained, meant))
-    }
-
     fn judge(&self, outcome: Outcome, report: &Report) -> Kind {
+        let guide = self.navigator.guide();
+        let is_planned = || guide.is_planned(&report.attained, &report.meant, &report.entries);
         match outcome {
             Outcome::CannotLocate => Kind::CannotLocate,
             Outcome::Lost => Kind::Lost,
-            Outcome::Arrived if report.attained.last() != self.intended.last() => Kind::Astray,
-            Outcome::Arrived if !self.is_planned(report) => Kind::Unaware,
+            Outcome::Arrived if report.attained.last() != self.intended.get(guide.goal()) => Kind::Astray,
+            Outcome::Arrived if !is_planned() => Kind::Unaware,
             Outcome::Arrived if report.recoveries > 0 => Kind::Recovered,
             Outcome::Arrived => Kind::Direct,
         }

@@ -1,5 +1,9 @@
 //! Tests that no step of the navigator allocates, whatever the navigator is doing.
 
+use std::sync::Arc;
+
+use sketchnav_directions::arrival::Pilot;
+use sketchnav_directions::belief::{Chart, Journey, navigator};
 use sketchnav_directions::generate::uniform;
 use sketchnav_directions::geometry::Window;
 use sketchnav_directions::navigator::{Activity, Navigator, Settings};
@@ -45,4 +49,30 @@ fn a_step_allocates_nothing() {
     for activity in [Activity::Seek, Activity::Slide, Activity::Verify, Activity::Adjust, Activity::Recover] {
         assert!(activities.contains(&activity), "{activity:?} was never seen");
     }
+}
+
+#[test]
+fn a_step_with_a_belief_allocates_nothing() {
+    let window = Window::new(100.0, 15.0).unwrap();
+    let noise = Noise { misses: 0.05, ..Noise::of_sigma(5.0) };
+    let pilot = Pilot { settings: Settings::new(window, noise.sigma), noise };
+    let mut movements = 0;
+    for seed in 0..4 {
+        let plane = uniform(120, 1000.0, seed).unwrap();
+        let chart = Chart::new(plane.dots().iter().copied(), noise.map_sigma).unwrap();
+        let model = Arc::new(chart.model(&pilot, 8, seed).unwrap());
+        let journey = Journey { start: plane.dot(0), goal: 60 };
+        let navigator = navigator(&chart, &pilot, &model, journey).unwrap();
+        let (mut state, mut rng, mut view) = (navigator.start(), stream(seed, "journey"), Vec::new());
+        let mut helicopter = Helicopter { centre: journey.start, heading_rad: 0.0 };
+        while state.outcome().is_none() {
+            helicopter.look(&plane, window, noise, &mut rng, &mut view);
+            let before = allocations_of_this_thread();
+            let output = navigator.step(&mut state, &view, STEP_S);
+            assert_eq!(allocations_of_this_thread() - before, 0, "{:?}", output.activity);
+            helicopter.fly(output.velocity, STEP_S, noise, &mut rng);
+        }
+        movements += navigator.output(&state).entry;
+    }
+    assert!(movements > 10, "{movements}");
 }

@@ -119,9 +119,9 @@ fn views(size: Size) -> Result<Vec<Figure>, EvalError> {
 }
 
 fn success(size: Size) -> Result<Vec<Figure>, EvalError> {
-    let one_look = experiments::costs(&SIGMAS, 1, size.seeds(0), JOURNEYS)?;
-    let nine_looks = experiments::costs(&[5.0], 9, size.seeds(0), JOURNEYS)?;
-    Ok(vec![shares(one_look), shares(nine_looks)])
+    let [one_look, stated] = experiments::costs(&SIGMAS, 1, size.seeds(0), JOURNEYS)?;
+    let [nine_looks, _] = experiments::costs(&[5.0], 9, size.seeds(0), JOURNEYS)?;
+    Ok(vec![shares(one_look), shares(nine_looks), shares(stated)])
 }
 
 fn calibration(size: Size) -> Result<Vec<Figure>, EvalError> {

@@ -99,7 +99,7 @@ impl<'a> Search<'a> {
         let places = model.dots.len();
         let policy = Policy { nodes: vec![None; places], start, goal };
         let visits = Visits { beliefs: vec![Vec::new(); places] };
-        let (values, joint) = (values(model, weights, goal), Vec::new());
+        let (values, joint) = (values(model, weights.discount, weights.nothing, goal), Vec::new());
         let mut search = Self { model, weights, values, joint, allowed: vec![true; places], policy, visits };
         search.begin();
         (0..ROUNDS).for_each(|_| search.round());
@@ -371,8 +371,9 @@ pub fn after(model: &Model, belief: &[(usize, f64)], action: usize) -> After {
     after
 }
 
-/// Returns the value of each place if the navigator always knew where it is.
-fn values(model: &Model, weights: Weights, goal: usize) -> Vec<f64> {
+/// Returns the value of each place if the navigator always knew where it is, by value iteration. The factors are those of
+/// [`Weights`].
+pub fn values(model: &Model, discount: f64, nothing: f64, goal: usize) -> Vec<f64> {
     let places = model.dots.len();
     let mut values = vec![0.0; places];
     values[goal] = 1.0;
@@ -380,9 +381,9 @@ fn values(model: &Model, weights: Weights, goal: usize) -> Vec<f64> {
         let mut change = 0.0_f64;
         for place in (0..places).filter(|&place| place != goal) {
             for action in 0..model.actions.len() {
-                let Outcome { to, nothing } = model.outcome(place, action);
-                let led: f64 = to.iter().map(|&(to, p)| p * values[to]).sum();
-                let value = weights.discount * (led + nothing * weights.nothing * values[place]);
+                let outcome = model.outcome(place, action);
+                let led: f64 = outcome.to.iter().map(|&(to, p)| p * values[to]).sum();
+                let value = discount * (led + outcome.nothing * nothing * values[place]);
                 if value > values[place] {
                     change = change.max(value - values[place]);
                     values[place] = value;

@@ -1,16 +1,20 @@
 //! Experiments with journeys: figures 26 and 28 over many worlds, counts of the six kinds, and the calibration of stated
 //! probabilities.
 
+use std::sync::Arc;
+
 use sketchnav_schemas::seed::stream;
-use sketchnav_schemas::statistics::wilson;
+use sketchnav_schemas::statistics::{mean, wilson};
 
 use super::{DOTS, SIDE, Table, window};
 use crate::arrival::{Effort, Pilot, Tally, WORDS, disturbed, most_probable};
+use crate::belief::{self, Charted};
 use crate::branching::most_probable_branching;
 use crate::description::Descriptor;
 use crate::error::Error;
 use crate::generate::{uniform, walled};
-use crate::geometry::Window;
+use crate::geometry::{Point, Window};
+use crate::navigator::guide::Guide;
 use crate::navigator::{Navigator, Settings};
 use crate::path::{Atlas, Measure, Objective, Path, Start, best};
 use crate::plan::{Plan, Verify};
@@ -28,6 +32,8 @@ pub enum Choice {
     Simulated(Effort),
     /// The greatest probability of arrival, with maps that branch considered as well.
     Branching(Effort),
+    /// No map: a navigator with a belief, which knows the positions of all landmarks.
+    Belief(Effort),
 }
 
 /// The settings shared by all journeys of an experiment.
@@ -71,7 +77,9 @@ impl Setting {
     fn kinds(&self, choice: Choice) -> Kinds<'static> {
         match choice {
             Choice::Paper(..) => Kinds { words: self.words, trajectories: true },
-            Choice::Simulated(_) | Choice::Branching(_) => Kinds { words: &WORDS, trajectories: true },
+            Choice::Simulated(_) | Choice::Branching(_) | Choice::Belief(_) => {
+                Kinds { words: &WORDS, trajectories: true }
+            }
         }
     }
 }
@@ -87,10 +95,11 @@ pub struct Success {
     pub worlds: u32,
     /// Number of these worlds for which a plan was found.
     pub planned: u32,
-    /// Number of entries of each map.
+    /// Number of entries of each map or, without a map, of landmarks in the list.
     pub entries: Vec<f64>,
-    /// The probabilities of arrival that the plans state. Plans without one are left out.
-    pub stated: Vec<f64>,
+    /// For each world with a plan that states a probability of arrival: that probability, and the fraction of journeys that
+    /// arrived.
+    pub stated: Vec<[f64; 2]>,
 }
 
 /// A world as it really is, and as the map-maker sees it.
@@ -130,35 +139,64 @@ impl World {
         Ok(is_joined.then_some(Self { truth, atlas, start, goal }))
     }
 
-    fn plan(&self, choice: Choice, pilot: &Pilot, seed: u64) -> Result<Plan, Error> {
-        match choice {
-            Choice::Paper(objective, verify) => Plan::new(&self.atlas, self.path(objective)?, verify),
-            Choice::Simulated(effort) => {
-                most_probable(&self.atlas, self.start, self.goal, pilot, effort, seed)
-            }
-            Choice::Branching(effort) => {
-                most_probable_branching(&self.atlas, self.start, self.goal, pilot, effort, seed)
-            }
-        }
+    /// Plans a journey and simulates it over the true world. Returns the length of the map, the stated probability, and how the
+    /// journeys ended.
+    fn tried(&self, choice: Choice, pilot: &Pilot, seed: u64, journeys: u64) -> Result<Tried, Error> {
+        let Self { atlas, start, goal, .. } = self;
+        let plan = match choice {
+            Choice::Paper(objective, verify) => Plan::new(atlas, self.path(objective)?, verify)?,
+            Choice::Simulated(effort) => most_probable(atlas, *start, *goal, pilot, effort, seed)?,
+            Choice::Branching(effort) => most_probable_branching(atlas, *start, *goal, pilot, effort, seed)?,
+            Choice::Belief(effort) => return self.believed(pilot, effort, seed, journeys),
+        };
+        let tally = self.fly(&plan, pilot, journeys, seed)?;
+        Ok((plan.map.entries().len(), plan.probability, tally))
+    }
+
+    /// The same with a belief, in place of a map.
+    fn believed(&self, pilot: &Pilot, effort: Effort, seed: u64, journeys: u64) -> Result<Tried, Error> {
+        let charted =
+            Charted::new(&self.atlas, &[&self.path(Objective::MOST_RELIABLE)?], pilot.noise.map_sigma)?;
+        let journey = charted.journey(self.start, self.goal).ok_or(Error::NoDots)?;
+        let model = Arc::new(charted.chart.model(pilot, effort.trials, seed)?);
+        let stated =
+            charted.simulate(&self.atlas, pilot, (&model, journey), effort.journeys, (seed, "stated"))?;
+        let navigator = belief::navigator(&charted.chart, pilot, &model, journey)?;
+        let tally = self.journeys(&navigator, (journey.start, &charted.dots), pilot.noise, journeys, seed)?;
+        Ok((charted.dots.len(), Some(stated.probability()), tally))
     }
 
     pub(super) fn path(&self, objective: Objective) -> Result<Path, Error> {
         best(&self.atlas, self.start, self.goal, Measure::Windows, objective)
     }
 
-    /// Simulates journeys over the true world.
+    /// Simulates journeys over the true world by a plan.
     pub(super) fn fly(&self, plan: &Plan, pilot: &Pilot, journeys: u64, seed: u64) -> Result<Tally, Error> {
         let navigator = Navigator::new(pilot.settings, plan.map.clone())?;
-        let landmarks = plan.landmarks();
+        self.journeys(&navigator, (plan.path.start.centre, &plan.landmarks()), pilot.noise, journeys, seed)
+    }
+
+    /// Simulates journeys over the true world, whose dots have the numbers of those that the map-maker sees.
+    fn journeys<G: Guide>(
+        &self,
+        navigator: &Navigator<G>,
+        (start, landmarks): (Point, &[DotId]),
+        noise: Noise,
+        journeys: u64,
+        seed: u64,
+    ) -> Result<Tally, Error> {
         let mut tally = Tally::default();
         for trial in 0..journeys {
-            let journey = Traversal::new(&self.truth, &navigator, &landmarks, pilot.noise)?;
+            let journey = Traversal::new(&self.truth, navigator, landmarks, noise)?;
             let mut rng = stream(seed, &format!("directions/journey/{trial}"));
-            tally.add(journey.run(plan.path.start.centre, &mut rng, |_, _, _| {}).kind);
+            tally.add(journey.run(start, &mut rng, |_, _, _| {}).kind);
         }
         Ok(tally)
     }
 }
+
+/// The length of a map, the probability of arrival that it states, and how journeys with it ended.
+type Tried = (usize, Option<f64>, Tally);
 
 /// Counts how journeys end over many worlds, for one method and one setting. Worlds without a path of isolated landmarks are
 /// left out.
@@ -173,13 +211,13 @@ pub fn success(
     for seed in worlds {
         let Some(world) = World::new(seed, setting, setting.kinds(choice))? else { continue };
         result.worlds += 1;
-        match world.plan(choice, &pilot, seed) {
-            Ok(plan) => {
+        match world.tried(choice, &pilot, seed, journeys) {
+            Ok((entries, stated, tally)) => {
                 result.planned += 1;
-                result.entries.push(plan.map.entries().len() as f64);
-                result.stated.extend(plan.probability);
-                let tally = world.fly(&plan, &pilot, journeys, seed)?;
-                result.arrived.push(f64::from(tally.arrivals()) / f64::from(tally.journeys().max(1)));
+                result.entries.push(entries as f64);
+                let arrived = f64::from(tally.arrivals()) / f64::from(tally.journeys().max(1));
+                result.stated.extend(stated.map(|stated| [stated, arrived]));
+                result.arrived.push(arrived);
                 result.tally.merge(&tally);
             }
             Err(Error::Unreachable { .. }) => {}
@@ -238,11 +276,18 @@ pub fn words_and_windows(sigma: f64, worlds: std::ops::Range<u64>, journeys: u64
     Ok(table)
 }
 
-/// Returns the success by cost, verification and error: the fraction that arrives with its confidence interval, and the six
-/// kinds, in percent.
-pub fn costs(sigmas: &[f64], looks: u8, worlds: std::ops::Range<u64>, journeys: u64) -> Result<Table, Error> {
+/// Returns two tables. The first is the success by cost, verification and error: the fraction that arrives with its confidence
+/// interval, and the six kinds, in percent. The second has the stated probabilities of these journeys beside the fractions that
+/// arrived, by method.
+pub fn costs(
+    sigmas: &[f64],
+    looks: u8,
+    worlds: std::ops::Range<u64>,
+    journeys: u64,
+) -> Result<[Table; 2], Error> {
     let title = format!("Success in percent over {} worlds, {looks} looks", worlds.end - worlds.start);
     let mut table = Table::new(&title, &HEAD);
+    let mut stated: Vec<(&str, Vec<[f64; 2]>)> = Vec::new();
     let quick = Effort { trials: 64, trial_journeys: 64, journeys: 128 };
     for &sigma in sigmas {
         for (name, choice) in [
@@ -254,13 +299,45 @@ pub fn costs(sigmas: &[f64], looks: u8, worlds: std::ops::Range<u64>, journeys: 
             ("D/R, detection", Choice::Paper(Objective::Ratio, Verify::Detectable)),
             ("simulated", Choice::Simulated(quick)),
             ("branching", Choice::Branching(quick)),
+            ("belief", Choice::Belief(quick)),
         ] {
             let setting = Setting { looks, ..Setting::of_sigma(sigma)? };
             let result = success(choice, &setting, worlds.clone(), journeys)?;
             success_row(&mut table, format!("{sigma} mm, {name}"), &result);
+            match stated.iter_mut().find(|(known, _)| *known == name) {
+                Some((_, pairs)) => pairs.extend(result.stated),
+                None => stated.push((name, result.stated)),
+            }
         }
     }
-    Ok(table)
+    Ok([table, stated_and_reached(&stated, looks)])
+}
+
+/// Returns the mean of the stated probabilities, and of the fractions that arrived with its confidence interval over the worlds,
+/// for each method and tenth of the stated probability, in percent.
+fn stated_and_reached(stated: &[(&str, Vec<[f64; 2]>)], looks: u8) -> Table {
+    let head = ["choice, stated, %", "mean stated", "reached", "low", "high", "worlds"];
+    let mut table = Table::new(&format!("Stated and reached, {looks} looks"), &head);
+    for (name, pairs) in stated {
+        for tenth in 0..10 {
+            let is_in = |[stated, _]: &&[f64; 2]| tenth_of(*stated) == tenth;
+            let (said, reached): (Vec<f64>, Vec<f64>) =
+                pairs.iter().filter(is_in).map(|&[a, b]| (a, b)).unzip();
+            if said.is_empty() {
+                continue;
+            }
+            let [arrived, low, high, worlds] = Table::mean_of(&reached);
+            let shares = [mean(&said), arrived, low.max(0.0), high.min(1.0)].map(|share| 100.0 * share);
+            let values = [&shares[..], &[worlds]].concat();
+            table.row(format!("{name}, {}-{}", tenth * 10, tenth * 10 + 10), &values);
+        }
+    }
+    table
+}
+
+/// Returns the tenth that a probability is in, from 0 to 9.
+fn tenth_of(probability: f64) -> usize {
+    ((probability * 10.0) as usize).min(9)
 }
 
 /// Observed against stated probabilities, grouped by tenths of the stated probability.
@@ -302,10 +379,9 @@ pub fn calibration(
         let choice = Choice::Simulated(effort);
         for seed in worlds.clone() {
             let Some(world) = World::new(seed, setting, setting.kinds(choice))? else { continue };
-            let plan = world.plan(choice, &pilot, seed)?;
-            let tally = world.fly(&plan, &pilot, journeys, seed)?;
-            let stated = plan.probability.unwrap_or(0.0);
-            let bin = &mut bins[((stated * 10.0) as usize).min(9)];
+            let (_, stated, tally) = world.tried(choice, &pilot, seed, journeys)?;
+            let stated = stated.unwrap_or(0.0);
+            let bin = &mut bins[tenth_of(stated)];
             bin.0 += stated * f64::from(tally.journeys());
             bin.1 += tally.arrivals();
             bin.2 += tally.journeys();

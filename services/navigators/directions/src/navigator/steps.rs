@@ -2,9 +2,10 @@
 
 use arrayvec::ArrayVec;
 
+use super::guide::{Decision, Guide, Next};
 use super::tracks::{Tracks, nearest};
-use super::{Mark, Navigator, Next, Outcome, Phase, Settings, State, detour};
-use crate::custom_map::{Branch, Direction, Entry, Recovery, Response, Verification};
+use super::{Mark, Navigator, Outcome, Phase, Settings, State, detour};
+use crate::custom_map::Direction;
 use crate::description::{Descriptor, MOST_CANDIDATES};
 use crate::geometry::{Corner, Point};
 use crate::trajectory::Slide;
@@ -12,7 +13,12 @@ use crate::trajectory::Slide;
 /// Number of views that must show a new dot during a slide.
 const CONFIRMED: u8 = 2;
 
-pub(super) fn step(navigator: &Navigator, state: &mut State, view: &[Point], elapsed_s: f64) {
+pub(super) fn step<G: Guide>(
+    navigator: &Navigator<G>,
+    state: &mut State<G::Memory>,
+    view: &[Point],
+    elapsed_s: f64,
+) {
     if state.outcome().is_some() {
         return;
     }
@@ -50,7 +56,7 @@ pub(super) fn step(navigator: &Navigator, state: &mut State, view: &[Point], ela
 }
 
 /// Brings the reference under the middle of the window. Returns true, with the window at rest, if it is there or out of sight.
-pub(super) fn hover(settings: &Settings, state: &mut State, view: &[Point], elapsed_s: f64) -> bool {
+pub(super) fn hover<M>(settings: &Settings, state: &mut State<M>, view: &[Point], elapsed_s: f64) -> bool {
     let moved = state.velocity * elapsed_s;
     let Some(mark) = &mut state.reference else { return true };
     let is_seen = mark.follow(settings, view, moved);
@@ -80,7 +86,7 @@ impl Mark {
     }
 }
 
-impl State {
+impl<M> State<M> {
     fn finish(&mut self, outcome: Outcome) {
         self.velocity = Point::default();
         self.phase = Phase::Finished { outcome };
@@ -129,13 +135,13 @@ impl State {
 }
 
 /// Returns the displacement that brings the reference to a corner.
-fn to_corner(state: &State, settings: &Settings, corner: Corner) -> Point {
+fn to_corner<M>(state: &State<M>, settings: &Settings, corner: Corner) -> Point {
     state.reference.map_or(Point::default(), |mark| mark.place) + settings.window.centre_from(corner)
 }
 
-fn describe(
-    navigator: &Navigator,
-    state: &mut State,
+fn describe<G: Guide>(
+    navigator: &Navigator<G>,
+    state: &mut State<G::Memory>,
     view: &[Point],
     word: Descriptor,
     corner: Option<Corner>,
@@ -156,10 +162,11 @@ fn describe(
     };
     state.waited = 0;
     remember(state, settings, corner);
-    let bearing_deg = entry(navigator, state).bearing_deg.filter(|_| !is_recovery);
+    let order = navigator.guide.order(&state.memory);
+    let bearing_deg = order.bearing_deg.filter(|_| !is_recovery);
     let turn_rad = correct_heading(state, settings, bearing_deg, place);
     let place = place.turned(turn_rad);
-    let is_trajectory = entry(navigator, state).trajectory.is_some() && !is_recovery;
+    let is_trajectory = order.trajectory.is_some() && !is_recovery;
     if is_trajectory && state.reference.is_some() {
         state.phase = Phase::Centre { second: Mark::new(place) };
     } else if is_trajectory {
@@ -170,25 +177,23 @@ fn describe(
     }
 }
 
-/// Handles the case that there is no landmark for the word, as the entry specifies.
-fn go_without(navigator: &Navigator, state: &mut State) {
-    let signs = entry(navigator, state).verification;
-    match signs.and_then(Verification::without_landmark).filter(|_| state.reference.is_some()) {
-        Some(way) => {
-            state.waited = 0;
-            follow(navigator, state, way.into());
-        }
-        None => state.finish(Outcome::CannotLocate),
+/// Handles the case that there is no landmark for the word, as the guide decides.
+fn go_without<G: Guide>(navigator: &Navigator<G>, state: &mut State<G::Memory>) {
+    if state.reference.is_none() {
+        return state.finish(Outcome::CannotLocate);
     }
-}
-
-/// Returns the current entry.
-fn entry<'a>(navigator: &'a Navigator, state: &State) -> &'a Entry {
-    &navigator.map.entries()[usize::from(state.entry)]
+    state.waited = 0;
+    let decision = navigator.guide.nothing(&mut state.memory, &navigator.settings);
+    follow(state, decision);
 }
 
 /// Corrects the heading by the bearing of a landmark at this position. Returns the angle by which the map's axes have turned.
-fn correct_heading(state: &mut State, settings: &Settings, bearing_deg: Option<u16>, place: Point) -> f64 {
+fn correct_heading<M>(
+    state: &mut State<M>,
+    settings: &Settings,
+    bearing_deg: Option<u16>,
+    place: Point,
+) -> f64 {
     let (Some(bearing_deg), Some(mark)) = (bearing_deg, state.reference) else { return 0.0 };
     let turn_rad = state.heading.correct(bearing_deg, place - mark.place, settings.tolerance);
     state.reference = Some(Mark { place: mark.place.turned(turn_rad), ..mark });
@@ -197,7 +202,7 @@ fn correct_heading(state: &mut State, settings: &Settings, bearing_deg: Option<u
 }
 
 /// Remembers the dots that will not be new in the next view: the reference, and the dots in the window proper around it.
-fn remember(state: &mut State, settings: &Settings, corner: Option<Corner>) {
+fn remember<M>(state: &mut State<M>, settings: &Settings, corner: Option<Corner>) {
     let (origin, _) = state.others(settings, state.reference);
     let window = settings.window;
     state.tracks.mark(|place| match corner {
@@ -208,8 +213,8 @@ fn remember(state: &mut State, settings: &Settings, corner: Option<Corner>) {
 }
 
 /// Returns the position of the landmark that a word means, relative to the window's centre.
-fn picked(
-    state: &State,
+fn picked<M>(
+    state: &State<M>,
     settings: &Settings,
     dots: usize,
     word: Descriptor,
@@ -239,33 +244,24 @@ fn picked(
     word.pick(&candidates).map(|index| candidates[index] + origin)
 }
 
-/// Makes the landmark at this position the reference, then verifies or adjusts it.
-fn attain(navigator: &Navigator, state: &mut State, place: Point) {
+/// Makes the landmark at this position the reference, then looks around it or continues.
+fn attain<G: Guide>(navigator: &Navigator<G>, state: &mut State<G::Memory>, place: Point) {
     state.reference = Some(Mark::new(place));
     state.signature = Default::default();
     state.looks = 0;
-    match entry(navigator, state).verification.is_some_and(Verification::looks_around) {
+    match navigator.guide.order(&state.memory).looks_around {
         true => state.phase = Phase::Around { corner: 0 },
         false => respond(navigator, state),
     }
 }
 
-/// Accepts the landmark as right.
-fn accept(navigator: &Navigator, state: &mut State) {
-    state.accepted += 1;
-    match entry(navigator, state).place {
-        Some(corner) => {
-            state.meant = state.entry;
-            state.phase = Phase::Adjust { corner, next: Next::Entry(state.entry + 1) };
-        }
-        None => {
-            state.meant = navigator.last_entry();
-            state.finish(Outcome::Arrived);
-        }
-    }
-}
-
-fn centre(navigator: &Navigator, state: &mut State, view: &[Point], mut second: Mark, moved: Point) {
+fn centre<G: Guide>(
+    navigator: &Navigator<G>,
+    state: &mut State<G::Memory>,
+    view: &[Point],
+    mut second: Mark,
+    moved: Point,
+) {
     let settings = &navigator.settings;
     if !second.follow(settings, view, moved) {
         return state.finish(Outcome::CannotLocate);
@@ -282,7 +278,7 @@ fn centre(navigator: &Navigator, state: &mut State, view: &[Point], mut second: 
     state.looks = 0;
     let (from, _) = state.others(settings, Some(first));
     let (to, _) = state.others(settings, Some(second));
-    let is_backward = entry(navigator, state).trajectory == Some(Direction::Backward);
+    let is_backward = navigator.guide.order(&state.memory).trajectory == Some(Direction::Backward);
     let Some(along) = (to - from).direction() else { return state.finish(Outcome::CannotLocate) };
     let along = if is_backward { -along } else { along };
     let middle = (from + to) * 0.5;
@@ -295,7 +291,14 @@ fn left_of(along: Point) -> Point {
     Point::new(-along.y, along.x)
 }
 
-fn slide(navigator: &Navigator, state: &mut State, view: &[Point], along: Point, aside: f64, slid: f64) {
+fn slide<G: Guide>(
+    navigator: &Navigator<G>,
+    state: &mut State<G::Memory>,
+    view: &[Point],
+    along: Point,
+    aside: f64,
+    slid: f64,
+) {
     let settings = &navigator.settings;
     let velocity = along * settings.speed + left_of(along) * (aside * settings.gain);
     state.velocity = velocity * (settings.speed / velocity.norm());
@@ -319,7 +322,7 @@ fn slide(navigator: &Navigator, state: &mut State, view: &[Point], along: Point,
     }
 }
 
-fn around(navigator: &Navigator, state: &mut State, view: &[Point], corner: u8) {
+fn around<G: Guide>(navigator: &Navigator<G>, state: &mut State<G::Memory>, view: &[Point], corner: u8) {
     let settings = &navigator.settings;
     let quadrant = Corner::ROUND[usize::from(corner)];
     if state.looks == 0 && !state.approaches(settings, to_corner(state, settings, quadrant), view) {
@@ -339,37 +342,25 @@ fn around(navigator: &Navigator, state: &mut State, view: &[Point], corner: u8) 
     }
 }
 
-fn respond(navigator: &Navigator, state: &mut State) {
-    let signs = entry(navigator, state).verification;
-    let response = signs.map_or(Response::Correct, |signs| signs.response(state.signature));
-    follow(navigator, state, response);
-    if let (Response::Branch(branch), None) = (response, state.outcome()) {
-        state.accepted = state.accepted.saturating_add(1);
-        state.meant = branch.entry.saturating_sub(1);
+fn respond<G: Guide>(navigator: &Navigator<G>, state: &mut State<G::Memory>) {
+    let decision = navigator.guide.attained(&mut state.memory, state.signature, &navigator.settings);
+    follow(state, decision);
+}
+
+fn follow<M>(state: &mut State<M>, decision: Decision) {
+    match decision {
+        Decision::Adjust { corner, next } => state.phase = Phase::Adjust { corner, next },
+        Decision::Finish(outcome) => state.finish(outcome),
     }
 }
 
-fn follow(navigator: &Navigator, state: &mut State, response: Response) {
-    let most = u16::from(navigator.settings.most_recoveries);
-    match response {
-        Response::Correct => accept(navigator, state),
-        Response::Recover(Recovery { corner, word }) if u16::from(state.tries) < most => {
-            state.tries += 1;
-            state.recoveries = state.recoveries.saturating_add(1);
-            state.phase = Phase::Adjust { corner, next: Next::Seek(word) };
-        }
-        Response::Branch(Branch { corner, entry })
-            if state.recoveries < most.saturating_mul(navigator.last_entry() + 1) =>
-        {
-            // Continuing at the next entry is what happens for a right landmark too, so it doesn't count as a recovery.
-            state.recoveries = state.recoveries.saturating_add(u16::from(entry != state.entry + 1));
-            state.phase = Phase::Adjust { corner, next: Next::Entry(entry) };
-        }
-        Response::Recover(_) | Response::Branch(_) | Response::Lost => state.finish(Outcome::Lost),
-    }
-}
-
-fn adjust(navigator: &Navigator, state: &mut State, view: &[Point], corner: Corner, next: Next) {
+fn adjust<G: Guide>(
+    navigator: &Navigator<G>,
+    state: &mut State<G::Memory>,
+    view: &[Point],
+    corner: Corner,
+    next: Next,
+) {
     if !state.approaches(&navigator.settings, to_corner(state, &navigator.settings, corner), view) {
         return;
     }
@@ -380,12 +371,12 @@ fn adjust(navigator: &Navigator, state: &mut State, view: &[Point], corner: Corn
         }
         Next::Entry(to) => to,
     };
-    (state.tries, state.spent_s) = (0, 0.0);
-    match navigator.map.entries().get(usize::from(to)) {
-        Some(entry) => {
-            state.entry = to;
-            state.phase = Phase::Describe { word: entry.word, corner: Some(corner), is_recovery: false };
+    state.spent_s = 0.0;
+    match navigator.guide.enter(&mut state.memory, to) {
+        true => {
+            let word = navigator.guide.order(&state.memory).word;
+            state.phase = Phase::Describe { word, corner: Some(corner), is_recovery: false };
         }
-        None => state.finish(Outcome::Arrived),
+        false => state.finish(Outcome::Arrived),
     }
 }

@@ -1,25 +1,38 @@
-//! Reports on a run with custom maps: which entry the navigator worked on, and how often it recovered.
+//! Reports on a run: which entry of its map the navigator worked on or, without a map, how sure it was of its landmark; and how
+//! often it recovered.
 
 use sketchnav_stage::account::{self, Curve, Summary};
 use sketchnav_stage::{Denied, Heard};
 
-use crate::messages::{JOURNEY, Journey};
+use crate::messages::{BelievedLandmark, JOURNEY, Journey, WHEREABOUTS, Whereabouts};
 
-/// The states of the journeys that the navigator of a run reported.
+/// The states of the journeys that the navigator of a run reported, and its beliefs if it has any.
 #[derive(Default)]
-pub struct Account(Vec<Journey>);
+pub struct Account {
+    journeys: Vec<Journey>,
+    beliefs: Vec<Whereabouts>,
+}
 
 impl account::Account for Account {
     fn hear(&mut self, message: &Heard<'_>) -> Result<(), Denied> {
-        self.0.extend(message.on(JOURNEY)?);
+        self.journeys.extend(message.on(JOURNEY)?);
+        self.beliefs.extend(message.on(WHEREABOUTS)?);
         Ok(())
     }
 
     fn tell(&self, summary: &mut Summary) {
         let of = |name, value: fn(&Journey) -> u32| {
-            Curve::of(name, &self.0, |said| &said.header, |said| f64::from(value(said)))
+            Curve::of(name, &self.journeys, |said| &said.header, |said| f64::from(value(said)))
         };
-        summary.chart("Entry of the custom map", "from 1", [of("entry", |said| said.entry + 1)]);
+        if self.beliefs.is_empty() {
+            summary.chart("Entry of the custom map", "from 1", [of("entry", |said| said.entry + 1)]);
+        } else {
+            let percent = |believed: &BelievedLandmark| 100.0 * f64::from(believed.probability);
+            let most = |said: &Whereabouts| said.landmarks().first().map_or(f64::NAN, percent);
+            let curve = Curve::of("probability", &self.beliefs, |said| &said.header, most);
+            summary.chart("Probability of the most probable landmark", "%", [curve]);
+            summary.chart("Movements", "so far", [of("movements", |said| said.entry)]);
+        }
         summary.chart("Recoveries", "so far", [of("recoveries", |said| said.recoveries)]);
     }
 }

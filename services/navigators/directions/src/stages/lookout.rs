@@ -1,23 +1,28 @@
 //! Draws a journey with a custom map for the page. The window with its dots is in the middle of the sheet. Around it lies the
 //! plane as the map-maker sees it, placed as if the navigator were right about its landmark. If the dots in the window don't
-//! coincide with those of the plane, the navigator is wrong.
+//! coincide with those of the plane, the navigator is wrong. For a navigator with a belief, the landmark is the most probable one,
+//! and the others that it may be at are marked.
 
 use sketchnav_schemas::robot::Robot;
 use sketchnav_stage::lookout::{self, Around, Color, Picture, Shape};
 use sketchnav_stage::{Denied, Heard};
 
 use super::reference::Reference;
-use super::sketcher::maps_of;
+use super::sketcher::{dots_of, maps_of};
 use crate::custom_map::CustomMap;
 use crate::custom_map::graph::Node;
 use crate::messages::{
-    Activity, DESCRIPTION, DIRECTIONS, Description, ITINERARY, Itinerary, JOURNEY, Journey, PlannedLandmark,
+    Activity, CHART, DESCRIPTION, DIRECTIONS, Description, ITINERARY, Itinerary, JOURNEY, Journey,
+    PlannedLandmark, WHEREABOUTS, Whereabouts,
 };
 
 /// Distance ahead of the robot at which the current entry is named, as a fraction of the displayed distance.
 const ROW: f64 = 0.92;
 /// Points farther away than this multiple of the displayed distance are left out.
 const NEAR: f64 = 3.0;
+
+/// Landmarks with at least this probability are marked.
+const LEAST: f32 = 0.02;
 
 /// The latest state of the plane and of the journey.
 pub struct Lookout {
@@ -32,6 +37,9 @@ pub struct Lookout {
     description: Option<Box<Description>>,
     journey: Option<Journey>,
     reference: Reference,
+    /// The landmarks that a navigator with a belief knows, in metres.
+    chart: Vec<[f64; 2]>,
+    whereabouts: Option<Whereabouts>,
 }
 
 impl Lookout {
@@ -48,13 +56,14 @@ impl Lookout {
             description: None,
             journey: None,
             reference: Reference::default(),
+            chart: Vec::new(),
+            whereabouts: None,
         }
     }
 
     /// Takes in the map-maker's intentions, with the dots that accompany them.
     fn intend(&mut self, itinerary: &Itinerary, cells: &[u8]) {
-        let number = |bytes: &[u8]| f64::from(f32::from_le_bytes(bytes.try_into().unwrap_or_default()));
-        self.dots = cells.chunks_exact(8).map(|cell| [number(&cell[..4]), number(&cell[4..])]).collect();
+        self.dots = dots_of(cells).map(|dot| [dot.x, dot.y]).collect();
         self.itinerary = Some(Box::new(*itinerary));
     }
 
@@ -78,9 +87,19 @@ impl Lookout {
     /// Returns the position of the window's centre, assuming that the reference is the landmark that the map means.
     fn centre(&self) -> Option<[f64; 2]> {
         let journey = self.journey.as_ref().filter(|journey| journey.has_reference == 1)?;
-        let landmark = *self.reference.node()?.landmark(&self.landmarks())?;
-        let [x, y] = [landmark.x_m, landmark.y_m].map(f64::from);
+        let in_map = || {
+            let landmark = *self.reference.node()?.landmark(&self.landmarks())?;
+            Some([landmark.x_m, landmark.y_m].map(f64::from))
+        };
+        let [x, y] = self.believed().next().map(|(at, _)| at).or_else(in_map)?;
         Some([x - journey.reference_x_m, y - journey.reference_y_m])
+    }
+
+    /// Returns the landmarks at which a navigator with a belief may be, with their probabilities, the most probable one first.
+    fn believed(&self) -> impl Iterator<Item = ([f64; 2], f32)> {
+        let all = self.whereabouts.iter().flat_map(|whereabouts| whereabouts.landmarks());
+        let at = |landmark: u32| self.chart.get(landmark as usize).copied();
+        all.filter_map(move |believed| Some((at(believed.landmark)?, believed.probability)))
     }
 
     /// Returns all shapes, with a window of this side in the middle. The robot's forward axis is the window's first axis.
@@ -93,6 +112,9 @@ impl Lookout {
             shapes.push(Shape::Dots { points: self.near(beside), color: Color::Particle });
             let planned = self.ahead().into_iter().map(|[to_x, to_y]| [to_x - x, to_y - y]);
             shapes.push(Shape::line(self.near(planned), Color::Plan));
+            let others = self.believed().skip(1).filter(|(_, probability)| *probability >= LEAST);
+            let others = others.map(|([at_x, at_y], _)| [at_x - x, at_y - y]);
+            shapes.push(Shape::Dots { points: self.near(others), color: Color::Goal });
         }
         let seen = self.description.iter().flat_map(|all| all.dots());
         let seen = seen.map(|dot| [dot.x_m.into(), dot.y_m.into()]);
@@ -102,7 +124,13 @@ impl Lookout {
             let points = self.near((journey.has_reference == 1).then_some(reference));
             shapes.push(Shape::Dots { points, color: Color::Goal });
             let activity = Activity::from_code(journey.activity).map_or("", Activity::word);
-            let text = format!("entry {}: {activity}", journey.entry + 1);
+            let text = match self.believed().next() {
+                Some((_, probability)) => {
+                    let (movement, percent) = (journey.entry, 100.0 * probability);
+                    format!("movement {movement}: {activity}; {percent:.0} % sure of its landmark")
+                }
+                None => format!("entry {}: {activity}", journey.entry + 1),
+            };
             shapes.push(Shape::Text { at: [ROW * self.reach_m, 0.0], text, color: Color::Ink });
         }
         shapes
@@ -134,6 +162,12 @@ impl lookout::Lookout for Lookout {
             let text = std::str::from_utf8(message.cells()).unwrap_or_default();
             self.maps = maps_of(text).unwrap_or_default();
         }
+        if message.on(CHART)?.is_some() {
+            self.chart = dots_of(message.cells()).map(|at| [at.x, at.y]).collect();
+        }
+        if let Some(whereabouts) = message.on(WHEREABOUTS)? {
+            self.whereabouts = Some(*whereabouts);
+        }
         if let Some(description) = message.on(DESCRIPTION)? {
             self.description = Some(Box::new(*description));
         }
@@ -151,7 +185,7 @@ impl lookout::Lookout for Lookout {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::messages::{DescribedDot, Directions};
+    use crate::messages::{BelievedLandmark, Chart, DescribedDot, Directions};
     use crate::stages::mission::KIND;
     use sketchnav_schemas::codes::Process;
     use sketchnav_stage::Access;
@@ -225,6 +259,31 @@ mod tests {
         );
         assert_eq!(centre(Activity::Adjust, 1, 2, 1), (None, 0), "it does not say yet where it goes on");
         assert_eq!(centre(Activity::Seek, 3, 2, 1), (Some(3.0), 2), "the landmark of entry 4, and the goal");
+    }
+
+    #[test]
+    fn around_a_belief_the_plane_is_drawn_as_if_its_most_probable_landmark_were_right() {
+        let mut lookout = lookout();
+        let access = Access::new(Process::Pad, KIND);
+        let cells: Vec<u8> = [1.0_f32, 0.5, 1.1, 0.5].iter().flat_map(|v| v.to_le_bytes()).collect();
+        let chart: Box<Chart> = bytemuck::zeroed_box();
+        lookout.hear(&Heard::new(&access, CHART.spec, bytemuck::bytes_of(&*chart), &cells)).unwrap();
+        let mut journey: Box<Journey> = bytemuck::zeroed_box();
+        (journey.entry, journey.has_reference) = (2, 1);
+        lookout.hear(&Heard::new(&access, JOURNEY.spec, bytemuck::bytes_of(&*journey), &[])).unwrap();
+        let mut whereabouts: Box<Whereabouts> = bytemuck::zeroed_box();
+        whereabouts.landmark_count = 2;
+        whereabouts.landmarks[0] = BelievedLandmark { landmark: 1, probability: 0.9 };
+        whereabouts.landmarks[1] = BelievedLandmark { landmark: 0, probability: 0.1 };
+        let heard = Heard::new(&access, WHEREABOUTS.spec, bytemuck::bytes_of(&*whereabouts), &[]);
+        lookout.hear(&heard).unwrap();
+        let [x, _] = lookout.centre().unwrap();
+        assert!((x - 1.1).abs() < 1e-6, "{x}");
+        let shapes = lookout.shapes(0.1);
+        let marked = dots(&shapes, Color::Goal);
+        assert!(marked.len() == 2 && (marked[0][0] + 0.1).abs() < 1e-6, "{marked:?}");
+        let says = |shape: &Shape| matches!(shape, Shape::Text { text, .. } if text.contains("movement 2: seek; 90 %"));
+        assert!(shapes.iter().any(says), "{shapes:?}");
     }
 
     #[test]

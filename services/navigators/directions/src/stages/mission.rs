@@ -3,7 +3,7 @@
 //! ```toml
 //! [navigator]
 //! kind = "directions"
-//! method = "arrival"               # or branching, whose maps branch; shortest, simplest, fewest-views, quickest, reliable, d-r: Park and Kender 1995
+//! method = "arrival"               # or branching, whose maps branch; belief, without a map; shortest, simplest, fewest-views, quickest, reliable, d-r: Park and Kender 1995
 //! plane_file = "plane.png"         # the plane as the global camera sees it
 //! calibration = [[101.5, 702.0, 0.0, 0.0], …]  # four known points or more: column, row; x, y in metres
 //! map_noise_m = 0.001              # error of the map-maker's positions; else by the calibration
@@ -51,8 +51,8 @@ use crate::walls::Body;
 /// The value of `[navigator] kind`.
 pub const KIND: &str = "directions";
 /// The values of `[navigator] method`, the default first.
-pub const METHODS: [&str; 8] =
-    ["arrival", "branching", "shortest", "simplest", "fewest-views", "quickest", "reliable", "d-r"];
+pub const METHODS: [&str; 9] =
+    ["arrival", "branching", "belief", "shortest", "simplest", "fewest-views", "quickest", "reliable", "d-r"];
 
 /// The criterion by which a path is chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
@@ -64,6 +64,9 @@ pub enum Method {
     /// The probability of arrival, with maps that branch considered as well.
     #[serde(rename = "branching")]
     Branching,
+    /// The probability of arrival of a navigator that knows the positions of the landmarks, in place of a map.
+    #[serde(rename = "belief")]
+    Belief,
     /// The shortest distance.
     #[serde(rename = "shortest")]
     Shortest,
@@ -85,16 +88,32 @@ pub enum Method {
 }
 
 impl Method {
-    /// Returns true if the plan is chosen by simulated journeys.
+    /// Returns true if the probability of arrival is found by simulated journeys.
     fn is_simulated(self) -> bool {
-        matches!(self, Self::Arrival | Self::Branching)
+        matches!(self, Self::Arrival | Self::Branching | Self::Belief)
+    }
+
+    /// Rejects the methods that know no walls and no bearings.
+    fn is_for_land(self) -> Result<(), MissionError> {
+        let (expected, found) = match self {
+            Self::Branching => (
+                "another method on land or with heading_noise_deg, because maps that branch have no walls and no bearings",
+                "branching",
+            ),
+            Self::Belief => (
+                "another method on land or with heading_noise_deg, because the list of landmarks has no walls and no bearings",
+                "belief",
+            ),
+            _ => return Ok(()),
+        };
+        Err(wrong("navigator.method", expected, found))
     }
 
     /// Returns the objective that the search minimises for a navigator with these settings, or `None` if the plan is chosen by
     /// simulation.
     pub fn objective(self, settings: &Settings) -> Option<Objective> {
         match self {
-            Self::Arrival | Self::Branching => None,
+            Self::Arrival | Self::Branching | Self::Belief => None,
             Self::Shortest => Some(Objective::SHORTEST),
             Self::Simplest => Some(Objective::FEWEST_ENTRIES),
             Self::FewestViews => Some(Objective::FEWEST_VIEWS),
@@ -211,7 +230,8 @@ impl DirectionsMission {
     pub fn of(mission: &Mission) -> Result<Self, MissionError> {
         let keys: NavigatorKeys = keys("navigator", &mission.navigator.given)?;
         if keys.verify.is_some() && keys.method.is_simulated() {
-            let expected = "no such key for `arrival` and `branching`, which verify where that pays";
+            let expected =
+                "no such key for `arrival`, `branching` and `belief`, which verify where that pays";
             return Err(wrong("navigator.verify", expected, "it"));
         }
         let verify = match keys.verify {
@@ -221,12 +241,15 @@ impl DirectionsMission {
         };
         let (method, words) = (keys.method, words(keys.words.as_deref())?);
         let (land, heading_noise_deg) = (land(&keys)?, heading_noise_deg(&keys)?);
-        if keys.method == Method::Branching && (land.is_some() || heading_noise_deg > 0.0) {
-            let expected = "another method on land or with heading_noise_deg, because maps that branch have no walls and no bearings";
-            return Err(wrong("navigator.method", expected, "branching"));
+        if land.is_some() || heading_noise_deg > 0.0 {
+            method.is_for_land()?;
         }
         let source = source(keys)?;
         let is_written = matches!(source, Source::Map { .. });
+        if is_written && method == Method::Belief {
+            let expected = "another method with map_file, because a navigator with a belief follows no map";
+            return Err(wrong("navigator.method", expected, "belief"));
+        }
         if is_written && mission.task.len() != 1 {
             let found = mission.task.len();
             return Err(wrong("task", "one task with navigator.map_file", &found.to_string()));
@@ -590,20 +613,25 @@ mod tests {
     }
 
     #[test]
-    fn maps_that_branch_are_for_planes_and_for_a_heading_that_is_right() {
-        let branching = MISSION.replace("kind='directions'", "kind='directions'\nmethod='branching'");
-        assert_eq!(read(&branching).unwrap().method, Method::Branching);
-        for key in ["heading_noise_deg=2.0", "landmark_radius_m=0.15"] {
-            let wrong = branching
-                .replace("plane_file='p.png'", "floor_file='f.toml'")
-                .replace("calibration=[[0,0,0,0]]", key);
-            let wrong = if key.starts_with('h') {
-                wrong.replace("floor_file='f.toml'", "map_file='m'")
-            } else {
-                wrong
-            };
-            let error = read(&wrong).unwrap_err().to_string();
-            assert!(error.contains("navigator.method") && error.contains("found branching"), "{error}");
+    fn branching_and_belief_are_for_planes_and_for_a_heading_that_is_right() {
+        for (method, read_as) in [("branching", Method::Branching), ("belief", Method::Belief)] {
+            let ours = MISSION.replace("kind='directions'", &format!("kind='directions'\nmethod='{method}'"));
+            assert_eq!(read(&ours).unwrap().method, read_as);
+            for key in ["heading_noise_deg=2.0", "landmark_radius_m=0.15"] {
+                let wrong = ours
+                    .replace("plane_file='p.png'", "floor_file='f.toml'")
+                    .replace("calibration=[[0,0,0,0]]", key);
+                let wrong = if key.starts_with('h') {
+                    wrong.replace("floor_file='f.toml'", "map_file='m'")
+                } else {
+                    wrong
+                };
+                let error = read(&wrong).unwrap_err().to_string();
+                assert!(
+                    error.contains("navigator.method") && error.contains(&format!("found {method}")),
+                    "{error}"
+                );
+            }
         }
     }
 
@@ -615,7 +643,7 @@ mod tests {
         for method in METHODS {
             let text = MISSION.replace("kind='directions'", &format!("kind='directions'\nmethod='{method}'"));
             let objective = read(&text).unwrap().method.objective(&usual);
-            assert_eq!(objective.is_none(), METHODS[..2].contains(&method));
+            assert_eq!(objective.is_none(), METHODS[..3].contains(&method));
         }
     }
 
@@ -641,6 +669,12 @@ mod tests {
             (navigator("map_noise_m=-1.0"), "navigator.map_noise_m: expected 0 to 10 m, found -1"),
             (navigator("words=['Isol','Lonely']"), "navigator.words: expected some of Obvious, Isol"),
             (navigator("verify='nothing'"), "navigator.verify: expected no such key for `arrival`"),
+            (
+                written
+                    .replace("kind='directions'", "kind='directions'\nmethod='belief'")
+                    .replace("goal=[0.5, 0.9]", ""),
+                "navigator.method: expected another method with map_file",
+            ),
             (navigator("method='fast'"), "navigator.method: unknown variant `fast`"),
             (
                 MISSION.replace("goal=[0.5, 0.9]", ""),

@@ -7,9 +7,11 @@ use sketchnav_stage::doubts::Doubts;
 use sketchnav_stage::{Navigator, StageError};
 use toml::Table;
 
-use super::mission::{self, PlannerParameters, SketcherParameters};
+use super::mission::{self, Method, PlannerParameters, SketcherParameters};
 use super::{account, localizer, lookout, planner, sketcher};
 use crate::arrival::Effort;
+use crate::belief::policy::Policy;
+use crate::custom_map::CustomMap;
 
 /// Directions from landmark to landmark (Park and Kender 1995).
 pub const NAVIGATOR: Navigator = Navigator {
@@ -36,7 +38,12 @@ pub const NAVIGATOR: Navigator = Navigator {
         [
             |run, files| Ok(Box::new(sketcher::Sketcher::new(run, files)?)),
             |run, _| Ok(Box::new(localizer::Localizer::new(run)?)),
-            |run, _| Ok(Box::new(planner::Planner::new(run)?)),
+            |run, _| {
+                Ok(match mission::DirectionsMission::of(&run.mission)?.method {
+                    Method::Belief => Box::new(planner::Planner::<Policy>::new(run)?),
+                    _ => Box::new(planner::Planner::<CustomMap>::new(run)?),
+                })
+            },
         ],
     )
 };

@@ -1,4 +1,6 @@
-//! The navigator as a stage. It follows a custom map and uses only what the localizer describes.
+//! The navigator as a stage. It follows its guide and uses only what the localizer describes.
+//!
+//! The guide comes in an instruction ([`Instructed`]). It is a custom map, or a chart of landmarks ([`super::belief`]).
 //!
 //! Every description is answered with one command and one status. If a view is repeated, the navigator continues as before. At
 //! the goal, it moves its window over the landmark so that the next task begins there.
@@ -18,26 +20,80 @@ use super::error::DirectionsError;
 use super::guard::{Guard, Last};
 use super::mission;
 use super::sketcher::maps_of;
+use crate::arrival::Pilot;
+use crate::custom_map::CustomMap;
 use crate::error::Error;
 use crate::geometry::Point;
+use crate::navigator::guide::Guide;
 use crate::navigator::{self, Activity, Navigator, Outcome, Output, Settings};
 
+/// A guide that the planner receives in an instruction.
+pub trait Instructed: Guide + Sized {
+    /// The form of the planner's state with this guide. See [`Stage::FORM`].
+    const FORM: &'static str;
+    /// What the planner waits for.
+    const WAITING: &'static str;
+
+    /// Returns the navigator of each task, if this message has the guides of a run.
+    ///
+    /// # Errors
+    /// [`StageError`] if the contents of the message are invalid.
+    fn hear(message: &Heard<'_>, simulation: &Simulation)
+    -> Result<Option<Vec<Navigator<Self>>>, StageError>;
+
+    /// Describes the progress of a journey, as text for people.
+    fn progress(&self, output: &Output) -> impl std::fmt::Display;
+
+    /// Explains why a journey failed, as text for people.
+    fn failure(&self, outcome: Outcome, output: &Output) -> impl std::fmt::Display;
+
+    /// Sends more about a journey than its state.
+    ///
+    /// # Errors
+    /// [`StageError`] if the message cannot be sent.
+    fn report(_task: usize, _memory: Option<&Self::Memory>, _out: &mut Outbox<'_>) -> Result<(), StageError> {
+        Ok(())
+    }
+}
+
+/// How a navigator simulates what its own movements do.
+#[derive(Debug, Clone, Copy)]
+pub struct Simulation {
+    /// The navigator's settings and its errors.
+    pub pilot: Pilot,
+    /// Number of simulations of each movement.
+    pub trials: u32,
+    /// The seed of these simulations.
+    pub seed: u64,
+}
+
+impl Simulation {
+    /// Returns the simulation of a run's navigator.
+    ///
+    /// # Errors
+    /// [`DirectionsError`] with the invalid key or the missing sensor.
+    pub fn of(run: &RunConfig) -> Result<Self, DirectionsError> {
+        let pilot = mission::pilot(&run.mission, &run.robot, 0.0)?;
+        Ok(Self { pilot, trials: mission::effort(&run.mission)?.trials, seed: run.seed })
+    }
+}
+
 /// The planner of a run.
-pub struct Planner {
-    settings: Settings,
+pub struct Planner<G: Guide> {
+    simulation: Simulation,
     nominal_dt_s: f64,
     agenda: Agenda,
-    navigators: Vec<Navigator>,
+    navigators: Vec<Navigator<G>>,
     /// Keeps a robot on land away from everything that isn't a landmark.
     guard: Option<Guard>,
-    memory: Memory,
+    memory: Memory<G::Memory>,
 }
 
 /// The part of the state, besides the agenda, that changes during a run.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct Memory {
+pub struct Memory<M> {
     /// The current journey, or the last one.
-    journey: Option<navigator::State>,
+    journey: Option<navigator::State<M>>,
     /// Whether the journey has reached its goal and the window is moving over it.
     hovers: bool,
     /// Number of the last view, and the time at which it was taken.
@@ -46,18 +102,18 @@ pub struct Memory {
     last: Option<Last>,
 }
 
-impl Planner {
+impl<G: Instructed> Planner<G> {
     /// Creates the planner for the robot, the tasks and the mission parameters of a run.
     ///
     /// # Errors
     /// [`DirectionsError`] with the invalid key or the missing sensor.
     pub fn new(run: &RunConfig) -> Result<Self, DirectionsError> {
         mission::check(&run.mission, &run.robot)?;
-        let settings = mission::settings(&run.mission, &run.robot)?;
-        let guard = settings.window.land.map(|_| Guard::new(&run.robot)).transpose()?;
+        let simulation = Simulation::of(run)?;
+        let guard = simulation.pilot.settings.window.land.map(|_| Guard::new(&run.robot)).transpose()?;
         let last = guard.as_ref().map(Guard::at_rest);
         Ok(Self {
-            settings,
+            simulation,
             nominal_dt_s: 1.0 / run.robot.tick_hz(),
             agenda: Agenda::new(run),
             navigators: Vec::new(),
@@ -67,7 +123,7 @@ impl Planner {
     }
 
     fn missing(&self) -> Option<&'static str> {
-        self.navigators.is_empty().then_some("waiting for the custom map")
+        self.navigators.is_empty().then_some(G::WAITING)
     }
 
     /// Begins the journey of a task where the last one ended.
@@ -103,8 +159,8 @@ impl Planner {
                 return self.end(outcome, &output);
             }
         }
-        let output = state.output();
-        let words = Progress { output: &output, entries: navigator.map().entries().len() };
+        let output = navigator.output(state);
+        let words = navigator.guide().progress(&output);
         if !self.agenda.go_on(words) {
             self.stop();
         }
@@ -113,7 +169,7 @@ impl Planner {
     /// Handles the end of a journey: on arrival, the window first moves over the goal, and then the task ends.
     fn end(&mut self, outcome: Outcome, output: &Output) {
         let (agenda, hovers) = (&mut self.agenda, &mut self.memory.hovers);
-        let (entry, recoveries) = (output.entry + 1, output.recoveries);
+        let recoveries = output.recoveries;
         match outcome {
             Outcome::Arrived if !*hovers => {
                 *hovers = true;
@@ -123,23 +179,16 @@ impl Planner {
             Outcome::Arrived => {
                 agenda.end(TaskState::Reached, format_args!("at the goal; recoveries: {recoveries}"));
             }
-            Outcome::CannotLocate => {
-                let word = self.navigators[agenda.task()].map().entries()[usize::from(output.entry)].word;
-                agenda
-                    .end(TaskState::Lost, format_args!("entry {entry}: cannot locate the landmark ({word})"));
-            }
-            Outcome::Lost => {
-                agenda.end(
-                    TaskState::Lost,
-                    format_args!("entry {entry}: the landmark is wrong, with no way back"),
-                );
+            Outcome::CannotLocate | Outcome::Lost => {
+                let reason = self.navigators[agenda.task()].guide().failure(outcome, output);
+                agenda.end(TaskState::Lost, reason);
             }
         }
         self.stop();
     }
 
     fn stop(&mut self) {
-        self.memory.journey.iter_mut().for_each(navigator::State::stand_still);
+        self.memory.journey.iter_mut().for_each(|journey| journey.stand_still());
     }
 
     /// Stops. No time passes for the journey in the meantime.
@@ -148,10 +197,16 @@ impl Planner {
         self.memory.seen = self.memory.seen.map(|_| (description.views, description.view_stamp_ns));
     }
 
+    /// Returns the result of the last step, if there was one.
+    fn output(&self) -> Option<Output> {
+        let navigator = self.navigators.get(self.agenda.task())?;
+        self.memory.journey.as_ref().map(|journey| navigator.output(journey))
+    }
+
     /// Returns the velocity of the window, which is zero while no task is being driven.
     fn velocity(&self) -> Point {
         let drives = self.agenda.phase() == Phase::Driving;
-        let output = self.memory.journey.as_ref().filter(|_| drives).map(navigator::State::output);
+        let output = self.output().filter(|_| drives);
         output.map_or(Point::default(), |output| output.velocity)
     }
 
@@ -169,7 +224,7 @@ impl Planner {
     fn write_journey(&self, journey: &mut Journey) {
         journey.task = self.agenda.task() as u32;
         journey.activity = Code::Rest.code();
-        let Some(output) = self.memory.journey.as_ref().map(navigator::State::output) else { return };
+        let Some(output) = self.output() else { return };
         journey.activity = code(output.activity).code();
         (journey.entry, journey.accepted) = (output.entry.into(), output.accepted.into());
         journey.recoveries = output.recoveries.into();
@@ -180,7 +235,7 @@ impl Planner {
     }
 }
 
-fn code(activity: Activity) -> Code {
+pub(super) fn code(activity: Activity) -> Code {
     match activity {
         Activity::Seek => Code::Seek,
         Activity::Slide => Code::Slide,
@@ -191,31 +246,43 @@ fn code(activity: Activity) -> Code {
     }
 }
 
-/// The progress of a journey, as text for people.
-struct Progress<'a> {
-    output: &'a Output,
-    entries: usize,
-}
-
-impl std::fmt::Display for Progress<'_> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { output, entries } = self;
-        write!(f, "entry {} of {entries}: {}", output.entry + 1, code(output.activity))
-    }
-}
-
 /// Creates a navigator for each map in a text.
 fn navigators(text: &str, settings: Settings) -> Result<Vec<Navigator>, Error> {
     maps_of(text)?.into_iter().map(|map| Navigator::new(settings, map)).collect()
 }
 
-impl Stage for Planner {
-    const FORM: &'static str = "directions planner 4";
-    type State = (Standing, Memory);
+impl Instructed for CustomMap {
+    const FORM: &'static str = "directions planner 5";
+    const WAITING: &'static str = "waiting for the custom map";
+
+    fn hear(message: &Heard<'_>, simulation: &Simulation) -> Result<Option<Vec<Navigator>>, StageError> {
+        if message.on(DIRECTIONS)?.is_none() {
+            return Ok(None);
+        }
+        Ok(Some(navigators(std::str::from_utf8(message.cells())?, simulation.pilot.settings)?))
+    }
+
+    fn progress(&self, output: &Output) -> impl std::fmt::Display {
+        let (entry, entries, activity) = (output.entry + 1, self.entries().len(), code(output.activity));
+        std::fmt::from_fn(move |f| write!(f, "entry {entry} of {entries}: {activity}"))
+    }
+
+    fn failure(&self, outcome: Outcome, output: &Output) -> impl std::fmt::Display {
+        let (entry, word) = (output.entry + 1, self.entries()[usize::from(output.entry)].word);
+        std::fmt::from_fn(move |f| match outcome {
+            Outcome::CannotLocate => write!(f, "entry {entry}: cannot locate the landmark ({word})"),
+            _ => write!(f, "entry {entry}: the landmark is wrong, with no way back"),
+        })
+    }
+}
+
+impl<G: Instructed> Stage for Planner<G> {
+    const FORM: &'static str = G::FORM;
+    type State = (Standing, Memory<G::Memory>);
 
     fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {
-        if message.on(DIRECTIONS)?.is_some() {
-            self.navigators = navigators(std::str::from_utf8(message.cells())?, self.settings)?;
+        if let Some(navigators) = G::hear(message, &self.simulation)? {
+            self.navigators = navigators;
         }
         self.agenda.hear(message)?;
         Ok(())
@@ -238,6 +305,7 @@ impl Stage for Planner {
             Due::Stand => self.pause(description),
         }
         out.send(JOURNEY, |journey| self.write_journey(journey))?;
+        G::report(self.agenda.task(), self.memory.journey.as_ref().map(navigator::State::memory), out)?;
         let Point { x: vx_mps, y: vy_mps } = self.guarded(instant.newest(SCAN)?);
         self.agenda.send(Twist { vx_mps, vy_mps, yaw_rate_radps: 0.0 }, 0.0, out)
     }
@@ -246,7 +314,7 @@ impl Stage for Planner {
         (self.agenda.standing(), &self.memory)
     }
 
-    fn restore(&mut self, (standing, memory): (Standing, Memory)) -> Result<(), StageError> {
+    fn restore(&mut self, (standing, memory): (Standing, Memory<G::Memory>)) -> Result<(), StageError> {
         self.agenda.restore(standing);
         self.memory = memory;
         Ok(())

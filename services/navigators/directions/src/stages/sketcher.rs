@@ -21,8 +21,10 @@ use sketchnav_schemas::seed::stream;
 use sketchnav_stage::doubts::Planned;
 use sketchnav_stage::{Files, Outbox, Stage, StageError};
 
+use super::belief::Charts;
 use super::error::DirectionsError;
 use super::mission::{self, DirectionsMission, LandKeys, Method, Source};
+use super::planner::Simulation;
 use crate::arrival::{Effort, Pilot, most_probable};
 use crate::branching::most_probable_branching;
 use crate::custom_map::CustomMap;
@@ -30,7 +32,7 @@ use crate::error::Error;
 use crate::geometry::{Point, Window};
 use crate::messages::{DIRECTIONS, ITINERARY, Itinerary, MAX_PLANNED, PlannedJourney, PlannedLandmark};
 use crate::navigator::Navigator;
-use crate::path::{Atlas, Measure, Start, best};
+use crate::path::{Atlas, Measure, Path, Start, best};
 use crate::plan::Plan;
 use crate::plane::{DotId, Plane};
 use crate::reliability::Reliability;
@@ -47,8 +49,12 @@ pub struct Made {
     pub dots: Vec<Point>,
     /// The custom map of each task.
     pub maps: Vec<CustomMap>,
-    /// The plan of each task; empty if the map was written by hand.
+    /// The plan of each task; empty if the map was written by hand, or there is a chart.
     pub plans: Vec<Plan>,
+    /// Each task's journey, as far as the map-maker knows it.
+    pub journeys: Vec<PlannedJourney>,
+    /// The chart, for a navigator with a belief. There are no maps then.
+    pub charts: Option<Charts>,
     /// For each task, the landmarks that its map means. Each has its number in `dots` or, for a map written by hand, its
     /// position in the task's list.
     pub landmarks: Vec<Vec<(DotId, Point)>>,
@@ -62,7 +68,7 @@ struct Seen {
     notices: Vec<String>,
 }
 
-/// Makes the custom maps of a run.
+/// Makes the custom maps of a run, or the chart of its landmarks.
 ///
 /// # Errors
 /// [`DirectionsError`] with the file, the key or the task at fault.
@@ -190,7 +196,8 @@ fn written(
         return Err(wrong(&reason));
     }
     let landmarks = vec![(0..).zip(read.landmarks.iter().copied()).collect()];
-    Ok(Made { dots: Vec::new(), maps: vec![map], plans: Vec::new(), landmarks })
+    let journeys = vec![PlannedJourney { distance_m: 0.0, probability: -1.0 }];
+    Ok(Made { dots: Vec::new(), maps: vec![map], plans: Vec::new(), journeys, charts: None, landmarks })
 }
 
 /// Reads a floor plan and returns its landmarks, among the floor's walls.
@@ -299,6 +306,9 @@ fn plans(
 ) -> Result<Made, DirectionsError> {
     let pilot = mission::pilot(&run.mission, &run.robot, noise_m)?;
     let atlas = survey(read, plane, &pilot);
+    if read.method == Method::Belief {
+        return charted(run, read, &atlas, &pilot, &notices);
+    }
     let maker = Maker { atlas: &atlas, read, pilot, effort: mission::effort(&run.mission)?, seed: run.seed };
     let [x, y] = run.mission.start.world;
     let (mut plans, mut before) = (Vec::new(), None);
@@ -315,7 +325,47 @@ fn plans(
         landmarks: landmarks.collect(),
         maps: plans.iter().map(|plan| plan.map.clone()).collect(),
         dots: atlas.plane.dots().to_vec(),
+        journeys: plans.iter().map(|plan| journey(&plan.path, plan.probability)).collect(),
+        charts: None,
         plans,
+    })
+}
+
+fn journey(path: &Path, probability: Option<f64>) -> PlannedJourney {
+    PlannedJourney { distance_m: path.distance, probability: probability.unwrap_or(-1.0) }
+}
+
+/// Makes the chart for a navigator with a belief.
+fn charted(
+    run: &RunConfig,
+    read: &DirectionsMission,
+    atlas: &Atlas,
+    pilot: &Pilot,
+    notices: &[String],
+) -> Result<Made, DirectionsError> {
+    let in_task = |task| move |cause| in_task(&run.mission, task, cause, notices);
+    let [x, y] = run.mission.start.world;
+    let mut start = Start::at(&atlas.plane, atlas.window, Point::new(x, y)).map_err(in_task(0))?;
+    let mut tasks = Vec::new();
+    for (task, &goal) in read.goals.iter().enumerate() {
+        let goal = wanted(atlas, goal).map_err(in_task(task))?;
+        tasks.push((start, goal));
+        start = Start::over(&atlas.plane, goal).map_err(in_task(task))?;
+    }
+    let effort = mission::effort(&run.mission)?;
+    let simulation = Simulation { pilot: *pilot, trials: effort.trials, seed: run.seed };
+    let charts = Charts::new(atlas, &tasks, &simulation, effort.journeys);
+    let charts = charts.map_err(|(task, cause)| in_task(task)(cause))?;
+    let landmarks =
+        |path: &Path| path.landmarks().into_iter().map(|dot| (dot, atlas.plane.dot(dot))).collect();
+    let planned = charts.paths.iter().zip(&charts.probabilities);
+    Ok(Made {
+        dots: atlas.plane.dots().to_vec(),
+        maps: Vec::new(),
+        plans: Vec::new(),
+        journeys: planned.map(|(path, &probability)| journey(path, Some(probability))).collect(),
+        landmarks: charts.paths.iter().map(landmarks).collect(),
+        charts: Some(charts),
     })
 }
 
@@ -340,8 +390,7 @@ impl Maker<'_> {
             Some(start) => start,
             None => Start::at(&atlas.plane, atlas.window, start)?,
         };
-        // The dot that a window over the goal would show closest to its middle.
-        let goal = Start::wanted(&atlas.plane, atlas.window, goal).map_err(no_goal)?.landmark;
+        let goal = wanted(atlas, goal)?;
         match read.method.objective(&pilot.settings) {
             Some(objective) => {
                 let path = best(atlas, start, goal, Measure::Windows, objective)?;
@@ -358,6 +407,11 @@ impl Maker<'_> {
 /// Returns the seed for the simulations of a task.
 fn own_seed(seed: u64, task: usize) -> u64 {
     stream(seed, &format!("sketcher/arrival/{task}")).random()
+}
+
+/// Returns the dot that a window over the goal would show closest to its middle.
+fn wanted(atlas: &Atlas, goal: Point) -> Result<DotId, Error> {
+    Start::wanted(&atlas.plane, atlas.window, goal).map_err(no_goal).map(|start| start.landmark)
 }
 
 fn no_goal(cause: Error) -> Error {
@@ -380,7 +434,8 @@ impl Sketcher {
     /// [`DirectionsError`] with the file, the key or the task at fault.
     pub fn new(run: &RunConfig, files: &Files<'_>) -> Result<Self, DirectionsError> {
         let made = make(run, files)?;
-        let found = made.maps.iter().map(|map| map.entries().len()).sum();
+        let entries: usize = made.maps.iter().map(|map| map.entries().len()).sum();
+        let found = entries.max(made.landmarks.iter().map(Vec::len).sum());
         if found > MAX_PLANNED {
             return Err(DirectionsError::TooLong { limit: MAX_PLANNED, found });
         }
@@ -414,19 +469,20 @@ impl Stage for Sketcher {
 
     fn speak(&mut self, out: &mut Outbox<'_>) -> Result<(), StageError> {
         let Self { made, text } = self;
-        out.send_with(DIRECTIONS, text.len(), |directions, cells| {
-            directions.map_count = made.maps.len() as u32;
-            cells.copy_from_slice(text.as_bytes());
-        })?;
+        match &made.charts {
+            Some(charts) => charts.speak(out)?,
+            None => {
+                out.send_with(DIRECTIONS, text.len(), |directions, cells| {
+                    directions.map_count = made.maps.len() as u32;
+                    cells.copy_from_slice(text.as_bytes());
+                })?;
+            }
+        }
         let landmarks = (0..).zip(&made.landmarks);
         let landmarks = landmarks.flat_map(|(task, all)| all.iter().map(move |&(dot, at)| (task, dot, at)));
         out.send_with(ITINERARY, 8 * made.dots.len(), |itinerary, cells| {
-            itinerary.journey_count = made.maps.len() as u32;
-            for (index, journey) in itinerary.journeys.iter_mut().take(made.maps.len()).enumerate() {
-                let plan = made.plans.get(index);
-                journey.distance_m = plan.map_or(0.0, |plan| plan.path.distance);
-                journey.probability = plan.and_then(|plan| plan.probability).unwrap_or(-1.0);
-            }
+            itinerary.journey_count = made.journeys.len() as u32;
+            itinerary.journeys[..made.journeys.len()].copy_from_slice(&made.journeys);
             for (place, (task, dot, at)) in itinerary.landmarks.iter_mut().zip(landmarks) {
                 *place = PlannedLandmark { task, dot, x_m: at.x as f32, y_m: at.y as f32 };
                 itinerary.landmark_count += 1;

@@ -1,6 +1,7 @@
 //! Property tests for all relations and all scenes.
 
 mod motion;
+mod networks;
 mod scenes;
 mod stories;
 mod tables;

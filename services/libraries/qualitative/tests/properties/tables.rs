@@ -147,7 +147,7 @@ fn the_interval_algebra_has_409_compositions() {
 
 /// Returns the relation of regions made of cells on a line, given as bits. A line is enough for RCC8, whose consistent
 /// networks can be drawn in any dimension (Renz 2002).
-fn of_cells(a: u32, b: u32) -> Rcc8 {
+pub fn of_cells(a: u32, b: u32) -> Rcc8 {
     let grown = |cells: u32| cells | cells << 1 | cells >> 1;
     match (a == b, a & b, a & !b, b & !a) {
         (true, ..) => Rcc8::Eq,

@@ -12,8 +12,8 @@ use std::str::FromStr;
 
 use crate::error::Error;
 
-/// Maximum number of base relations in a calculus. The rectangle algebra has the most, with 169.
-pub const MAX_RELATIONS: usize = 192;
+/// Maximum number of base relations in a calculus. OPRA_4 has the most, with 272.
+pub const MAX_RELATIONS: usize = 320;
 const WORDS: usize = MAX_RELATIONS / 64;
 
 /// A base relation of a calculus.

@@ -10,6 +10,7 @@ pub mod geometry;
 pub mod hof;
 pub mod mos;
 pub mod network;
+pub mod opra;
 pub mod order;
 pub mod qrpc;
 pub mod qsrlib;

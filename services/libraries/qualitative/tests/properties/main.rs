@@ -2,6 +2,7 @@
 
 mod motion;
 mod networks;
+mod oriented;
 mod scenes;
 mod stories;
 mod tables;

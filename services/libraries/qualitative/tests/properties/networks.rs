@@ -207,3 +207,20 @@ fn a_contradiction_is_named() {
     }
 }
 
+/// Closure asks about triangles only, so that it misses contradictions among four intervals.
+#[test]
+fn search_finds_contradictions_that_closure_misses() {
+    let set =
+        |words: &str| words.split(' ').map(|word| word.parse().unwrap()).collect::<RelationSet<Allen>>();
+    let mut network = Network::new(4);
+    for (i, j, words) in
+        [(0, 1, "oi d"), (0, 2, "< oi"), (0, 3, "m oi"), (1, 2, "s di"), (1, 3, "< oi"), (2, 3, "mi di")]
+    {
+        network.constrain(i, j, set(words)).unwrap();
+    }
+    let table = Table::default();
+    assert_eq!(by_all_models(&network, &intervals(), |a, b| Allen::of(a, b, 0.0))[1], RelationSet::EMPTY);
+    assert_eq!(table.close(&mut network), Ok(()));
+    assert_eq!(table.minimal(&network), Err(Inconsistent::NoScenario));
+    assert_eq!(table.scenario(&network), None);
+}

@@ -5,10 +5,10 @@
 //! (Montanari 1974; Allen 1983). A queue holds the pairs whose neighbours have yet to be visited (van Beek and Manchak 1996).
 //! It takes O(n³) visits for n objects and is sound: what it removes cannot hold, and what it calls inconsistent is.
 //!
-//! The reverse depends on the calculus. In Allen's algebra, the rectangle algebra, the order of points, RCC8, RCC5 and RCC2 a
-//! closed network of base relations has a model (van Beek 1992; Balbiani et al. 1998; Renz 2002, with regions of any
-//! number of pieces), so that there [`Table::scenario`] and [`Table::minimal`] are exact. In the other calculi they only
-//! approximate: each scenario is closed, but objects that realise it need not exist.
+//! The reverse depends on the calculus. In Allen's algebra, the rectangle algebra, the order of points, RCC8 and RCC5 a closed
+//! network of base relations has a model (van Beek 1992; Balbiani et al. 1998; Renz 2002), and in RCC2 every network of base
+//! relations has one. Regions may have any number of pieces. There [`Table::scenario`] and [`Table::minimal`] are exact. In the
+//! other calculi each scenario is closed, but objects that realise it need not exist.
 
 use std::collections::VecDeque;
 

@@ -7,7 +7,7 @@
 //!
 //! The composition is computed from the angles of the triangle of the three points (Mossakowski and Moratz 2012), in whole
 //! multiples of the angle between a ray and the middle of the next sector, and is exact. A closed network of base relations
-//! need not have a model (Frommberger et al. 2007).
+//! need not have a model (Wolter and Lee 2010).
 
 use std::f64::consts::TAU;
 use std::fmt;
@@ -199,7 +199,7 @@ impl<const M: usize> Opra<M> {
     /// Returns true if a direction in the first segment may reach the second one, or stay there.
     fn turns(from: usize, to: usize) -> bool {
         let off = Angles::of_segment(from).off_middle(to as i32, Self::CIRCLE);
-        off == 0 || (off == 1 && to % 2 == 0)
+        off == 0 || (off == 1 && to.is_multiple_of(2))
     }
 }
 

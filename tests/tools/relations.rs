@@ -49,6 +49,16 @@ fn boxes_and_headings_are_related_by_intervals_and_oriented_points() {
     assert_eq!(words("opra-4"), ["12_8"]);
 }
 
+#[test]
+fn a_third_point_is_on_the_way_of_two_others() {
+    let place = Place::new();
+    let table =
+        "time_s,object,x_m,y_m\n0.0,a,0,0\n0.0,b,4,0\n0.0,c,2,1\n0.1,a,0,0\n0.1,b,4,0\n0.1,c,2,0.05\n";
+    std::fs::write(place.files().join("way.csv"), table).unwrap();
+    let answer = place.run("relations way.csv --calculus flipflop --tolerance-m 0.1 --json").json();
+    assert_eq!(relations(&answer), [("l".into(), "first".into()), ("i".into(), "neighbour".into())]);
+}
+
 /// People were once not recorded, so nothing could be said about them afterwards.
 #[test]
 fn a_recording_tells_of_the_robot_and_of_every_person() {

@@ -6,8 +6,8 @@ use anyhow::{Context, bail, ensure};
 use clap::ValueEnum;
 use sketchnav_qualitative::rcc::{Rcc2, Rcc3, Rcc4, Rcc5, Rcc8, Regions};
 use sketchnav_qualitative::{
-    Calculus, Change, Interval, Options, Oriented, Point, Quantisation, Rect, allen, argd, cardinal, mos,
-    opra, order, qrpc, qtc, rectangle, series as series_of, tpcc,
+    Calculus, Change, Interval, Options, Oriented, Point, Quantisation, Rect, allen, argd, cardinal,
+    flipflop, mos, opra, order, qrpc, qtc, rectangle, series as series_of, tpcc,
 };
 
 use super::association::Scene;
@@ -58,6 +58,9 @@ pub enum Word {
     Rcc5,
     /// Region connection, 8 relations: two boxes.
     Rcc8,
+    /// Flip-flop: where a third point is as seen on the way from the first to the second.
+    #[value(name = "flipflop")]
+    FlipFlop,
     /// Ternary point configurations: three points.
     Tpcc,
 }
@@ -67,7 +70,7 @@ impl Word {
     pub fn arguments(self) -> usize {
         match self {
             Self::Mos => 1,
-            Self::Tpcc => 3,
+            Self::FlipFlop | Self::Tpcc => 3,
             _ => 2,
         }
     }
@@ -99,6 +102,7 @@ pub fn series(tracks: &[&Track], scenes: &[Scene], options: &RelationsOptions) -
         Word::Rcc4 => of_points.two(Regions::<Rcc4>::new(options.tolerance_m)?, rect),
         Word::Rcc5 => of_points.two(Regions::<Rcc5>::new(options.tolerance_m)?, rect),
         Word::Rcc8 => of_points.two(Regions::<Rcc8>::new(options.tolerance_m)?, rect),
+        Word::FlipFlop => of_points.three(flipflop::Ways::new(options.tolerance_m)?, point),
         Word::Tpcc => of_points.three(tpcc::Configurations::default(), point),
     }
 }

@@ -6,6 +6,7 @@ pub mod argd;
 pub mod calculus;
 pub mod cardinal;
 pub mod error;
+pub mod flipflop;
 pub mod geometry;
 pub mod hof;
 pub mod mos;

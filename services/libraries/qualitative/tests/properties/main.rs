@@ -6,6 +6,7 @@ mod oriented;
 mod scenes;
 mod stories;
 mod tables;
+mod ways;
 
 use sketchnav_qualitative::Point;
 

@@ -8,6 +8,7 @@ use sketchnav_qualitative::algebra::Relation;
 use sketchnav_qualitative::allen::Allen;
 use sketchnav_qualitative::argd::{Bound, Scale};
 use sketchnav_qualitative::cardinal::Direction;
+use sketchnav_qualitative::flipflop::FlipFlop;
 use sketchnav_qualitative::mos::Motion;
 use sketchnav_qualitative::opra::Opra;
 use sketchnav_qualitative::qrpc::{Projections, Qrpc};
@@ -93,6 +94,8 @@ proptest! {
         })?;
         passes_neighbours_only(|t| Motion::of(k.point(t), k.point(t + step), step))?;
         passes_neighbours_only(|t| Tpcc::of(k.point(t), l.point(t), m.point(t), 0.02))?;
+        passes_neighbours_only(|t| FlipFlop::of(k.point(t), l.point(t), m.point(t), 0.02))?;
+        passes_neighbours_only(|t| FlipFlop::of(k.point(t), l.point(t), m.point(t), 1.0))?;
         passes_neighbours_only(|t| Direction::of(k.point(t), l.point(t)))?;
         let [a, b, c, d] = sizes;
         let rects = |t: f64| {

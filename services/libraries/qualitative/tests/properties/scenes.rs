@@ -28,7 +28,7 @@ pub fn anywhere() -> impl Strategy<Value = [f64; 2]> {
     [-10.0..10.0, -10.0..10.0]
 }
 
-fn somewhere() -> impl Strategy<Value = Point> {
+pub fn somewhere() -> impl Strategy<Value = Point> {
     prop_oneof![on_grid(), anywhere()].prop_map(point)
 }
 

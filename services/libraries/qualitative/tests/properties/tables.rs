@@ -6,6 +6,7 @@ use sketchnav_qualitative::Error;
 use sketchnav_qualitative::algebra::{Compose, Converse, Relation, RelationSet};
 use sketchnav_qualitative::allen::Allen;
 use sketchnav_qualitative::cardinal::Direction;
+use sketchnav_qualitative::flipflop::FlipFlop;
 use sketchnav_qualitative::mos::Motion;
 use sketchnav_qualitative::opra::Opra;
 use sketchnav_qualitative::order::Order;
@@ -57,6 +58,7 @@ fn every_relation_has_a_place_a_word_and_neighbours() {
     is_well_formed::<Rcc3>(3);
     is_well_formed::<Rcc2>(2);
     is_well_formed::<Tpcc>(27);
+    is_well_formed::<FlipFlop>(9);
     is_well_formed::<Opra<1>>(20);
     is_well_formed::<Opra<2>>(72);
     is_well_formed::<Opra<3>>(156);

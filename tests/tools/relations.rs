@@ -33,6 +33,32 @@ fn a_table_of_positions_yields_the_relations_of_an_encounter() {
     assert!(csv.out.contains("human robot,0.200,0.300,near,neighbour"), "{csv}");
 }
 
+#[test]
+fn boxes_and_headings_are_related_by_intervals_and_oriented_points() {
+    let place = Place::new();
+    let table = "time_s,object,x_m,y_m,heading_deg,length_m,width_m\n\
+        0.0,cart,0,0,90,2,1\n0.0,door,3,0,0,2,1\n0.1,cart,1,0,90,2,1\n0.1,door,3,0,0,2,1\n";
+    std::fs::write(place.files().join("boxes.csv"), table).unwrap();
+    let words = |calculus: &str| {
+        let answer = place.run(&format!("relations boxes.csv --calculus {calculus} --json")).json();
+        relations(&answer).into_iter().map(|(word, _)| word).collect::<Vec<_>>()
+    };
+    assert_eq!(words("allen"), ["<", "m"]);
+    // The door is on the right of the cart, and the cart behind the door.
+    assert_eq!(words("opra-1"), ["3_2"]);
+    assert_eq!(words("opra-4"), ["12_8"]);
+}
+
+#[test]
+fn a_third_point_is_on_the_way_of_two_others() {
+    let place = Place::new();
+    let table =
+        "time_s,object,x_m,y_m\n0.0,a,0,0\n0.0,b,4,0\n0.0,c,2,1\n0.1,a,0,0\n0.1,b,4,0\n0.1,c,2,0.05\n";
+    std::fs::write(place.files().join("way.csv"), table).unwrap();
+    let answer = place.run("relations way.csv --calculus flipflop --tolerance-m 0.1 --json").json();
+    assert_eq!(relations(&answer), [("l".into(), "first".into()), ("i".into(), "neighbour".into())]);
+}
+
 /// People were once not recorded, so nothing could be said about them afterwards.
 #[test]
 fn a_recording_yields_the_relations_of_the_robot_and_every_person() {

@@ -46,7 +46,8 @@ pub struct RelationsOptions {
         default_value = "near=3.0,medium=3.5,far=4.0"
     )]
     pub thresholds: Vec<String>,
-    /// Treat sides that differ by up to this distance as equal, in metres (rcc, rectangle).
+    /// Treat sides that differ by up to this distance as equal (rcc, rectangle, allen), and points that near to each other or
+    /// to a line as at it (flipflop), in metres.
     #[arg(long, value_name = "METRES", default_value_t = 0.0)]
     pub tolerance_m: f64,
     /// Treat stamps that differ by up to this many seconds as equal. The object with the fewest samples sets the times,

@@ -6,8 +6,8 @@ use anyhow::{Context, bail, ensure};
 use clap::ValueEnum;
 use sketchnav_qualitative::rcc::{Rcc2, Rcc3, Rcc4, Rcc5, Rcc8, Regions};
 use sketchnav_qualitative::{
-    Calculus, Change, Options, Oriented, Point, Quantisation, Rect, argd, cardinal, mos, order, qrpc, qtc,
-    rectangle, series as series_of, tpcc,
+    Calculus, Change, Interval, Options, Oriented, Point, Quantisation, Rect, allen, argd, cardinal,
+    flipflop, mos, opra, order, qrpc, qtc, rectangle, series as series_of, tpcc,
 };
 
 use super::association::Scene;
@@ -26,12 +26,26 @@ pub enum Word {
     Mos,
     /// Rectilinear projections: two points with headings.
     Qrpc,
+    /// Oriented points with 4 segments each: two points with headings.
+    #[value(name = "opra-1")]
+    Opra1,
+    /// Oriented points with 8 segments each: two points with headings.
+    #[value(name = "opra-2")]
+    Opra2,
+    /// Oriented points with 12 segments each: two points with headings.
+    #[value(name = "opra-3")]
+    Opra3,
+    /// Oriented points with 16 segments each: two points with headings.
+    #[value(name = "opra-4")]
+    Opra4,
     /// Distances by named thresholds.
     Argd,
     /// Cardinal directions.
     Cardinal,
     /// Order along the x axis.
     Order,
+    /// Interval algebra of the extents along the x axis: two boxes.
+    Allen,
     /// Rectangle algebra: two boxes.
     Rectangle,
     /// Region connection, 2 relations: two boxes.
@@ -44,6 +58,9 @@ pub enum Word {
     Rcc5,
     /// Region connection, 8 relations: two boxes.
     Rcc8,
+    /// Flip-flop: where a third point is as seen on the way from the first to the second.
+    #[value(name = "flipflop")]
+    FlipFlop,
     /// Ternary point configurations: three points.
     Tpcc,
 }
@@ -53,7 +70,7 @@ impl Word {
     pub fn arguments(self) -> usize {
         match self {
             Self::Mos => 1,
-            Self::Tpcc => 3,
+            Self::FlipFlop | Self::Tpcc => 3,
             _ => 2,
         }
     }
@@ -71,15 +88,21 @@ pub fn series(tracks: &[&Track], scenes: &[Scene], options: &RelationsOptions) -
         Word::QtcBc => of_points.two(qtc::Switching::new(quantisation(options)?, options.near_m)?, point),
         Word::Mos => of_points.one(mos::Motions { quantisation: quantisation(options)? }, point),
         Word::Qrpc => of_points.two(qrpc::Projections::default(), oriented),
+        Word::Opra1 => of_points.two(opra::Orientations::<1>::default(), oriented),
+        Word::Opra2 => of_points.two(opra::Orientations::<2>::default(), oriented),
+        Word::Opra3 => of_points.two(opra::Orientations::<3>::default(), oriented),
+        Word::Opra4 => of_points.two(opra::Orientations::<4>::default(), oriented),
         Word::Argd => of_points.argd(scale(&options.thresholds)?),
         Word::Cardinal => of_points.two(cardinal::Directions, point),
         Word::Order => of_points.two(order::Orders, point),
+        Word::Allen => of_points.two(allen::Intervals::new(options.tolerance_m)?, extent),
         Word::Rectangle => of_points.two(rectangle::Rectangles::new(options.tolerance_m)?, rect),
         Word::Rcc2 => of_points.two(Regions::<Rcc2>::new(options.tolerance_m)?, rect),
         Word::Rcc3 => of_points.two(Regions::<Rcc3>::new(options.tolerance_m)?, rect),
         Word::Rcc4 => of_points.two(Regions::<Rcc4>::new(options.tolerance_m)?, rect),
         Word::Rcc5 => of_points.two(Regions::<Rcc5>::new(options.tolerance_m)?, rect),
         Word::Rcc8 => of_points.two(Regions::<Rcc8>::new(options.tolerance_m)?, rect),
+        Word::FlipFlop => of_points.three(flipflop::Ways::new(options.tolerance_m)?, point),
         Word::Tpcc => of_points.three(tpcc::Configurations::default(), point),
     }
 }
@@ -125,6 +148,11 @@ fn rect(_: Option<&Body>, now: &Body) -> anyhow::Result<Option<Rect>> {
         bail!("expected the columns length_m and width_m for a calculus of boxes, found none");
     };
     Ok(Some(Rect::around(Point::try_from(now.at)?, length_m, width_m)?))
+}
+
+/// Returns the extent of a box along the x axis.
+fn extent(before: Option<&Body>, now: &Body) -> anyhow::Result<Option<Interval>> {
+    Ok(rect(before, now)?.map(|rect| rect.x()))
 }
 
 /// Returns the word for how a relation follows the previous one, for people and programs.

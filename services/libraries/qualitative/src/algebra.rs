@@ -12,8 +12,8 @@ use std::str::FromStr;
 
 use crate::error::Error;
 
-/// Maximum number of base relations in a calculus. The rectangle algebra has the most, with 169.
-pub const MAX_RELATIONS: usize = 192;
+/// Maximum number of base relations in a calculus. OPRA_4 has the most, with 272.
+pub const MAX_RELATIONS: usize = 320;
 const WORDS: usize = MAX_RELATIONS / 64;
 
 /// A base relation of a calculus.
@@ -111,6 +111,14 @@ impl<R: Relation> RelationSet<R> {
         Self { words: std::array::from_fn(|i| self.words[i] & other.words[i]), ..self }
     }
 
+    /// Returns the indices of the relations in the set, in ascending order.
+    pub(crate) fn indices(self) -> impl Iterator<Item = usize> {
+        self.words.into_iter().enumerate().flat_map(|(at, word)| {
+            let rests = std::iter::successors(Some(word), |rest| Some(rest & rest.wrapping_sub(1)));
+            rests.take_while(|rest| *rest != 0).map(move |rest| 64 * at + rest.trailing_zeros() as usize)
+        })
+    }
+
     /// Returns the number of relations in the set.
     pub fn len(&self) -> usize {
         self.words.iter().map(|word| word.count_ones() as usize).sum()
@@ -122,8 +130,8 @@ impl<R: Relation> RelationSet<R> {
     }
 
     /// Returns the relations in the set, in index order.
-    pub fn iter(&self) -> impl Iterator<Item = R> {
-        R::all().filter(|relation| self.contains(*relation))
+    pub fn iter(&self) -> impl Iterator<Item = R> + use<R> {
+        self.indices().filter_map(R::from_index)
     }
 
     /// Returns the converse of every relation in the set.

@@ -6,7 +6,9 @@
 use std::cmp::Ordering;
 
 use crate::algebra::{Compose, Converse, Relation, RelationSet, words};
-use crate::geometry::Interval;
+use crate::calculus::{Before, Calculus};
+use crate::error::Error;
+use crate::geometry::{Interval, not_negative};
 
 words! {
     /// The relation of interval a to interval b.
@@ -175,5 +177,31 @@ impl Compose for Allen {
     fn compose(self, next: Self) -> RelationSet<Self> {
         let bits = COMPOSITION[self.index()][next.index()];
         Self::all().filter(|relation| bits >> relation.index() & 1 == 1).collect()
+    }
+}
+
+/// [`Allen`] of two intervals.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Intervals {
+    tolerance: f64,
+}
+
+impl Intervals {
+    /// Creates the calculus in which ends that differ by no more than `tolerance` are equal.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] if the tolerance is negative or not finite.
+    pub fn new(tolerance: f64) -> Result<Self, Error> {
+        Ok(Self { tolerance: not_negative("tolerance", tolerance)? })
+    }
+}
+
+impl Calculus for Intervals {
+    type Scene = [Interval; 2];
+    type Relation = Allen;
+    const OF_MOTION: bool = false;
+
+    fn relate(&self, _: Before<'_, Self::Scene>, [a, b]: &Self::Scene) -> Option<Allen> {
+        Some(Allen::of(*a, *b, self.tolerance))
     }
 }

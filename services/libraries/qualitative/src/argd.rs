@@ -15,10 +15,11 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-use crate::algebra::{Relation, unknown};
+use crate::algebra::{Relation, RelationSet, unknown};
 use crate::calculus::{Before, Calculus};
 use crate::error::Error;
 use crate::geometry::{MAX_COORDINATE, Point};
+use crate::network::Table;
 
 /// Maximum number of thresholds in a scale.
 pub const MAX_THRESHOLDS: usize = 64;
@@ -146,6 +147,15 @@ impl Scale {
             _ => self.rank(low),
         };
         lowest..=highest
+    }
+
+    /// Returns the table for reasoning over networks of distances on this scale.
+    pub fn table(&self) -> Table<Rank> {
+        let within = |ranks: RangeInclusive<Rank>| {
+            Rank::all().filter(|rank| ranks.contains(rank)).collect::<RelationSet<_>>()
+        };
+        let all = within(Rank(0)..=Rank((self.len() - 1) as u8));
+        Table::from_fn(all, RelationSet::from, |first, next| within(self.compose(first, next)))
     }
 }
 

@@ -77,4 +77,14 @@ pub enum Error {
         /// The rejected name.
         found: String,
     },
+    /// A pair of objects of a network does not exist.
+    #[error("expected two different objects from 0 to below {objects}, found {first} and {second}")]
+    Pair {
+        /// Number of objects in the network.
+        objects: usize,
+        /// The first object.
+        first: usize,
+        /// The second object.
+        second: usize,
+    },
 }

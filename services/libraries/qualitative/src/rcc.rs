@@ -10,6 +10,7 @@ use crate::allen::Allen;
 use crate::calculus::{Before, Calculus};
 use crate::error::Error;
 use crate::geometry::{Rect, not_negative};
+use crate::network::Table;
 use crate::rectangle::Rectangular;
 
 words! {
@@ -201,6 +202,11 @@ impl Rcc4 {
     /// Returns every relation that b may have to a, given `self` as the relation of a to b.
     pub fn converses(self) -> RelationSet<Self> {
         refined(self).map(|fine| fine.converse().into()).collect()
+    }
+
+    /// Returns the table for reasoning over networks.
+    pub fn table() -> Table<Self> {
+        Table::from_fn(RelationSet::universal(), Self::converses, Self::compose)
     }
 }
 

@@ -1,9 +1,12 @@
 //! Property tests for all relations and all scenes.
 
 mod motion;
+mod networks;
+mod oriented;
 mod scenes;
 mod stories;
 mod tables;
+mod ways;
 
 use sketchnav_qualitative::Point;
 

@@ -8,7 +8,9 @@ use sketchnav_qualitative::algebra::Relation;
 use sketchnav_qualitative::allen::Allen;
 use sketchnav_qualitative::argd::{Bound, Scale};
 use sketchnav_qualitative::cardinal::Direction;
+use sketchnav_qualitative::flipflop::FlipFlop;
 use sketchnav_qualitative::mos::Motion;
+use sketchnav_qualitative::opra::Opra;
 use sketchnav_qualitative::qrpc::{Projections, Qrpc};
 use sketchnav_qualitative::qtc::{QtcB, QtcBc, QtcC};
 use sketchnav_qualitative::rcc::{Rcc5, Rcc8};
@@ -92,6 +94,8 @@ proptest! {
         })?;
         passes_neighbours_only(|t| Motion::of(k.point(t), k.point(t + step), step))?;
         passes_neighbours_only(|t| Tpcc::of(k.point(t), l.point(t), m.point(t), 0.02))?;
+        passes_neighbours_only(|t| FlipFlop::of(k.point(t), l.point(t), m.point(t), 0.02))?;
+        passes_neighbours_only(|t| FlipFlop::of(k.point(t), l.point(t), m.point(t), 1.0))?;
         passes_neighbours_only(|t| Direction::of(k.point(t), l.point(t)))?;
         let [a, b, c, d] = sizes;
         let rects = |t: f64| {
@@ -107,5 +111,12 @@ proptest! {
         let oriented = |curve: Curve, t: f64| Oriented::new(curve.point(t), curve.heading(t)).unwrap();
         let tolerances = Projections::new(1e-7, 1e-7).unwrap();
         passes_neighbours_only(|t| Qrpc::of(oriented(k, t), oriented(l, t), &tolerances))?;
+        passes_neighbours_only(|t| Opra::<1>::of(oriented(k, t), oriented(l, t), 0.01))?;
+        passes_neighbours_only(|t| Opra::<4>::of(oriented(k, t), oriented(l, t), 0.01))?;
+        // Points that stay together only turn, and those that meet do so at the origin.
+        let turning = |at: [f64; 2], of: Curve, t: f64| Oriented::new(point(at), of.heading(t)).unwrap();
+        passes_neighbours_only(|t| Opra::<2>::of(turning([0.0; 2], k, t), turning([0.0; 2], l, t), 0.01))?;
+        let meeting = |t: f64| { let apart = (1.5 - t).max(0.0); [apart * a, apart * b] };
+        passes_neighbours_only(|t| Opra::<2>::of(turning([0.0; 2], k, t), turning(meeting(t), l, t), 0.01))?;
     }
 }

@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use proptest::prelude::*;
 use sketchnav_qualitative::algebra::{Compose, Converse, Relation};
+use sketchnav_qualitative::allen::Intervals;
 use sketchnav_qualitative::argd::{Bound, Scale};
 use sketchnav_qualitative::cardinal::{Direction, Directions};
 use sketchnav_qualitative::order::{Order, Orders};
@@ -27,7 +28,7 @@ pub fn anywhere() -> impl Strategy<Value = [f64; 2]> {
     [-10.0..10.0, -10.0..10.0]
 }
 
-fn somewhere() -> impl Strategy<Value = Point> {
+pub fn somewhere() -> impl Strategy<Value = Point> {
     prop_oneof![on_grid(), anywhere()].prop_map(point)
 }
 
@@ -94,6 +95,7 @@ proptest! {
         converses_agree(&Scale::new(scale, Bound::Upper).unwrap(), before, now);
         let rects = [[a, b], [b, a]];
         converses_agree(&Rectangles::new(q).unwrap(), rects, rects);
+        converses_agree(&Intervals::new(q).unwrap(), rects.map(|pair| pair.map(|rect| rect.x())), rects.map(|pair| pair.map(|rect| rect.x())));
         converses_agree(&Regions::<Rcc8>::new(q).unwrap(), rects, rects);
         converses_agree(&Regions::<Rcc5>::new(q).unwrap(), rects, rects);
         let (one, other) = (Rcc4::from(Rcc8::of(a, b, q)), Rcc4::from(Rcc8::of(b, a, q)));

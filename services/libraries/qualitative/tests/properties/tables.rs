@@ -6,7 +6,9 @@ use sketchnav_qualitative::Error;
 use sketchnav_qualitative::algebra::{Compose, Converse, Relation, RelationSet};
 use sketchnav_qualitative::allen::Allen;
 use sketchnav_qualitative::cardinal::Direction;
+use sketchnav_qualitative::flipflop::FlipFlop;
 use sketchnav_qualitative::mos::Motion;
+use sketchnav_qualitative::opra::Opra;
 use sketchnav_qualitative::order::Order;
 use sketchnav_qualitative::qrpc::{Disposition, Qrpc};
 use sketchnav_qualitative::qtc::{QtcB, QtcBc, QtcC};
@@ -56,6 +58,11 @@ fn every_relation_has_a_place_a_word_and_neighbours() {
     is_well_formed::<Rcc3>(3);
     is_well_formed::<Rcc2>(2);
     is_well_formed::<Tpcc>(27);
+    is_well_formed::<FlipFlop>(9);
+    is_well_formed::<Opra<1>>(20);
+    is_well_formed::<Opra<2>>(72);
+    is_well_formed::<Opra<3>>(156);
+    is_well_formed::<Opra<4>>(272);
 }
 
 fn edges<R: Relation>() -> usize {
@@ -93,6 +100,10 @@ fn the_converse_of_the_converse_is_the_relation_and_keeps_neighbours() {
     converse_is_an_involution::<Rcc5>();
     converse_is_an_involution::<Rcc3>();
     converse_is_an_involution::<Rcc2>();
+    converse_is_an_involution::<Opra<1>>();
+    converse_is_an_involution::<Opra<2>>();
+    converse_is_an_involution::<Opra<3>>();
+    converse_is_an_involution::<Opra<4>>();
     for a in Qrpc::all() {
         for b in Qrpc::all() {
             assert_eq!(a.converses().contains(b), b.converses().contains(a), "{a}, {b}");
@@ -130,6 +141,8 @@ fn compositions_are_algebras() {
     composition_is_an_algebra(Some(Allen::Equal));
     composition_is_an_algebra(Some(Direction::Eq));
     composition_is_an_algebra(Some(Order::Together));
+    composition_is_an_algebra("s_0".parse::<Opra<1>>().ok());
+    composition_is_an_algebra("s_0".parse::<Opra<2>>().ok());
 }
 
 #[test]
@@ -147,7 +160,7 @@ fn the_interval_algebra_has_409_compositions() {
 
 /// Returns the relation of regions made of cells on a line, given as bits. A line is enough for RCC8, whose consistent
 /// networks can be drawn in any dimension (Renz 2002).
-fn of_cells(a: u32, b: u32) -> Rcc8 {
+pub fn of_cells(a: u32, b: u32) -> Rcc8 {
     let grown = |cells: u32| cells | cells << 1 | cells >> 1;
     match (a == b, a & b, a & !b, b & !a) {
         (true, ..) => Rcc8::Eq,

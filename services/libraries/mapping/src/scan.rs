@@ -1,7 +1,7 @@
 //! A sweep of a planar laser range finder, the mapper's input.
 
 use sketchnav_schemas::geometry::{Base, Pose};
-use sketchnav_schemas::message::MAX_BEAMS;
+use sketchnav_schemas::message::{LaserScan, MAX_BEAMS};
 
 use crate::Error;
 
@@ -34,7 +34,19 @@ pub(crate) enum Beam {
     Invalid,
 }
 
-impl Scan<'_> {
+impl<'a> Scan<'a> {
+    /// Returns the scan in a message, of a laser that is mounted on the robot at this pose.
+    pub fn of_message(message: &'a LaserScan, base_from_laser: Pose<Base>) -> Self {
+        Self {
+            ranges_m: message.ranges(),
+            first_rad: message.angle_min_rad.into(),
+            step_rad: message.angle_increment_rad.into(),
+            range_min_m: message.range_min_m.into(),
+            range_max_m: message.range_max_m.into(),
+            base_from_laser,
+        }
+    }
+
     /// Checks that the numbers are plausible and that there are not too many beams.
     ///
     /// # Errors

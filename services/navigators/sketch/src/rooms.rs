@@ -28,7 +28,7 @@ use sketchnav_schemas::geometry::{Pose, Sketch};
 pub use answer::{Answer, Doors, Hypothesis, locate};
 pub use floor::{Door, Floor, Kind, Room, Token};
 
-use crate::filter::outline::enclosed;
+use crate::filter::outline::closed;
 use crate::sketch::SketchGrid;
 use floor::{Frame, Ground};
 use partition::{Dividing, Partition};
@@ -63,12 +63,11 @@ const WIDEST_M: f64 = 1.5;
 const NARROW_M: f64 = 1.5;
 
 impl Floor {
-    /// Returns the floor of a drawing, or `None` if nothing is free there. Openings of the building's outline up to `gap_px` count as
-    /// closed. The scale is judged by the widths of doors.
-    pub fn of_drawing(sketch: &SketchGrid, start: Pose<Sketch>, gap_px: f64) -> Option<Self> {
+    /// Returns the floor of a drawing of a building whose longer side is about `building_size_m` long, or `None` if nothing is free
+    /// there. The scale is judged by the widths of doors.
+    pub fn of_drawing(sketch: &SketchGrid, start: Pose<Sketch>, building_size_m: f64) -> Option<Self> {
         let (width, height) = (sketch.width(), sketch.height());
-        let is_inside = (0.0..width as f64).contains(&start.x) && (0.0..height as f64).contains(&start.y);
-        let closed = is_inside.then(|| enclosed(sketch, start.position(), gap_px as f32)).flatten();
+        let closed = closed(sketch, start.position(), building_size_m);
         let walls = closed.as_ref().unwrap_or(sketch).walls();
         let times = width.max(height).div_ceil(MOST_CELLS).min(64);
         let mut coarse = Region::default();

@@ -201,9 +201,7 @@ impl Explorer {
     /// # Errors
     /// Returns an error if a parameter of the mapper is invalid.
     pub fn new(parameters: &Parameters, range_max_m: f64) -> Result<Self, sketchnav_mapping::Error> {
-        let mut mapping = sketchnav_mapping::Parameters::default();
-        mapping.open_range_m = range_max_m.min(mapping.mapping_range_m);
-        mapping.matching_range_m = range_max_m.min(mapping.matching_range_m);
+        let mapping = sketchnav_mapping::Parameters::for_range(range_max_m);
         Ok(Self {
             parameters: parameters.clone(),
             mapping,
@@ -275,16 +273,8 @@ impl Explorer {
         if self.paper.is_none() {
             return;
         }
-        let scan = Scan {
-            ranges_m: scan.ranges(),
-            first_rad: scan.angle_min_rad.into(),
-            step_rad: scan.angle_increment_rad.into(),
-            range_min_m: scan.range_min_m.into(),
-            range_max_m: scan.range_max_m.into(),
-            base_from_laser,
-        };
         // An invalid scan returns an error, which can be ignored because nothing changes then.
-        let _ = self.mapper.update(robot, &scan);
+        let _ = self.mapper.update(robot, &Scan::of_message(scan, base_from_laser));
         self.is_surveyed = false;
         self.judge_floor();
     }

@@ -49,6 +49,14 @@ pub struct Doors {
     pub only_seen: u32,
 }
 
+impl Doors {
+    /// Returns the share of all doors that have a partner, or 1 without doors.
+    pub fn share_matched(&self) -> f64 {
+        let all = self.matched + self.only_drawn + self.only_seen;
+        if all == 0 { 1.0 } else { f64::from(self.matched) / f64::from(all) }
+    }
+}
+
 /// Where the goal lies.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Answer {

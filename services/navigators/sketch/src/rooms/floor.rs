@@ -37,6 +37,7 @@ pub enum Kind {
 /// A stretch of a region's outline.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Token {
+    /// What it is.
     pub kind: Kind,
     /// Middle of the stretch.
     pub place: Place,
@@ -56,7 +57,9 @@ pub struct Room {
 /// A passage between two regions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Door {
+    /// The two regions.
     pub rooms: [u16; 2],
+    /// Middle of the passage.
     pub place: Place,
     /// Width as a share of the smaller clearance of the two regions. A passage with a share near 1 is hardly one.
     pub share: f64,
@@ -122,9 +125,11 @@ pub struct Ground<'a> {
 /// A floor as regions joined by doors.
 #[derive(Debug, Clone)]
 pub struct Floor {
+    /// The frame of all places.
     pub frame: Frame,
     /// The rooms by their number in the partition. The first entry is empty.
     pub rooms: Vec<Room>,
+    /// The passages between regions.
     pub doors: Vec<Door>,
     /// The robot's start.
     pub start: Place,

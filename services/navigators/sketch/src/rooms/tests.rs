@@ -51,7 +51,7 @@ fn drawn(plan: &Plan, px: [f64; 2]) -> Floor {
     };
     let cells: Vec<_> = (0..width * height).map(cell).collect();
     let sketch = SketchGrid::new(width, height, &cells, 0.0).unwrap();
-    Floor::of_drawing(&sketch, Pose::new(START[0] * px[0], START[1] * px[1], 0.0), 2.0).unwrap()
+    Floor::of_drawing(&sketch, Pose::new(START[0] * px[0], START[1] * px[1], 0.0), 100.0).unwrap()
 }
 
 /// Maps the part of a plan that was seen. The map's origin is the start, and its x axis is turned by `yaw_rad`.
@@ -100,7 +100,9 @@ fn a_corridor_with_five_rooms_is_six_regions_and_five_doors() {
     let doors: Vec<_> =
         corridor.tokens.iter().filter(|token| matches!(token.kind, Kind::Door { .. })).collect();
     assert_eq!(doors.len(), 5, "{doors:?}");
-    assert!((drawing.rooms.iter().map(|room| room.area_m2).sum::<f64>() - 128.0).abs() < 20.0);
+    // The plan has 125 m², and the scale is known only by the width of doors.
+    let area_m2: f64 = drawing.rooms.iter().map(|room| room.area_m2).sum();
+    assert!((100.0..160.0).contains(&area_m2), "{area_m2}");
 }
 
 #[test]
@@ -210,12 +212,11 @@ fn rooms_inside_a_ring_of_corridors_are_found() {
 }
 
 #[test]
-fn a_goal_without_a_door_has_no_answer() {
+fn a_goal_that_no_door_leads_to_counts_for_the_nearest_region() {
     let mut plan = office();
     plan.truncate(10);
     let drawing = drawn(&plan, [20.0; 2]);
     let map = mapped(&plan, 0.0, |_| true, &drawing);
-    // The drawing keeps only what is connected to the start, so the nearest region answers instead.
     let answer = locate(&drawing, &map, [12.0 * 20.0, 3.0 * 20.0]).unwrap();
     assert!(!answer.hypotheses.is_empty());
     assert!(drawing.way_to(drawing.rooms.len() as u16).is_none());

@@ -120,7 +120,7 @@ pub struct TaskOutcome {
     /// Mean distance of the true path from the drawn route, in metres, or `None` if there is no route.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub displacement_m: Option<f64>,
-    /// What regions joined by doors say about the goal when the task ends, or `None` if they were not asked or have no answer.
+    /// What regions joined by doors say about the goal when the task ends, or `None` if they were not asked.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rooms: Option<RoomsSaid>,
 }

@@ -294,7 +294,7 @@ pub fn outcomes(trial: &Trial, method: &str, repetition: u32, driven: &Driven) -
             rooms: driven
                 .witness
                 .as_ref()
-                .and_then(|witness| witness.said(&driven.log, i, &driven.run.mission.task[i].there)),
+                .map(|witness| witness.said(&driven.log, i, &driven.run.mission.task[i].there)),
         }
     };
     ended.into_iter().enumerate().map(outcome).collect()

@@ -3,7 +3,8 @@
 //! right, and whether their disagreement knows which arrivals are wrong.
 //!
 //! The drawings are the lesson drawings of `people` and drawings made by `sketchnav deform` whose numbers no other suite
-//! uses. Every other drawing fits the combination of the witnesses, and the rest check it.
+//! uses, the latter also driven by the outline alone, which gives more wrong arrivals. Every other drawing fits the
+//! combination of the witnesses, and the rest check it.
 
 mod tables;
 
@@ -62,6 +63,8 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
             }
         }
     }
+    let by_outline: Vec<_> = suite.trials.iter().map(by_outline).collect();
+    suite.trials.extend(by_outline);
     match people::suite(folders) {
         Ok(people) => {
             suite
@@ -71,13 +74,11 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
         Err(EvalError::NoData { .. }) => suite.notices.push("skipped: the lesson drawings of people".into()),
         Err(error) => return Err(error),
     }
-    let by_outline: Vec<_> = suite.trials.iter().map(by_outline).collect();
-    suite.trials.extend(by_outline);
     suite.trials.iter_mut().for_each(|trial| trial.asks_rooms = true);
     Ok(suite)
 }
 
-/// Returns the trial driven by the outline among rooms, too.
+/// Returns a variant of the trial that is driven by the outline even among rooms.
 fn by_outline(trial: &Trial) -> Trial {
     let mut by_outline = variant(trial, &format!("{}, by the outline", trial.drawing));
     let table = by_outline.mission.parameters.of_mut(Process::Planner);
@@ -86,8 +87,11 @@ fn by_outline(trial: &Trial) -> Trial {
 }
 
 /// What regions and doors say at the end of a task.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct RoomsSaid {
+    /// False if they have no answer, in which case everything else is 0. They have none if no doors of the drawing lead to the goal,
+    /// or if those that do have no partners.
+    pub has_answer: bool,
     /// True if the goal truly is where they have it.
     pub is_right: bool,
     /// Distance from the robot to where they have the goal, in metres, or `None` if they have it nowhere.
@@ -121,7 +125,7 @@ pub struct Witness {
 }
 
 impl Witness {
-    /// Creates the witness of a run. Returns `None` if its robot has no laser that is suitable for mapping.
+    /// Creates the witness of a run with a single task. Returns `None` if its robot has no laser that is suitable for mapping.
     pub fn new(run: &RunConfig) -> Option<Self> {
         let laser = run.robot.laser().ok()?;
         let parameters = Parameters::for_range(laser.range_max_m);
@@ -136,7 +140,11 @@ impl Witness {
     }
 
     /// Returns what regions and doors say about the task `index`, whose place in the true world is `there`.
-    pub fn said(&self, log: &Log, index: usize, there: &Place) -> Option<RoomsSaid> {
+    pub fn said(&self, log: &Log, index: usize, there: &Place) -> RoomsSaid {
+        self.answer(log, index, there).unwrap_or_default()
+    }
+
+    fn answer(&self, log: &Log, index: usize, there: &Place) -> Option<RoomsSaid> {
         let (message, cells) = log.sketch.as_ref()?;
         let sketch = SketchGrid::of_map(message, cells).ok()?;
         let route = log.route.as_ref()?;
@@ -152,6 +160,7 @@ impl Witness {
         let in_world = |[x, y]: [f64; 2]| truth.compose(&robot.motion_to(&Pose::new(x, y, 0.0)));
         let is_right = best.place.map(in_world).is_some_and(|at| there.contains(at.x, at.y));
         Some(RoomsSaid {
+            has_answer: true,
             is_right,
             away_m: best.place.map(|[x, y]| (x - robot.x).hypot(y - robot.y)),
             is_same_room: best.place.is_some() && map.room_at([robot.x, robot.y]) == Some(best.room),
@@ -181,5 +190,44 @@ impl Tap for Witness {
             self.scan = Some(Box::new(*scan));
             self.enter();
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiments::outcome::Kind;
+    use crate::experiments::run;
+
+    /// The witness maps the drive itself, and must agree with a robot that has arrived where a traced floor says.
+    #[test]
+    fn rooms_know_the_goal_of_a_floor_that_was_traced() {
+        let sites = deformed::shipped(&Folders::of_checkout()).unwrap();
+        let trial = Trial { asks_rooms: true, ..sites[1].trials(0.0, 1).unwrap().remove(0) };
+        let outcomes = run::run(&trial, "outline", 1, 7).unwrap();
+        assert_eq!(outcomes[0].kind, Kind::Reached);
+        let said = outcomes[0].rooms.unwrap();
+        assert!(said.is_right && said.agrees() && said.share_here > 0.5, "{said:?}");
+        let unasked = Trial { asks_rooms: false, ..trial };
+        assert_eq!(run::run(&unasked, "outline", 1, 7).unwrap()[0].rooms, None);
+    }
+
+    #[test]
+    fn drawings_are_not_those_of_other_suites_and_fit_or_check() {
+        let suite = suite(&Folders::of_checkout()).unwrap();
+        assert_eq!(
+            suite.drawings(),
+            ["1", "1.5", "1, by the outline", "1.5, by the outline"].map(|d| format!("degree {d}"))
+        );
+        let other = deformed::suite(&Folders::of_checkout()).unwrap();
+        let of = |suite: &Suite| {
+            suite
+                .trials
+                .iter()
+                .filter_map(|trial| trial.cluster.clone())
+                .collect::<std::collections::BTreeSet<_>>()
+        };
+        assert!(of(&suite).is_disjoint(&of(&other)));
+        assert!(suite.trials.iter().all(|trial| trial.asks_rooms));
     }
 }

@@ -28,15 +28,23 @@ struct Sign {
 }
 
 const SIGNS: [Sign; 7] = [
-    Sign { name: "rooms: agree", of: |a| f64::from(u8::from(a.rooms.agrees())), of_outline: false },
+    Sign {
+        name: "rooms: agree",
+        of: |a| a.or_half(f64::from(u8::from(a.rooms.agrees()))),
+        of_outline: false,
+    },
     Sign {
         name: "rooms: share of alignments with the goal here",
-        of: |a| a.rooms.share_here,
+        of: |a| a.or_half(a.rooms.share_here),
         of_outline: false,
     },
     Sign { name: "rooms: margin", of: |a| a.margin(), of_outline: false },
     Sign { name: "rooms: margin, negative if they disagree", of: |a| a.signed_margin(), of_outline: false },
-    Sign { name: "rooms: share of doors with a partner", of: |a| a.rooms.doors_matched, of_outline: false },
+    Sign {
+        name: "rooms: share of doors with a partner",
+        of: |a| a.or_half(a.rooms.doors_matched),
+        of_outline: false,
+    },
     Sign {
         name: "outline: margin",
         of: |a| a.outline.map_or(0.0, |[margin, _]| margin.min(MOST_MARGIN)),
@@ -63,6 +71,11 @@ const COMBINATIONS: [Combination; 6] = [
 impl Arrival<'_> {
     fn is_right(&self) -> bool {
         self.outcome.kind == Kind::Reached
+    }
+
+    /// Returns the value, or a half if regions and doors have no answer.
+    fn or_half(&self, value: f64) -> f64 {
+        if self.rooms.has_answer { value } else { 0.5 }
     }
 
     fn margin(&self) -> f64 {
@@ -135,6 +148,8 @@ fn answers(outcomes: &[TaskOutcome], arrivals: &[Arrival<'_>]) -> Section {
             right,
             count(&|arrival| arrival.is_right() && arrival.rooms.agrees()),
             count(&|arrival| !arrival.is_right() && arrival.rooms.agrees()),
+            count(&|arrival| arrival.is_right() && !arrival.rooms.has_answer),
+            count(&|arrival| !arrival.is_right() && !arrival.rooms.has_answer),
             count(&|arrival| !arrival.is_right() && arrival.rooms.is_right),
         ];
         std::iter::once((*line).to_owned()).chain(figures.map(|figure| figure.to_string())).collect()
@@ -149,10 +164,12 @@ fn answers(outcomes: &[TaskOutcome], arrivals: &[Arrival<'_>]) -> Section {
             "rooms right",
             "rooms agree, right arrivals",
             "rooms agree, wrong arrivals",
+            "rooms silent, right arrivals",
+            "rooms silent, wrong arrivals",
             "rooms right, wrong arrivals",
         ],
         lines(outcomes).iter().map(row).collect(),
-        "Rooms are right if the goal truly lies where regions and doors have it, whether or not the robot arrived. They agree with an arrival if they have the goal in the robot's region or within 2.5 m of it.",
+        "Rooms are right if the goal truly lies where regions and doors have it, whether or not the robot arrived. They agree with an arrival if they have the goal in the robot's region or within 2.5 m of it. They are silent if no doors lead to the goal, or none of these have partners.",
     )
 }
 
@@ -256,6 +273,7 @@ mod tests {
 
     fn outcome(number: u32, kind: Kind, away_m: f64, margin: f64) -> TaskOutcome {
         let rooms = RoomsSaid {
+            has_answer: true,
             is_right: away_m < 1.0,
             away_m: Some(away_m),
             is_same_room: false,
@@ -288,7 +306,7 @@ mod tests {
         let [answers, areas, combined, bins] = &sections(&outcomes)[..] else { panic!() };
         assert_eq!(
             answers.table.rows,
-            [["degree 1", "40", "30", "10", "30", "30", "0", "0"].map(str::to_owned)]
+            [["degree 1", "40", "30", "10", "30", "30", "0", "0", "0", "0"].map(str::to_owned)]
         );
         assert_eq!(areas.table.rows[0][1], "1.00");
         assert_eq!(areas.table.rows[5][1], "0.50", "the margin is the same for all");

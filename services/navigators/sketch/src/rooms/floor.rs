@@ -83,21 +83,21 @@ pub struct Frame {
 
 impl Frame {
     /// Converts a place of the drawing or the map.
-    pub fn of_place(&self, place: Place) -> Place {
+    pub fn of_place(self, place: Place) -> Place {
         turned(place.map(|part| part * self.unit_m), self.turn_rad)
     }
 
     /// Converts to a place of the drawing or the map.
-    pub fn to_place(&self, at: Place) -> Place {
+    pub fn to_place(self, at: Place) -> Place {
         turned(at, -self.turn_rad).map(|part| part / self.unit_m)
     }
 
     /// Converts a place of the drawing or the map to cells.
-    pub fn to_cells(&self, place: Place) -> Place {
+    pub fn to_cells(self, place: Place) -> Place {
         [0, 1].map(|k| (place[k] - self.origin[k]) / self.cell)
     }
 
-    fn of_cells(&self, at: Place) -> Place {
+    fn of_cells(self, at: Place) -> Place {
         self.of_place([0, 1].map(|k| self.origin[k] + at[k] * self.cell))
     }
 }

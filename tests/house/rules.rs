@@ -257,9 +257,9 @@ fn the_command_line_shows_the_actual_pipeline() {
     );
 }
 
-/// Files with a list of channels other than the pipeline. This one lists the channels that the judge reads from a
-/// recording.
-const OWN_LISTS: [&str; 1] = ["services/lab/src/judge/log.rs"];
+/// Files with a list of channels other than the pipeline: the channels that the judge reads from a recording, and the one
+/// that each sensor of a robot writes.
+const OWN_LISTS: [&str; 2] = ["services/lab/src/judge/log.rs", "schemas/src/robot.rs"];
 
 /// A second copy of a list of processes or channels becomes wrong when an entry is added. In the first edition, the
 /// graph was written down in about twelve places.

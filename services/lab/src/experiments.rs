@@ -24,6 +24,7 @@ pub mod jobs;
 mod joined;
 pub mod land;
 pub mod landmarks;
+pub mod logistic;
 pub mod look_ahead;
 pub mod outcome;
 pub mod people;
@@ -43,6 +44,7 @@ pub mod trial;
 pub mod trial_picture;
 mod unmapped;
 pub mod variance;
+pub mod witnesses;
 
 pub use outcome::{Kind, TaskOutcome};
 pub use suite::Suite;

@@ -102,7 +102,8 @@ pub(crate) fn shipped(folders: &Folders) -> Result<Vec<Site>, EvalError> {
     ["building", "laboratory"].into_iter().map(plan).collect()
 }
 
-fn sites(folders: &Folders, notices: &mut Vec<String>) -> Result<Vec<Site>, EvalError> {
+/// Returns all floors. Those whose data are missing are left out with a notice.
+pub(crate) fn sites(folders: &Folders, notices: &mut Vec<String>) -> Result<Vec<Site>, EvalError> {
     let mut sites = shipped(folders)?;
     for (name, maps) in MAPS {
         let [bare, furnished] = maps.map(|map| folders.datum(map));

@@ -1,6 +1,7 @@
 //! Outcomes of tasks, each a single word with a few figures.
 
 use crate::experiments::cost::Cost;
+use crate::experiments::witnesses::RoomsSaid;
 use crate::judge::TaskVerdict;
 use crate::judge::states::StateDriven;
 use serde::{Deserialize, Serialize};
@@ -119,6 +120,9 @@ pub struct TaskOutcome {
     /// Mean distance of the true path from the drawn route, in metres, or `None` if there is no route.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub displacement_m: Option<f64>,
+    /// What regions joined by doors say about the goal when the task ends, or `None` if they were not asked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rooms: Option<RoomsSaid>,
 }
 
 fn is_zero(count: &u32) -> bool {
@@ -149,6 +153,7 @@ impl TaskOutcome {
             cluster: None,
             on_sketch: None,
             displacement_m: None,
+            rooms: None,
         }
     }
 }

@@ -19,6 +19,7 @@ use crate::experiments::drawn_task::DrawnTask;
 use crate::experiments::outcome::{Kind, TaskOutcome};
 use crate::experiments::person::Bystander;
 use crate::experiments::trial::{Page, Trial};
+use crate::experiments::witnesses::Witness;
 use crate::judge::log::Log;
 use crate::judge::states::{Said, StateDriven};
 use crate::judge::{self, TaskSpan, TaskVerdict};
@@ -45,6 +46,8 @@ pub struct Driven {
     pub answers: u32,
     /// True if the person gave up while the robot was lost.
     pub is_left_lost: bool,
+    /// The map of the drive, if regions joined by doors are asked about it.
+    pub witness: Option<Witness>,
     /// Verdicts on the tasks. If poses are given again after failures, the first failed task is the last one here.
     pub verdicts: Vec<TaskVerdict>,
 }
@@ -59,6 +62,7 @@ struct Watcher<'a> {
     stops_at_failure: bool,
     failed: bool,
     bystander: Option<Bystander<'a>>,
+    witness: Option<Witness>,
 }
 
 impl Tap for Watcher<'_> {
@@ -67,6 +71,9 @@ impl Tap for Watcher<'_> {
         self.stamps_ns.push(erased::header(message).stamp_ns);
         if let Some(bystander) = &mut self.bystander {
             bystander.receive(spec, message);
+        }
+        if let Some(witness) = &mut self.witness {
+            witness.see(spec, message, cells);
         }
         if *spec == *STATUS.spec {
             self.watch();
@@ -146,6 +153,7 @@ fn drive_from(
             .as_deref()
             .zip(sheet)
             .map(|(person, sheet)| Bystander::new(person, &sheet.paper, seed)),
+        witness: trial.asks_rooms.then(|| Witness::new(&run)).flatten(),
     };
     let rehearsal = match page {
         Some(bytes) => Rehearsal::by_bytes(&run, bytes),
@@ -153,7 +161,7 @@ fn drive_from(
     };
     let spent = rehearsal?.thinking_for(trial.thinking_scans).run(&mut watcher)?;
     let busy_s = (spent.localizer + spent.planner).as_secs_f64();
-    let Watcher { log, stamps_ns, bystander, .. } = watcher;
+    let Watcher { log, stamps_ns, bystander, witness, .. } = watcher;
     let answers = bystander.as_ref().map_or(0, Bystander::answers);
     let is_left_lost = bystander.is_some_and(|bystander| bystander.leaves_it_lost());
     let mut verdicts = judge::judge(&run.mission, &log.truth, &log.status, &log.contacts).tasks;
@@ -161,7 +169,7 @@ fn drive_from(
         let failed = verdicts.iter().position(|verdict| !verdict.reached);
         verdicts.truncate(failed.map_or(verdicts.len(), |failed| failed + 1));
     }
-    Ok(Driven { run, sketch, first_task, log, stamps_ns, busy_s, answers, is_left_lost, verdicts })
+    Ok(Driven { run, sketch, first_task, log, stamps_ns, busy_s, answers, is_left_lost, witness, verdicts })
 }
 
 /// Drives one repetition of a trial and returns how its tasks ended.
@@ -283,6 +291,10 @@ pub fn outcomes(trial: &Trial, method: &str, repetition: u32, driven: &Driven) -
                 .is_some()
                 .then(|| drawn.as_ref().is_some_and(DrawnTask::is_reached_on_sketch)),
             displacement_m: drawn.and_then(|task| task.displacement_m()),
+            rooms: driven
+                .witness
+                .as_ref()
+                .map(|witness| witness.said(&driven.log, i, &driven.run.mission.task[i].there)),
         }
     };
     ended.into_iter().enumerate().map(outcome).collect()

@@ -10,7 +10,7 @@ use crate::error::EvalError;
 use crate::experiments::suite::{Folders, Suite};
 use crate::experiments::{
     ablation, calibration, corridor, corridor_cost, corridor_published, deformed, land, landmarks,
-    look_ahead, people, protocol, routes, sensitivity, studies,
+    look_ahead, people, protocol, routes, sensitivity, studies, witnesses,
 };
 
 /// A function that loads a suite.
@@ -26,7 +26,7 @@ const PAPER: &str = Method::Boniardi2015.word();
 
 /// All suites with their loaders. To add one, add a line here and a module for it. The last column lists methods for suites
 /// that compare several, or that use another one than the first of their navigator, when all suites are driven.
-const SUITES: [(&str, Loader, &[&str]); 30] = [
+const SUITES: [(&str, Loader, &[&str]); 31] = [
     ("ablation", ablation::suite, &[]),
     ("building-079", protocol::building_079, &[OUTLINE, PAPER]),
     ("building", protocol::building, &[OUTLINE, PAPER]),
@@ -57,6 +57,7 @@ const SUITES: [(&str, Loader, &[&str]); 30] = [
     ("routes", routes::suite, &[OUTLINE, PAPER]),
     ("routes-look-ahead", look_ahead::suite, &[OUTLINE, PAPER]),
     ("sensitivity", sensitivity::suite, &[BEAM]),
+    ("witnesses", witnesses::suite, &[OUTLINE]),
 ];
 
 /// Returns the names of all suites.

@@ -79,6 +79,8 @@ pub struct Trial {
     pub bytes: Option<Page>,
     /// The person who watches and answers the robot's questions. If this is `None`, the robot asks nothing.
     pub person: Option<Arc<Person>>,
+    /// True if regions joined by doors are asked where the goal is when a task ends.
+    pub asks_rooms: bool,
 }
 
 impl Trial {
@@ -98,6 +100,7 @@ impl Trial {
             variant_of: None,
             bytes: None,
             person: None,
+            asks_rooms: false,
         }
     }
 }

@@ -396,7 +396,7 @@ pub fn turn_by_walls(drawn: &Outline, seen: &SeenOutline, guess_rad: f64) -> f64
 }
 
 /// Returns the main direction of the walls, modulo a right angle, and the degree to which they agree with it, from 0 to 1.
-fn main_direction(directions: impl Iterator<Item = [f64; 2]>) -> Option<(f64, f64)> {
+pub fn main_direction(directions: impl Iterator<Item = [f64; 2]>) -> Option<(f64, f64)> {
     let (mut sum, mut count) = ([0.0; 2], 0.0);
     for [x, y] in directions {
         // The fourth power of x + iy maps directions that differ by right angles to the same one.

@@ -196,7 +196,7 @@ fn settle(line: &mut [bool], least: usize, value: bool) {
 }
 
 /// Smooths a closed line with a Gaussian along it.
-fn smoothed(line: &[Place], deviation: f64) -> Vec<Place> {
+pub fn smoothed(line: &[Place], deviation: f64) -> Vec<Place> {
     let count = line.len() as i64;
     let half = ((3.0 * deviation) as i64).min((count - 1) / 2);
     if half < 1 {
@@ -213,7 +213,7 @@ fn smoothed(line: &[Place], deviation: f64) -> Vec<Place> {
 }
 
 /// Returns the distance of each point along the line.
-fn arc_lengths(line: &[Place]) -> Vec<f64> {
+pub fn arc_lengths(line: &[Place]) -> Vec<f64> {
     let mut so_far = 0.0;
     let steps = line.windows(2).map(|pair| {
         so_far += (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1]);
@@ -223,7 +223,7 @@ fn arc_lengths(line: &[Place]) -> Vec<f64> {
 }
 
 /// Returns the places at increasing distances along a line. Distances beyond its ends give the ends.
-fn resampled(line: &[Place], along: &[f64], at: impl Iterator<Item = f64>) -> Vec<Place> {
+pub fn resampled(line: &[Place], along: &[f64], at: impl Iterator<Item = f64>) -> Vec<Place> {
     let mut k = 0;
     at.map(|length| {
         while k + 2 < line.len() && along[k + 1] < length {
@@ -237,12 +237,13 @@ fn resampled(line: &[Place], along: &[f64], at: impl Iterator<Item = f64>) -> Ve
     .collect()
 }
 
-fn minus(a: Place, b: Place) -> Place {
+/// Returns the difference of two places.
+pub fn minus(a: Place, b: Place) -> Place {
     [a[0] - b[0], a[1] - b[1]]
 }
 
 /// Returns the unit vector along a vector, or along x if the vector has no length.
-fn unit(v: Place) -> Place {
+pub fn unit(v: Place) -> Place {
     let length = v[0].hypot(v[1]);
     if length > 0.0 { v.map(|part| part / length) } else { [1.0, 0.0] }
 }

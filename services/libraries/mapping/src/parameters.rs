@@ -95,6 +95,16 @@ impl Default for Parameters {
 }
 
 impl Parameters {
+    /// Returns the default parameters for a laser with this range.
+    pub fn for_range(range_max_m: f64) -> Self {
+        let usual = Self::default();
+        Self {
+            open_range_m: range_max_m.min(usual.mapping_range_m),
+            matching_range_m: range_max_m.min(usual.matching_range_m),
+            ..usual
+        }
+    }
+
     /// Returns the maximum number of cells along a side of a map.
     pub fn cells_per_side(&self) -> usize {
         self.tiles_per_side() * TILE

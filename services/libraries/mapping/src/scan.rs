@@ -35,8 +35,8 @@ pub(crate) enum Beam {
 }
 
 impl<'a> Scan<'a> {
-    /// Returns the scan of a message.
-    pub fn of(message: &'a LaserScan, base_from_laser: Pose<Base>) -> Self {
+    /// Returns the scan in a message, of a laser that is mounted on the robot at this pose.
+    pub fn of_message(message: &'a LaserScan, base_from_laser: Pose<Base>) -> Self {
         Self {
             ranges_m: message.ranges(),
             first_rad: message.angle_min_rad.into(),
@@ -46,9 +46,7 @@ impl<'a> Scan<'a> {
             base_from_laser,
         }
     }
-}
 
-impl Scan<'_> {
     /// Checks that the numbers are plausible and that there are not too many beams.
     ///
     /// # Errors

@@ -5,6 +5,7 @@
 //! - [`lookout`], [`drawn`]: the page's view of a drive, and drawings made on the page; [`account`]: the charts of a report;
 //! - [`reading`]: turns a picture or strokes into a map and places the start and the tasks in it;
 //! - [`filter`]: Monte Carlo localization of the pose and two local scales in that map;
+//! - [`rooms`]: where a goal lies according to regions joined by doors;
 //! - [`paths`]: paths through the map and along drawn routes.
 //!
 //! Nothing here uses a clock, a file or a channel, or starts a thread. Time, randomness, configuration and worker threads are
@@ -23,6 +24,7 @@ mod navigator;
 pub mod paths;
 pub mod planner;
 pub mod reading;
+pub mod rooms;
 pub mod sketch;
 pub mod sketcher;
 pub mod task;

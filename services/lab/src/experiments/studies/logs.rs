@@ -187,7 +187,7 @@ fn floor(scans: &[Scan], name: &str) -> Result<Floor, EvalError> {
     let mount = Pose::new(0.0, 0.0, 0.0);
     for Scan { truth, message, .. } in scans {
         let pose = Pose::new(truth.x, truth.y, truth.yaw_rad);
-        mapper.enter_at(pose, &mapping::Scan::of(message, mount)).map_err(in_map)?;
+        mapper.enter_at(pose, &mapping::Scan::of_message(message, mount)).map_err(in_map)?;
     }
     let mut grid = CellGrid::default();
     mapper.map().write(&mut grid);

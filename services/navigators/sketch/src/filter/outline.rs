@@ -10,7 +10,17 @@ use std::ops::Range;
 use sketchnav_schemas::geometry::{Point, Sketch};
 
 use super::bits::Bits;
+use super::parameters::Parameters;
 use crate::sketch::SketchGrid;
+
+/// Returns the drawing with everything outside the building as wall, if the building's longer side is `building_size_m` long. Returns
+/// `None` if its outline is open, or if `inside` lies outside the sheet.
+pub fn closed(sketch: &SketchGrid, inside: Point<Sketch>, building_size_m: f64) -> Option<SketchGrid> {
+    let [width, height] = [sketch.width(), sketch.height()].map(|px| px as f64);
+    let gap_px = f64::from(Parameters::default().outline_gap_m) * width.max(height) / building_size_m;
+    let is_on_sheet = (0.0..width).contains(&inside.x) && (0.0..height).contains(&inside.y);
+    is_on_sheet.then(|| enclosed(sketch, inside, gap_px as f32)).flatten()
+}
 
 /// Returns the drawing with everything outside the building as wall. Openings of up to `gap_px` count as closed. Returns `None` if
 /// `inside` turns out to be outside, which means that the outline is open.

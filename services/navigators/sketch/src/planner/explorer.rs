@@ -201,9 +201,7 @@ impl Explorer {
     /// # Errors
     /// Returns an error if a parameter of the mapper is invalid.
     pub fn new(parameters: &Parameters, range_max_m: f64) -> Result<Self, sketchnav_mapping::Error> {
-        let mut mapping = sketchnav_mapping::Parameters::default();
-        mapping.open_range_m = range_max_m.min(mapping.mapping_range_m);
-        mapping.matching_range_m = range_max_m.min(mapping.matching_range_m);
+        let mapping = sketchnav_mapping::Parameters::for_range(range_max_m);
         Ok(Self {
             parameters: parameters.clone(),
             mapping,
@@ -276,7 +274,7 @@ impl Explorer {
             return;
         }
         // An invalid scan returns an error, which can be ignored because nothing changes then.
-        let _ = self.mapper.update(robot, &Scan::of(scan, base_from_laser));
+        let _ = self.mapper.update(robot, &Scan::of_message(scan, base_from_laser));
         self.is_surveyed = false;
         self.judge_floor();
     }

@@ -7,8 +7,7 @@ use sketchnav_mapping::region::Region;
 use sketchnav_schemas::geometry::{Point, Pose, Sketch};
 
 use super::SAMPLES;
-use crate::filter::outline::enclosed;
-use crate::filter::parameters::Parameters;
+use crate::filter::outline::closed;
 use crate::sketch::SketchGrid;
 
 /// Standard deviation of the smoothing of the outline, in pixels of a drawing that is 512 pixels large.
@@ -39,9 +38,7 @@ impl Paper {
     pub fn new(sketch: &SketchGrid, start: Pose<Sketch>, building_size_m: f64) -> Option<Self> {
         let (width, height) = (sketch.width(), sketch.height());
         let size = width.max(height) as f64;
-        let gap_px = f64::from(Parameters::default().outline_gap_m) * size / building_size_m;
-        let is_inside = (0.0..width as f64).contains(&start.x) && (0.0..height as f64).contains(&start.y);
-        let closed = is_inside.then(|| enclosed(sketch, start.position(), gap_px as f32)).flatten();
+        let closed = closed(sketch, start.position(), building_size_m);
         let walls = closed.as_ref().unwrap_or(sketch).walls();
         let times = width.max(height).div_ceil(MOST_CELLS);
         let mut free = Region::default();

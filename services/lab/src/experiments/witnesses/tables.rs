@@ -1,0 +1,318 @@
+//! What the witnesses say about arrivals, as tables.
+
+use crate::experiments::logistic::{Logistic, area_under_curve, losses};
+use crate::experiments::outcome::{Kind, TaskOutcome};
+use crate::experiments::section::Section;
+use crate::experiments::table::Table;
+use crate::experiments::witnesses::RoomsSaid;
+
+/// Largest margin that makes a difference.
+const MOST_MARGIN: f64 = 15.0;
+/// Number of bins of stated probabilities.
+const BINS: usize = 5;
+
+/// An arrival and what the witnesses say about it.
+struct Arrival<'a> {
+    outcome: &'a TaskOutcome,
+    rooms: RoomsSaid,
+    /// Margin and misfit of the outline, if the robot arrived by it.
+    outline: Option<[f64; 2]>,
+}
+
+/// A figure that may tell right arrivals from wrong ones.
+struct Sign {
+    name: &'static str,
+    of: fn(&Arrival<'_>) -> f64,
+    /// True if only the outline has it.
+    of_outline: bool,
+}
+
+const SIGNS: [Sign; 7] = [
+    Sign {
+        name: "rooms: agree",
+        of: |a| a.or_half(f64::from(u8::from(a.rooms.agrees()))),
+        of_outline: false,
+    },
+    Sign {
+        name: "rooms: share of alignments with the goal here",
+        of: |a| a.or_half(a.rooms.share_here),
+        of_outline: false,
+    },
+    Sign { name: "rooms: margin", of: |a| a.margin(), of_outline: false },
+    Sign { name: "rooms: margin, negative if they disagree", of: |a| a.signed_margin(), of_outline: false },
+    Sign {
+        name: "rooms: share of doors with a partner",
+        of: |a| a.or_half(a.rooms.doors_matched),
+        of_outline: false,
+    },
+    Sign {
+        name: "outline: margin",
+        of: |a| a.outline.map_or(0.0, |[margin, _]| margin.min(MOST_MARGIN)),
+        of_outline: true,
+    },
+    Sign { name: "outline: misfit", of: |a| a.outline.map_or(0.0, |[_, misfit]| -misfit), of_outline: true },
+];
+
+/// A combination of signs, by their indices.
+struct Combination {
+    name: &'static str,
+    signs: &'static [usize],
+}
+
+const COMBINATIONS: [Combination; 6] = [
+    Combination { name: "none: the share of right arrivals", signs: &[] },
+    Combination { name: "outline: margin and misfit", signs: &[5, 6] },
+    Combination { name: "rooms: agree", signs: &[0] },
+    Combination { name: "rooms: agree, share here, doors", signs: &[0, 1, 4] },
+    Combination { name: "rooms: agree, share here, signed margin, doors", signs: &[0, 1, 3, 4] },
+    Combination { name: "both: the last, and the outline's", signs: &[0, 1, 3, 4, 5, 6] },
+];
+
+impl Arrival<'_> {
+    fn is_right(&self) -> bool {
+        self.outcome.kind == Kind::Reached
+    }
+
+    /// Returns the value, or a half if regions and doors have no answer.
+    fn or_half(&self, value: f64) -> f64 {
+        if self.rooms.has_answer { value } else { 0.5 }
+    }
+
+    fn margin(&self) -> f64 {
+        self.rooms.margin.unwrap_or_default().clamp(0.0, MOST_MARGIN)
+    }
+
+    fn signed_margin(&self) -> f64 {
+        if self.rooms.agrees() { self.margin() } else { -self.margin() }
+    }
+
+    /// Returns true if the arrival is one of those that combinations are fitted to, which are those with every other drawing.
+    fn is_fitted(&self) -> bool {
+        let number = self
+            .outcome
+            .cluster
+            .as_deref()
+            .and_then(|cluster| cluster.rsplit('/').next()?.parse::<u64>().ok());
+        number.is_some_and(|number| number % 2 == 0)
+    }
+}
+
+/// Returns the margin and the misfit in the reason for an arrival by the outline.
+fn of_outline(reason: &str) -> Option<[f64; 2]> {
+    let after = |word: &str| {
+        let rest = &reason[reason.find(word)? + word.len()..];
+        rest.split([' ', ',']).next()?.parse::<f64>().ok()
+    };
+    Some([after("margin ")?, after("misfit ")?])
+}
+
+/// Returns the tables.
+pub fn sections(outcomes: &[TaskOutcome]) -> Vec<Section> {
+    let arrival =
+        |outcome| Some(Arrival { outcome, rooms: outcome.rooms?, outline: of_outline(&outcome.reason) });
+    let arrivals: Vec<_> = outcomes
+        .iter()
+        .filter(|outcome: &&TaskOutcome| matches!(outcome.kind, Kind::Reached | Kind::WrongArrival))
+        .filter_map(arrival)
+        .collect();
+    vec![answers(outcomes, &arrivals), areas(&arrivals), combinations(&arrivals), bins(&arrivals)]
+}
+
+fn section(title: &str, header: &[&str], rows: Vec<Vec<String>>, words: &str) -> Section {
+    let header = header.iter().map(|name| (*name).to_owned()).collect();
+    let words = vec![words.to_owned()];
+    Section { title: title.to_owned(), table: Table { header, rows }, words, plots: Vec::new() }
+}
+
+fn lines(outcomes: &[TaskOutcome]) -> Vec<&str> {
+    let mut lines: Vec<&str> = Vec::new();
+    for outcome in outcomes {
+        if !lines.contains(&outcome.drawing.as_str()) {
+            lines.push(&outcome.drawing);
+        }
+    }
+    lines
+}
+
+/// Counts who is right.
+fn answers(outcomes: &[TaskOutcome], arrivals: &[Arrival<'_>]) -> Section {
+    let row = |line: &&str| {
+        let of_line = || arrivals.iter().filter(|arrival| arrival.outcome.drawing == **line);
+        let count = |is: &dyn Fn(&Arrival<'_>) -> bool| of_line().filter(|arrival| is(arrival)).count();
+        let answers = outcomes.iter().filter(|outcome| outcome.drawing == **line && outcome.rooms.is_some());
+        let right = answers.filter(|outcome| outcome.rooms.is_some_and(|said| said.is_right)).count();
+        let figures = [
+            outcomes.iter().filter(|outcome| outcome.drawing == **line).count(),
+            count(&|arrival| arrival.is_right()),
+            count(&|arrival| !arrival.is_right()),
+            right,
+            count(&|arrival| arrival.is_right() && arrival.rooms.agrees()),
+            count(&|arrival| !arrival.is_right() && arrival.rooms.agrees()),
+            count(&|arrival| arrival.is_right() && !arrival.rooms.has_answer),
+            count(&|arrival| !arrival.is_right() && !arrival.rooms.has_answer),
+            count(&|arrival| !arrival.is_right() && arrival.rooms.is_right),
+        ];
+        std::iter::once((*line).to_owned()).chain(figures.map(|figure| figure.to_string())).collect()
+    };
+    section(
+        "Who is right",
+        &[
+            "drawings",
+            "drives",
+            "right arrivals",
+            "wrong arrivals",
+            "rooms right",
+            "rooms agree, right arrivals",
+            "rooms agree, wrong arrivals",
+            "rooms silent, right arrivals",
+            "rooms silent, wrong arrivals",
+            "rooms right, wrong arrivals",
+        ],
+        lines(outcomes).iter().map(row).collect(),
+        "Rooms are right if the goal truly lies where regions and doors have it, whether or not the robot arrived. They agree with an arrival if they have the goal in the robot's region or within 2.5 m of it. They are silent if no doors lead to the goal, or none of these have partners.",
+    )
+}
+
+fn number(value: Option<f64>) -> String {
+    value.map_or_else(|| "–".to_owned(), |value| format!("{value:.2}"))
+}
+
+/// Returns how well each sign tells right arrivals from wrong ones.
+fn areas(arrivals: &[Arrival<'_>]) -> Section {
+    let row = |sign: &Sign| {
+        let area = |is: &dyn Fn(&Arrival<'_>) -> bool| {
+            let counted = arrivals
+                .iter()
+                .filter(|arrival| is(arrival) && (!sign.of_outline || arrival.outline.is_some()));
+            let scores: Vec<_> = counted.map(|arrival| ((sign.of)(arrival), arrival.is_right())).collect();
+            number(area_under_curve(&scores))
+        };
+        let is_by_outline = |arrival: &Arrival<'_>| arrival.outline.is_some();
+        let columns = [
+            area(&|_| true),
+            area(&is_by_outline),
+            area(&|arrival| !is_by_outline(arrival)),
+            area(&|arrival| arrival.outcome.drawing.starts_with("people")),
+            area(&|arrival| arrival.outcome.drawing.starts_with("degree")),
+        ];
+        std::iter::once(sign.name.to_owned()).chain(columns).collect()
+    };
+    section(
+        "How well each sign tells right arrivals from wrong ones",
+        &["sign", "all", "by the outline", "by the filter", "people", "deformed"],
+        SIGNS.iter().map(row).collect(),
+        "Area under the curve: the probability that the sign is larger for a right arrival than for a wrong one. 0.5 is chance.",
+    )
+}
+
+fn features(signs: &[usize], arrival: &Arrival<'_>) -> Vec<f64> {
+    let scale = |value: f64, k: &usize| if [2, 3, 5].contains(k) { value / 10.0 } else { value };
+    signs.iter().map(|k| scale((SIGNS[*k].of)(arrival), k)).collect()
+}
+
+/// Returns what a combination that was fitted to every other drawing states about the rest, and its coefficients.
+fn checked(combination: &Combination, arrivals: &[Arrival<'_>]) -> (Vec<(f64, bool)>, Logistic) {
+    let example = |arrival: &Arrival<'_>| (features(combination.signs, arrival), arrival.is_right());
+    let fitted: Vec<_> = arrivals.iter().filter(|arrival| arrival.is_fitted()).map(example).collect();
+    let model = Logistic::fit(&fitted);
+    let rest = arrivals.iter().filter(|arrival| !arrival.is_fitted());
+    let stated = rest.map(example).map(|(features, is_right)| (model.probability(&features), is_right));
+    (stated.collect(), model)
+}
+
+fn combinations(arrivals: &[Arrival<'_>]) -> Section {
+    let row = |combination: &Combination| {
+        let (stated, model) = checked(combination, arrivals);
+        let [log, brier] = losses(&stated).map(|loss| format!("{loss:.3}"));
+        let coefficients: Vec<_> = model.coefficients.iter().map(|b| format!("{b:.2}")).collect();
+        vec![
+            combination.name.to_owned(),
+            number(area_under_curve(&stated)),
+            log,
+            brier,
+            coefficients.join(", "),
+        ]
+    };
+    section(
+        "Signs combined",
+        &["signs", "area under the curve", "logarithmic loss", "squared error", "coefficients"],
+        COMBINATIONS.iter().map(row).collect(),
+        "Logistic regression, fitted to drawings with even numbers and checked on those with odd ones. Smaller losses are better. Margins count in tens.",
+    )
+}
+
+/// Returns how often arrivals are right, by the stated probability.
+fn bins(arrivals: &[Arrival<'_>]) -> Section {
+    let (stated, _) = checked(&COMBINATIONS[COMBINATIONS.len() - 1], arrivals);
+    let row = |bin: usize| {
+        let [low, high] = [bin, bin + 1].map(|k| k as f64 / BINS as f64);
+        let is_in = |(p, _): &&(f64, bool)| *p >= low && (*p < high || bin + 1 == BINS);
+        let own: Vec<_> = stated.iter().filter(is_in).collect();
+        let right = own.iter().filter(|(_, is_right)| *is_right).count();
+        let mean = own.iter().map(|(p, _)| p).sum::<f64>() / own.len().max(1) as f64;
+        let percent =
+            |share: f64| if own.is_empty() { "–".to_owned() } else { format!("{:.0} %", 100.0 * share) };
+        vec![
+            format!("{:.0} to {:.0} %", 100.0 * low, 100.0 * high),
+            own.len().to_string(),
+            percent(mean),
+            percent(right as f64 / own.len().max(1) as f64),
+        ]
+    };
+    section(
+        "Stated and kept",
+        &["stated", "arrivals", "mean stated", "right"],
+        (0..BINS).map(row).collect(),
+        "The probability of a right arrival by all signs together, on the drawings with odd numbers.",
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn outcome(number: u32, kind: Kind, away_m: f64, margin: f64) -> TaskOutcome {
+        let rooms = RoomsSaid {
+            has_answer: true,
+            is_right: away_m < 1.0,
+            away_m: Some(away_m),
+            is_same_room: false,
+            share_here: if away_m < 1.0 { 0.9 } else { 0.1 },
+            margin: Some(margin),
+            doors_matched: 0.8,
+        };
+        TaskOutcome {
+            drawing: "degree 1".into(),
+            cluster: Some(format!("floor/1/{number}")),
+            rooms: Some(rooms),
+            reason: "the walls seen put the goal here: margin 9.21 at 7.2 m, misfit 0.034, a person agrees"
+                .into(),
+            ..TaskOutcome::sample(&format!("floor/1/{number}/1#1"), kind)
+        }
+    }
+
+    #[test]
+    fn the_outline_s_own_figures_are_in_its_reason() {
+        assert_eq!(of_outline(&outcome(1, Kind::Reached, 0.0, 0.0).reason), Some([9.21, 0.034]));
+        assert_eq!(of_outline("0.20 m from the goal"), None);
+    }
+
+    /// Regions that disagree with every wrong arrival and with no right one know everything.
+    #[test]
+    fn witnesses_who_know_the_failures_are_seen_to() {
+        let right = (0..30).map(|k| outcome(k, Kind::Reached, 0.3, 8.0));
+        let wrong = (0..10).map(|k| outcome(k, Kind::WrongArrival, 6.0, 4.0));
+        let outcomes: Vec<_> = right.chain(wrong).collect();
+        let [answers, areas, combined, bins] = &sections(&outcomes)[..] else { panic!() };
+        assert_eq!(
+            answers.table.rows,
+            [["degree 1", "40", "30", "10", "30", "30", "0", "0", "0", "0"].map(str::to_owned)]
+        );
+        assert_eq!(areas.table.rows[0][1], "1.00");
+        assert_eq!(areas.table.rows[5][1], "0.50", "the margin is the same for all");
+        assert!(combined.table.rows[3][2] < combined.table.rows[0][2]);
+        let kept: Vec<_> = bins.table.rows.iter().map(|row| row[1].parse::<usize>().unwrap()).collect();
+        assert_eq!(kept.iter().sum::<usize>(), 20);
+        assert_eq!((bins.table.rows[0][3].as_str(), bins.table.rows[4][3].as_str()), ("0 %", "100 %"));
+    }
+}

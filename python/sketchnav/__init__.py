@@ -25,10 +25,11 @@ import importlib
 _HOMES = {
     "live": ["NotRunning", "System", "TooManyReaders", "WrongType", "connect", "systems"],
     "recordings": ["Recording", "open_recording"],
-    "navigator": [
-        "Agenda", "Array", "Channel", "Code", "Count", "Header", "Heard", "Instant", "Message", "Navigator", "Outbox", "Part",
-        "PoseM", "PosePx", "Run", "Stage", "Text", "Twist", "Zero", "f32", "f64", "main", "program", "u32", "u64",
+    "messages": [
+        "Array", "Channel", "Code", "Count", "Header", "Message", "Part", "PoseM", "PosePx", "Text", "Twist", "Zero", "f32", "f64",
+        "u32", "u64",
     ],
+    "navigator": ["Agenda", "Heard", "Instant", "Navigator", "Outbox", "Run", "Stage", "main", "program"],
 }  # fmt: skip
 _HOME = {name: home for home, names in _HOMES.items() for name in names} | {"open": "recordings"}
 

@@ -3,7 +3,7 @@
 `SONAR.message` is the class of the messages of `SONAR`.
 """
 
-from .navigator import _Common
+from .messages import _Common
 
 #: What a person draws.
 DRAWING = _Common("drawing")

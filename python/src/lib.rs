@@ -15,8 +15,8 @@ mod table;
 
 use std::ffi::CStr;
 
-use pyo3::ffi;
 use pyo3::prelude::*;
+use pyo3::{BoundObject, ffi};
 use pyo3::types::{PyCFunction, PyTuple};
 
 /// Counts the allocations of each step for `health`.

@@ -151,8 +151,8 @@ class _Field:
             else:
                 text = _cut(str(value), self.size)
                 memory[offset : offset + self.size] = text.ljust(self.size, b"\0")
-        except (struct.error, ValueError) as error:
-            raise ValueError(f"{self.place}.{self.name}: {error}, found {value!r}") from None
+        except (struct.error, TypeError, ValueError) as error:
+            raise ValueError(f"{self.place}.{self.name}: {error} (given {value!r})") from None
 
     def _set_entries(self, message, value):
         element, length = self.element
@@ -219,7 +219,8 @@ class Part(metaclass=_Slotted):
     """A struct in messages: a class with annotated fields."""
 
     __slots__ = ("_memory",)
-    _layout: typing.ClassVar = None
+    _memory: memoryview
+    _layout: typing.ClassVar[Any] = None
 
     @classmethod
     def _of(cls, memory):
@@ -279,7 +280,7 @@ class Part(metaclass=_Slotted):
     def __eq__(self, other):
         return type(self) is type(other) and bytes(self) == bytes(other)
 
-    __hash__ = None
+    __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self):
         fields = ", ".join(f"{field['name']}={_shown(getattr(self, field['name']))}" for field in type(self)._layout["fields"])
@@ -296,7 +297,7 @@ def _struct_of(kind):
     return kind["struct"] if isinstance(kind, dict) and "struct" in kind else None
 
 
-_CLASSES = {}
+_CLASSES: dict[str, type[Part]] = {}
 
 
 def _lay_out_part(cls, name, layout):
@@ -317,7 +318,7 @@ def _class_of(layout):
     name = layout["name"]
     if name not in _CLASSES:
         _CLASSES[name] = _Slotted(name, (Part,), {})
-        _CLASSES[name]._lay_out(layout)
+    _CLASSES[name]._lay_out(layout)
     return _CLASSES[name]
 
 

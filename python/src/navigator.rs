@@ -54,7 +54,7 @@ fn make<const STAGE: usize>(run: &RunConfig, files: &Files<'_>) -> Result<Box<dy
 fn check(mission: &Mission, robot: &Robot) -> Result<(), StageError> {
     let navigator = known(mission.navigator_kind())?;
     for sensor in &navigator.sensors {
-        has(robot, sensor).map_err(|error| error.ok_or_else(|| unknown(sensor)))??;
+        has(robot, sensor).ok_or_else(|| unknown(sensor))??;
     }
     let (mission, robot) = (serde_json::to_string(mission)?, serde_json::to_string(robot)?);
     Python::attach(|py| {
@@ -75,17 +75,16 @@ fn unknown(sensor: &str) -> String {
     format!("sensors: expected one of {SENSORS}, found {sensor:?}")
 }
 
-/// Checks that a robot has a sensor. The error is `None` for a word that is no sensor.
-fn has(robot: &Robot, sensor: &str) -> Result<(), Option<RobotError>> {
-    match sensor {
+/// Checks that a robot has a sensor. Returns `None` for a word that is no sensor.
+fn has(robot: &Robot, sensor: &str) -> Option<Result<(), RobotError>> {
+    Some(match sensor {
         "laser" => robot.laser().map(drop),
         "sonar" => robot.sonar().map(drop),
         "odometry" => robot.odometry().map(drop),
         "camera" => robot.camera().map(drop),
         "view" => robot.view().map(drop),
-        _ => return Err(None),
-    }
-    .map_err(Some)
+        _ => return None,
+    })
 }
 
 /// Reads a navigator's object.

@@ -16,8 +16,8 @@ mod table;
 use std::ffi::CStr;
 
 use pyo3::prelude::*;
-use pyo3::{BoundObject, ffi};
 use pyo3::types::{PyCFunction, PyTuple};
+use pyo3::{BoundObject, ffi};
 
 /// Counts the allocations of each step for `health`.
 #[global_allocator]

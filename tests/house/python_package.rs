@@ -80,7 +80,9 @@ fn the_stubs_of_the_package_are_those_of_the_table() {
     let folder = package().join("sketchnav");
     let of_stages: Vec<_> = channels::all()
         .filter(|spec| spec.kind.is_none() && spec.writer.is_some())
-        .filter(|spec| NAVIGATORS.iter().any(|stage| spec.readers.contains(stage) || spec.writer == Some(*stage)))
+        .filter(|spec| {
+            NAVIGATORS.iter().any(|stage| spec.readers.contains(stage) || spec.writer == Some(*stage))
+        })
         .collect();
     let mut text = String::from(
         "\"\"\"The messages of the channels that all navigators have. Generated; tests/house/python_package.rs compares.\"\"\"\n\n\

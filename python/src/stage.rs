@@ -38,19 +38,31 @@ fn place(object: &Bound<'_, PyAny>, method: &str) -> String {
     format!("{class}.{method}")
 }
 
-/// Prints the traceback of an exception, and returns an error that names the exception and its line.
+/// Number of calls, the innermost of a traceback, that an error names.
+const CALLS: i32 = 3;
+
+/// Prints the whole traceback of an exception, and returns an error that names the exception, its line and the innermost calls.
 pub fn failure(py: Python<'_>, place: &str, error: PyErr) -> StageError {
-    let told = (|| {
-        let traceback = py.import("traceback")?;
-        let lines = traceback.call_method1("format_exception", (error.value(py),))?;
-        for line in lines.try_iter()?.collect::<PyResult<Vec<_>>>()? {
-            line.to_string().trim_end().lines().for_each(|line| say!("{line}"));
-        }
-        let frames = traceback.call_method1("extract_tb", (error.traceback(py),))?;
-        let last = frames.get_item(-1)?;
-        PyResult::Ok(format!(" ({}, line {})", last.getattr("filename")?, last.getattr("lineno")?))
+    let calls = (|| {
+        let (traceback, calls) = (py.import("traceback")?, error.traceback(py));
+        let exception = (error.get_type(py), error.value(py), calls.as_ref());
+        text(&traceback.call_method1("format_exception", exception)?)?
+            .lines()
+            .for_each(|line| say!("{line}"));
+        let last = traceback.call_method1("extract_tb", (calls.as_ref(), -1))?.get_item(0)?;
+        let innermost = text(&traceback.call_method1("format_tb", (calls.as_ref(), -CALLS))?)?;
+        let (file, line) = (last.getattr("filename")?, last.getattr("lineno")?);
+        PyResult::Ok(format!(
+            " ({file}, line {line}); traceback (most recent call last):\n{}",
+            innermost.trim_end()
+        ))
     })();
-    format!("{place}: {error}{}", told.unwrap_or_default()).into()
+    // An exception that comes from no line of Python has no calls.
+    format!("{place}: {error}{}", calls.unwrap_or_default()).into()
+}
+
+fn text(lines: &Bound<'_, PyAny>) -> PyResult<String> {
+    lines.try_iter()?.map(|line| line?.extract::<String>()).collect()
 }
 
 impl Hosted for PythonStage {

@@ -103,10 +103,12 @@ fn an_exception_is_an_error_of_the_stage_and_its_traceback_is_in_the_log() {
     let Some(place) = place_with(&[(step, &fails)]) else { return };
     let ended = place.run("run wall.toml --system walls");
     assert_eq!(ended.code, Some(2), "{ended}");
+    let (_, error) = ended.err.split_once("error: planner: Driver.step: ArithmeticError: no wall (").unwrap();
     assert!(
-        ended.err.contains("Driver.step: ArithmeticError: no wall (") && ended.err.contains("Traceback"),
+        error.contains("navigator.py, line ") && error.contains("traceback (most recent call last):\n"),
         "{ended}"
     );
+    assert!(error.contains("raise ArithmeticError('no wall')"), "{ended}");
     place.assert_nothing_left("walls");
 }
 

@@ -97,9 +97,10 @@ fn report(error: &anyhow::Error, code: u8, json: bool) -> u8 {
     code
 }
 
-/// Texts after which an error contains line breaks on purpose: the position in a TOML file, and the last output of a
-/// process.
-const LINES_FOLLOW: [&str; 2] = ["TOML parse error at line ", "; its last words:\n"];
+/// Texts after which an error contains line breaks on purpose: the position in a TOML file, the last output of a process, and
+/// the calls that led to an exception.
+const LINES_FOLLOW: [&str; 3] =
+    ["TOML parse error at line ", "; its last words:\n", "; traceback (most recent call last):\n"];
 /// Marks the position in a YAML file, which is on a line of its own after some spaces.
 const YAML_PLACE: &str = "--> <input>:";
 

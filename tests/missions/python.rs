@@ -3,7 +3,9 @@
 //! These tests need a Python in which the wheel of this checkout is installed. `SKETCHNAV_WHEEL_PYTHON` names it; without it, the
 //! tests are skipped.
 
-use support::{Place, repository, room};
+use std::process::Command;
+
+use support::{Ended, Place, repository, room};
 
 const MISSION: &str = r#"name = "along the wall"
 robot = "nomad200"
@@ -139,4 +141,38 @@ fn a_message_that_has_a_gap_is_refused_where_it_is_declared() {
     let ended = place.run("channels");
     assert_ne!(ended.code, Some(0), "{ended}");
     assert!(ended.err.contains("Walls.ahead_m: expected no gap before the field"), "{ended}");
+}
+
+#[test]
+fn numpy_views_a_reading_without_a_copy() {
+    if needs::python("wheel", "SKETCHNAV_WHEEL_PYTHON", "numpy").is_none() {
+        return;
+    }
+    let first = "    first, step = ";
+    let views = format!(
+        "    seen = numpy.asarray(scan.ranges_m)\n    assert not seen.flags.owndata and not seen.flags.writeable\n    \
+         assert len(seen) == scan.sonar_count > 0\n{first}"
+    );
+    let changes = [("import sketchnav\n", "import sketchnav\nimport numpy\n"), (first, &views)];
+    let Some(place) = place_with(&changes) else { return };
+    place.fine("run wall.toml");
+}
+
+#[test]
+fn messages_are_declared_filled_and_read() {
+    let Some(python) = needs::python("wheel", "SKETCHNAV_WHEEL_PYTHON", "sketchnav._core") else { return };
+    let tests = repository().join("python/tests/test_messages.py");
+    let ended: Ended = Command::new(python).arg(tests).output().unwrap().into();
+    assert_eq!(ended.code, Some(0), "{ended}");
+}
+
+/// The page's code is that of the file.
+#[test]
+fn the_code_of_the_page_is_that_of_the_file() {
+    let read = |path: &str| std::fs::read_to_string(repository().join(path)).unwrap();
+    let (page, file) = (read("docs/python.md"), read("tests/stranger/wall_follower.py"));
+    let blocks: Vec<_> =
+        page.split("```python\n").skip(1).filter_map(|rest| rest.split("```").next()).collect();
+    assert_eq!(blocks.len(), 4);
+    blocks.iter().for_each(|block| assert!(file.contains(block), "{block}"));
 }

@@ -90,7 +90,7 @@ fn what_its_mission_lacks_is_said_before_anything_starts() {
     std::fs::write(&path, MISSION.replace("seconds = 40\n", "")).unwrap();
     let ended = place.run("run wall.toml");
     assert_eq!(ended.code, Some(2), "{ended}");
-    assert!(ended.err.contains("error: task 2.seconds: expected a number of seconds"), "{ended}");
+    assert!(ended.err.contains("error: wall.toml: task 2.seconds: expected a number of seconds"), "{ended}");
     assert!(!ended.err.contains("Traceback"), "{ended}");
     std::fs::write(&path, MISSION.replace("nomad200", "robotino")).unwrap();
     let ended = place.run("run wall.toml");

@@ -49,13 +49,15 @@ impl Lent {
 
     pub fn remains(mut self, remains: &dyn Remains) -> Self {
         // SAFETY: only the lifetime changes, and `during` ends before it.
-        self.remains = Some(unsafe { std::mem::transmute::<*const dyn Remains, _>(remains) });
+        self.remains = Some(unsafe {
+            std::mem::transmute::<*const (dyn Remains + '_), *const (dyn Remains + 'static)>(remains)
+        });
         self
     }
 
     pub fn files(mut self, files: &Files<'_>) -> Self {
         // SAFETY: only the lifetime changes, and `during` ends before it.
-        self.files = Some(unsafe { std::mem::transmute::<*const Files<'_>, _>(files) });
+        self.files = Some(unsafe { std::mem::transmute::<*const Files<'_>, *const Files<'static>>(files) });
         self
     }
 

@@ -170,7 +170,7 @@ fn what_the_compiler_would_refuse_is_refused_with_the_place() {
         ),
         (
             |it| drop(it.body.fields.remove(5)),
-            "DeclaredRoom: expected a size that is a multiple of 8 bytes, padded with a u32 that is always zero, found 332",
+            "DeclaredRoom: expected a size that is a multiple of 8 bytes, padded with a u32 that is always zero, found 292",
         ),
         (
             |it| it.body.fields.swap(0, 5),

@@ -1,7 +1,7 @@
 //! The package `sketchnav` for Python: the whole program as a library, and navigators that are written in Python.
 //!
-//! `sketchnav.main([navigator])` is the command line with those navigators ([`navigator`]). Its processes are Python processes, each
-//! of which hosts one stage ([`stage`]). Python sees messages where they lie in memory ([`memory`]), by the functions of [`lent`],
+//! `sketchnav.main([navigator])` is the command line with those navigators (`navigator`). Its processes are Python processes, each
+//! of which hosts one stage (`stage`). Python sees messages where they lie in memory (`memory`), by the functions of `lent`,
 //! which work only while a stage is called. Classes, fields and documentation are in `python/sketchnav/navigator.py`.
 //!
 //! PyO3 is used without its macros, because these would have most of the program's crates compiled with other features.

@@ -59,13 +59,9 @@ fn class(layout: &Layout, base: &str, known: &mut BTreeSet<&'static str>, text: 
         return;
     }
     for field in &layout.fields {
-        match &field.kind {
-            Kind::Struct(part) => class(part, "Part", known, text),
-            Kind::Array(element, _) => match &**element {
-                Kind::Struct(part) => class(part, "Part", known, text),
-                _ => {}
-            },
-            _ => {}
+        let kind = if let Kind::Array(element, _) = &field.kind { element } else { &field.kind };
+        if let Kind::Struct(part) = kind {
+            class(part, "Part", known, text);
         }
     }
     text.push_str(&format!("class {}({base}):\n", layout.name));

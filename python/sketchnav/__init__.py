@@ -1,4 +1,8 @@
-"""Reads sketchnav's running systems and recordings.
+"""Navigators for sketchnav, and readers of its running systems and recordings.
+
+A navigator in Python is a program: all of `sketchnav`, plus this navigator. See `sketchnav.navigator`:
+
+    raise SystemExit(sketchnav.main([NAVIGATOR]))
 
 Live messages are NumPy structures that look at shared memory itself, read-only and without a copy:
 
@@ -13,23 +17,33 @@ Recordings are pandas frames:
     run = sketchnav.open("out/demo-001/building-a.mcap")
     run.frame("estimate")[["pose.position.x", "pose.position.y"]].plot()
 
-Readers only: there is no way to write a channel from here.
+Each name is imported when it is first used: navigators need no other package, live messages need NumPy.
 """
 
-from .live import Channel, Message, NotRunning, System, TooManyReaders, WrongType, connect, systems
-from .recordings import Recording, open_recording
+import importlib
 
-open = open_recording
+_HOMES = {
+    "live": ["NotRunning", "System", "TooManyReaders", "WrongType", "connect", "systems"],
+    "recordings": ["Recording", "open_recording"],
+    "messages": [
+        "Array", "Channel", "Code", "Count", "Header", "Message", "Part", "PoseM", "PosePx", "Text", "Twist", "Zero", "f32", "f64",
+        "u32", "u64",
+    ],
+    "navigator": ["Agenda", "Heard", "Instant", "Navigator", "Outbox", "Run", "Stage", "main", "program"],
+}  # fmt: skip
+_HOME = {name: home for home, names in _HOMES.items() for name in names} | {"open": "recordings"}
 
-__all__ = [
-    "Channel",
-    "Message",
-    "NotRunning",
-    "Recording",
-    "System",
-    "TooManyReaders",
-    "WrongType",
-    "connect",
-    "open",
-    "systems",
-]
+__all__ = sorted(_HOME)
+
+
+def __getattr__(name):
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    home = importlib.import_module(f".{_HOME[name]}", __name__)
+    value = getattr(home, "open_recording" if name == "open" else name)
+    globals()[name] = value
+    return value
+
+
+def __dir__():
+    return __all__

@@ -4,6 +4,7 @@
 //! [`MessageType`]. A message is the bytes of its struct, aligned to eight. A slice of bytes, called its cells, may follow.
 
 use std::any::Any;
+use std::marker::PhantomData;
 
 use bytemuck::Pod;
 
@@ -24,21 +25,30 @@ pub struct MessageType {
     pub size: usize,
     /// ROS 2 type, `package/msg/Type`.
     pub ros2: &'static str,
-    type_name: fn() -> String,
-    schema: fn() -> String,
-    layout: fn() -> Layout,
-    check: fn(&[u8]) -> Result<(), Invalid>,
-    spare: fn() -> Spare,
-    encode: Encode,
-    decode: fn(&[u8], u64) -> Result<Owned, Ros2Error>,
-    json: fn(&[u8], &[u8]) -> Result<serde_json::Value, JsonError>,
+    pub(crate) operations: &'static dyn Operations,
+}
+
+/// The operations of a message type, either compiled from a declaration in the source or interpreted from one that was made at
+/// run time. See [`MessageType`] for each of them.
+pub(crate) trait Operations: Sync {
+    fn type_name(&self) -> String;
+    fn schema(&self) -> String;
+    fn layout(&self) -> Layout;
+    fn check(&self, message: &[u8]) -> Result<(), Invalid>;
+    fn spare(&self) -> Spare;
+    fn encode(
+        &self,
+        message: &[u8],
+        cells: &[u8],
+        spare: &mut Spare,
+        out: &mut Vec<u8>,
+    ) -> Result<(), Ros2Error>;
+    fn decode(&self, cdr: &[u8], seq: u64) -> Result<Owned, Ros2Error>;
+    fn json(&self, message: &[u8], cells: &[u8]) -> Result<serde_json::Value, JsonError>;
 }
 
 /// The ROS 2 form of an earlier message, whose memory the next message reuses. See [`MessageType::encode`].
 pub type Spare = Box<dyn Any + Send>;
-
-/// Takes the message, its cells, spare memory and the output.
-type Encode = fn(&[u8], &[u8], &mut Spare, &mut Vec<u8>) -> Result<(), Ros2Error>;
 
 /// The reason why a message cannot be converted to JSON.
 pub type JsonError = Box<dyn std::error::Error + Send + Sync>;
@@ -47,25 +57,13 @@ impl MessageType {
     /// The type `T`.
     pub const fn of<T: Ros2>() -> Self {
         const { assert!(size_of::<T>().is_multiple_of(ALIGNMENT) && align_of::<T>() <= ALIGNMENT) };
-        Self {
-            name: T::NAME,
-            size: size_of::<T>(),
-            ros2: T::TYPE,
-            type_name: T::type_name,
-            schema: T::schema,
-            layout: Layout::of::<T>,
-            check: |message| bytemuck::from_bytes::<T>(message).check(),
-            spare: || Box::new(T::Form::default()),
-            encode: encode::<T>,
-            decode: decode::<T>,
-            json: json::<T>,
-        }
+        Self { name: T::NAME, size: size_of::<T>(), ros2: T::TYPE, operations: &Compiled::<T>(PhantomData) }
     }
 
     /// Returns the name, the version and a fingerprint of the layout. Two builds that disagree about the type have
     /// different fingerprints.
     pub fn type_name(&self) -> String {
-        (self.type_name)()
+        self.operations.type_name()
     }
 
     /// A fingerprint of [`MessageType::type_name`].
@@ -75,12 +73,12 @@ impl MessageType {
 
     /// The `ros2msg` schema: the `.msg` text, followed by the texts that it depends on.
     pub fn schema(&self) -> String {
-        (self.schema)()
+        self.operations.schema()
     }
 
     /// The memory layout of the type.
     pub fn layout(&self) -> Layout {
-        (self.layout)()
+        self.operations.layout()
     }
 
     /// Checks the contents of `message`. See [`crate::valid`].
@@ -91,12 +89,12 @@ impl MessageType {
     /// # Panics
     /// Panics if `message` does not have this type's size and alignment. So do the other methods that take a message.
     pub fn check(&self, message: &[u8]) -> Result<(), Invalid> {
-        (self.check)(message)
+        self.operations.check(message)
     }
 
     /// Creates the spare memory that [`MessageType::encode`] needs.
     pub fn spare(&self) -> Spare {
-        (self.spare)()
+        self.operations.spare()
     }
 
     /// Appends the message in CDR to `out`. Allocates nothing if `spare` and `out` have already been used for a message of
@@ -111,7 +109,7 @@ impl MessageType {
         spare: &mut Spare,
         out: &mut Vec<u8>,
     ) -> Result<(), Ros2Error> {
-        (self.encode)(message, cells, spare, out)
+        self.operations.encode(message, cells, spare, out)
     }
 
     /// Decodes the message number `seq` from its CDR.
@@ -119,7 +117,7 @@ impl MessageType {
     /// # Errors
     /// [`Ros2Error`] if `cdr` is not what [`MessageType::encode`] would have written.
     pub fn decode(&self, cdr: &[u8], seq: u64) -> Result<Owned, Ros2Error> {
-        (self.decode)(cdr, seq)
+        self.operations.decode(cdr, seq)
     }
 
     /// Converts the message into the JSON of its ROS 2 form.
@@ -127,7 +125,7 @@ impl MessageType {
     /// # Errors
     /// [`Ros2Error`] as from [`MessageType::encode`], or an error of the conversion into JSON.
     pub fn json(&self, message: &[u8], cells: &[u8]) -> Result<serde_json::Value, JsonError> {
-        (self.json)(message, cells)
+        self.operations.json(message, cells)
     }
 }
 
@@ -137,31 +135,57 @@ impl std::fmt::Debug for MessageType {
     }
 }
 
-fn encode<T: Ros2>(
-    message: &[u8],
-    cells: &[u8],
-    spare: &mut Spare,
-    out: &mut Vec<u8>,
-) -> Result<(), Ros2Error> {
-    let message: &T = bytemuck::from_bytes(message);
-    match spare.downcast_mut::<T::Form>() {
-        Some(form) => message.to_cdr_by(cells, form, out),
-        None => message.to_cdr(cells, out),
-    }
-}
+/// The operations that were compiled for `T`.
+struct Compiled<T>(PhantomData<fn() -> T>);
 
-fn decode<T: Ros2>(cdr: &[u8], seq: u64) -> Result<Owned, Ros2Error> {
-    let (message, cells) = T::from_cdr(cdr, seq)?;
-    Ok(Owned::new(&message, cells))
-}
-
-fn json<T: Ros2>(message: &[u8], cells: &[u8]) -> Result<serde_json::Value, JsonError> {
-    let message: &T = bytemuck::from_bytes(message);
-    let mut form = serde_json::to_value(message.to_ros2(cells)?)?;
-    if let Some(fields) = form.as_object_mut() {
-        flatten(fields);
+impl<T: Ros2> Operations for Compiled<T> {
+    fn type_name(&self) -> String {
+        T::type_name()
     }
-    Ok(form)
+
+    fn schema(&self) -> String {
+        T::schema()
+    }
+
+    fn layout(&self) -> Layout {
+        T::layout()
+    }
+
+    fn check(&self, message: &[u8]) -> Result<(), Invalid> {
+        bytemuck::from_bytes::<T>(message).check()
+    }
+
+    fn spare(&self) -> Spare {
+        Box::new(T::Form::default())
+    }
+
+    fn encode(
+        &self,
+        message: &[u8],
+        cells: &[u8],
+        spare: &mut Spare,
+        out: &mut Vec<u8>,
+    ) -> Result<(), Ros2Error> {
+        let message: &T = bytemuck::from_bytes(message);
+        match spare.downcast_mut::<T::Form>() {
+            Some(form) => message.to_cdr_by(cells, form, out),
+            None => message.to_cdr(cells, out),
+        }
+    }
+
+    fn decode(&self, cdr: &[u8], seq: u64) -> Result<Owned, Ros2Error> {
+        let (message, cells) = T::from_cdr(cdr, seq)?;
+        Ok(Owned::new(&message, cells))
+    }
+
+    fn json(&self, message: &[u8], cells: &[u8]) -> Result<serde_json::Value, JsonError> {
+        let message: &T = bytemuck::from_bytes(message);
+        let mut form = serde_json::to_value(message.to_ros2(cells)?)?;
+        if let Some(fields) = form.as_object_mut() {
+            flatten(fields);
+        }
+        Ok(form)
+    }
 }
 
 /// Flattens the form of one of our own messages, which consists of parts, so that its JSON has the fields of the `.msg`. If
@@ -211,6 +235,11 @@ impl Owned {
         self.cells.clear();
         self.cells.resize(cells, 0);
         (bytemuck::cast_slice_mut(&mut self.words), &mut self.cells)
+    }
+
+    /// Replaces the slice that follows the message.
+    pub(crate) fn set_cells(&mut self, cells: Vec<u8>) {
+        self.cells = cells;
     }
 
     /// The message.

@@ -138,10 +138,10 @@ impl Layout {
     }
 
     /// Lays out a struct with these fields, in order, without padding.
-    pub fn new<const N: usize>(
+    pub fn new(
         name: &'static str,
         declaration: &'static str,
-        parts: [(&'static str, Kind, Role); N],
+        parts: impl IntoIterator<Item = (&'static str, Kind, Role)>,
     ) -> Self {
         let mut end = 0;
         let place = |(name, kind, role): (_, Kind, _)| {
@@ -149,7 +149,7 @@ impl Layout {
             end += kind.size();
             Field { name, offset, kind, role }
         };
-        Self { name, declaration, fields: parts.map(place).into() }
+        Self { name, declaration, fields: parts.into_iter().map(place).collect() }
     }
 
     /// The declarations of the struct and of every struct in it, as one text. The type name of a channel contains a

@@ -3,6 +3,7 @@
 //!
 //! - [`message`] has the structs as they are in shared memory, [`declare`] the macros that declare them, and [`codes`] the
 //!   enumerations whose numbers they contain.
+//! - [`declared`] declares messages and channels while the program runs.
 //! - [`layout`] derives their memory layout and [`ros2`] their ROS 2 form. [`valid`] checks their contents.
 //! - [`channels`] is the pipeline with the writer and the readers of each channel; [`erased`] handles messages as bytes.
 //! - [`geometry`] has frames and units, [`time`] seconds and nanoseconds.
@@ -18,6 +19,7 @@ pub mod channels;
 pub mod codes;
 pub mod cpp;
 pub mod declare;
+pub mod declared;
 pub mod erased;
 pub mod fault_plan;
 pub mod floor_plan;

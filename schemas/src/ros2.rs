@@ -16,7 +16,7 @@
 pub mod definitions;
 pub mod derived;
 mod fields;
-mod own;
+pub(crate) mod own;
 pub mod parts;
 pub mod shapes;
 mod standard;
@@ -27,8 +27,14 @@ pub use fields::{Field, pose};
 pub use own::{Counted, Implied, Itself, Own, OwnMessage, OwnPart, Slice, Stamped, Way, Zero, is_implied};
 pub use ros2_interfaces_jazzy_serde as forms;
 
+use std::marker::PhantomData;
+
 use byteorder::LittleEndian;
-use serde::{Serialize, de::DeserializeOwned};
+use cdr_encoding::CdrDeserializer;
+use serde::{
+    Serialize,
+    de::{DeserializeOwned, DeserializeSeed},
+};
 
 use crate::message::Message;
 
@@ -106,7 +112,8 @@ pub trait Ros2: Message {
         let (message, cells) = Self::from_ros2(decode::<Self::Form>(bytes)?, seq)?;
         let mut again = Vec::with_capacity(bytes.len());
         message.to_cdr(&cells, &mut again)?;
-        if bytes == again { Ok((message, cells)) } else { Err(foreign(Self::TYPE, bytes, again)) }
+        expect_same(Self::TYPE, bytes, again)?;
+        Ok((message, cells))
     }
 }
 
@@ -125,13 +132,25 @@ pub fn encode<F: Serialize>(form: &F, out: &mut Vec<u8>) -> Result<(), Ros2Error
 /// # Errors
 /// [`Ros2Error`] if the bytes are cut off, too many, or not little-endian CDR.
 pub fn decode<F: DeserializeOwned>(bytes: &[u8]) -> Result<F, Ros2Error> {
+    decode_by(PhantomData::<F>, bytes)
+}
+
+/// Like [`decode`], but by a value that knows how to read the form.
+pub(crate) fn decode_by<'a, S: DeserializeSeed<'a>>(seed: S, bytes: &'a [u8]) -> Result<S::Value, Ros2Error> {
     let found = bytes.get(..4).unwrap_or(bytes);
     if found != ENCAPSULATION {
         return Err(Ros2Error::Encapsulation { found: found.to_vec() });
     }
     let body = &bytes[4..];
-    let (form, used) = cdr_encoding::from_bytes::<F, LittleEndian>(body)?;
+    let mut deserializer = CdrDeserializer::<LittleEndian>::new(body);
+    let form = seed.deserialize(&mut deserializer)?;
+    let used = deserializer.bytes_consumed();
     if used == body.len() { Ok(form) } else { Err(Ros2Error::Surplus { bytes: body.len() - used }) }
+}
+
+/// Checks that `bytes` are `exact`, the encoding of the message that was decoded from them.
+pub(crate) fn expect_same(kind: &'static str, bytes: &[u8], exact: Vec<u8>) -> Result<(), Ros2Error> {
+    if bytes == exact { Ok(()) } else { Err(foreign(kind, bytes, exact)) }
 }
 
 /// Returns how `bytes` differ from `exact`, the encoding of the message that was decoded from them.

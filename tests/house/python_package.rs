@@ -4,11 +4,14 @@
 //! These tests need a Python with pytest and the package's dependencies. It is named by `SKETCHNAV_PYTHON` or found as
 //! `python3`. Without it, the tests are skipped.
 
+use std::collections::BTreeSet;
 use std::io::{BufRead, BufReader};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use nix::sys::signal::Signal;
+use sketchnav_schemas::channels::{self, NAVIGATORS};
+use sketchnav_schemas::layout::{Kind, Layout};
 use support::{Place, Running, repository, room};
 
 fn python(modules: &str) -> Option<PathBuf> {
@@ -29,16 +32,78 @@ fn pytest(place: &Place, python: &PathBuf, file: &str, variable: &str, value: &s
     assert!(!ended.out.contains("skipped"), "{ended}");
 }
 
-/// As with other generated files, `SKETCHNAV_UPDATE_GOLDEN=1` rewrites the file.
 #[test]
 fn the_layouts_of_the_package_are_up_to_date() {
-    let path = package().join("sketchnav/_layouts.py");
     sketchnav_navigators::register(&[]).unwrap();
-    let expected = sketchnav_schemas::python::layouts();
-    if std::env::var_os("SKETCHNAV_UPDATE_GOLDEN").is_some() {
-        std::fs::write(&path, &expected).unwrap();
+    golden(&package().join("sketchnav/_layouts.py"), &sketchnav_schemas::python::layouts());
+}
+
+/// Returns the type of a field as a type checker sees it.
+fn hint(kind: &Kind) -> String {
+    match kind {
+        Kind::U32 | Kind::U64 => "int".to_owned(),
+        Kind::F32 | Kind::F64 => "float".to_owned(),
+        Kind::Text(_) => "str".to_owned(),
+        Kind::Struct(layout) => layout.name.to_owned(),
+        Kind::Array(element, _) => match &**element {
+            Kind::Struct(layout) => format!("list[{}]", layout.name),
+            Kind::Text(_) => "list[str]".to_owned(),
+            _ => "memoryview".to_owned(),
+        },
     }
-    let found = std::fs::read_to_string(&path).unwrap();
+}
+
+/// Writes the class of a struct, after those of the structs in it.
+fn class(layout: &Layout, base: &str, known: &mut BTreeSet<&'static str>, text: &mut String) {
+    if !known.insert(layout.name) {
+        return;
+    }
+    for field in &layout.fields {
+        let kind = if let Kind::Array(element, _) = &field.kind { element } else { &field.kind };
+        if let Kind::Struct(part) = kind {
+            class(part, "Part", known, text);
+        }
+    }
+    text.push_str(&format!("class {}({base}):\n", layout.name));
+    let fields = layout.fields.iter().map(|field| format!("    {}: {}\n", field.name, hint(&field.kind)));
+    text.extend(fields);
+    text.push('\n');
+}
+
+/// The channels that a stage reads or writes, and the classes of their messages, for type checkers.
+#[test]
+fn the_stubs_of_the_package_are_those_of_the_table() {
+    let folder = package().join("sketchnav");
+    let of_stages: Vec<_> = channels::all()
+        .filter(|spec| spec.kind.is_none() && spec.writer.is_some())
+        .filter(|spec| {
+            NAVIGATORS.iter().any(|stage| spec.readers.contains(stage) || spec.writer == Some(*stage))
+        })
+        .collect();
+    let mut text = String::from(
+        "\"\"\"The messages of the channels that all navigators have. Generated; tests/house/python_package.rs compares.\"\"\"\n\n\
+         from .messages import Channel, Header, Message, Part, PoseM, Twist\n\n",
+    );
+    let mut known = BTreeSet::from(["Header", "PoseM", "Twist"]);
+    for spec in &of_stages {
+        class(&spec.message.layout(), "Message", &mut known, &mut text);
+    }
+    let source = std::fs::read_to_string(folder.join("channels.py")).unwrap();
+    for spec in &of_stages {
+        let constant = spec.name.to_uppercase();
+        text.push_str(&format!("{constant}: Channel[{}]\n", spec.message.layout().name));
+        assert!(source.contains(&format!("\n{constant} = _Common({:?})\n", spec.name)), "{constant}");
+    }
+    assert_eq!(source.matches(" = _Common(").count(), of_stages.len(), "channels.py has others");
+    golden(&folder.join("channels.pyi"), &text);
+}
+
+/// Compares a generated file. `SKETCHNAV_UPDATE_GOLDEN=1` rewrites it.
+fn golden(path: &Path, expected: &str) {
+    if std::env::var_os("SKETCHNAV_UPDATE_GOLDEN").is_some() {
+        std::fs::write(path, expected).unwrap();
+    }
+    let found = std::fs::read_to_string(path).unwrap_or_default();
     assert!(found == expected, "{}: SKETCHNAV_UPDATE_GOLDEN=1 updates it", path.display());
 }
 

@@ -70,6 +70,7 @@ fn each_library_of_the_edge_has_one_crate_that_depends_on_it() {
         ("foxglove", "sketchnav-view"),
         ("ros2-client", "sketchnav-ros2"),
         ("zenoh", "sketchnav-ros2"),
+        ("pyo3", "sketchnav-python"),
     ];
     let manifests: Vec<_> = Manifest::members().collect();
     for (library, home) in homes {

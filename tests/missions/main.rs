@@ -8,6 +8,7 @@ mod driver;
 mod eval;
 mod landmarks;
 mod outline;
+mod python;
 mod shipped;
 mod side_by_side;
 mod stranger;

@@ -315,14 +315,24 @@ impl<T: OwnMessage> Ros2 for T {
 }
 
 fn text<T: OwnMessage>() -> String {
-    let frame = format!(" Frame: {}.", T::FRAME);
-    let doc = T::DOC.iter().copied().chain((!T::FRAME.is_empty()).then_some(frame.as_str()));
+    let slice = Line { doc: SLICE_DOC, name: T::SLICE, kind: T::Slice::msg(), values: &[] };
+    message_text(T::DOC, T::FRAME, T::lines(), slice)
+}
+
+/// The comment of the slice after a message.
+pub(crate) const SLICE_DOC: &[&str] = &[" The slice after the message."];
+
+/// Returns the `.msg` text of a message with these fields: its comment with the frame, the header, the cause, the fields and the
+/// slice.
+pub(crate) fn message_text(doc: &[&str], frame: &str, fields: Vec<Line>, slice: Line) -> String {
+    let frame = (!frame.is_empty()).then(|| format!(" Frame: {frame}."));
+    let doc: Vec<_> = doc.iter().copied().chain(frame.as_deref()).collect();
     let line = |doc, name, kind| Line { doc, name, kind, values: &[] };
     let mut lines = vec![
         line(&[], "header", Some("std_msgs/Header".to_owned())),
         line(&[" Number of the message that caused this one."], "source_seq", Some(u64::msg())),
     ];
-    lines.extend(T::lines());
-    lines.push(line(&[" The slice after the message."], T::SLICE, T::Slice::msg()));
-    definitions::compose(&doc.collect::<Vec<_>>(), &lines)
+    lines.extend(fields);
+    lines.push(slice);
+    definitions::compose(&doc, &lines)
 }

@@ -71,17 +71,25 @@ fn counted<'a, T: bytemuck::Pod>(
     all: &'a [T],
     count: u32,
 ) -> Result<&'a [T], Ros2Error> {
-    let Some((counted, tail)) = all.split_at_checked(count as usize) else {
+    Ok(bytemuck::cast_slice(counted_bytes(field, bytemuck::cast_slice(all), size_of::<T>(), count)?))
+}
+
+/// Like [`counted`], for entries of `size` bytes each.
+pub(crate) fn counted_bytes<'a>(
+    field: &'static str,
+    all: &'a [u8],
+    size: usize,
+    count: u32,
+) -> Result<&'a [u8], Ros2Error> {
+    let Some((counted, tail)) = all.split_at_checked((count as usize).saturating_mul(size)) else {
         let expected = "a count within the capacity";
         return Err(Ros2Error::Value { field, expected, found: count.into() });
     };
-    let is_zero = |entry: &T| bytemuck::bytes_of(entry).iter().all(|&b| b == 0);
-    let first_used = tail.iter().position(|entry| !is_zero(entry));
-    match first_used {
+    match tail.iter().position(|&byte| byte != 0) {
         None => Ok(counted),
         Some(i) => {
             let expected = "only zeros beyond the count";
-            Err(Ros2Error::Value { field, expected, found: u64::from(count) + i as u64 })
+            Err(Ros2Error::Value { field, expected, found: u64::from(count) + (i / size) as u64 })
         }
     }
 }

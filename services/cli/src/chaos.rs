@@ -8,7 +8,7 @@ mod schedule;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Stdio};
 
 use anyhow::{Context, anyhow};
 use serde::Serialize;
@@ -160,12 +160,11 @@ fn start(
     word: &str,
     faults: Option<&Path>,
 ) -> Result<Child, Failure> {
-    let program = std::env::current_exe().context("path of this program")?;
     let speed = match options.speed {
         Pace::Lockstep => "max".to_owned(),
         Pace::RealTime { speed } => speed.to_string(),
     };
-    let mut command = Command::new(program);
+    let mut command = sketchnav_supervisor::this_program().context("path of this program")?;
     command.arg("run").arg(mission).arg("--out").arg(out).args(["--json", "--speed", &speed]);
     command.args(["--seed", &options.seed.to_string(), "--system", &system(word)]);
     command.args(faults.iter().flat_map(|path| [Path::new("--faults"), path]));

@@ -275,11 +275,11 @@ fn command_line() -> String {
         is_value = is_option;
         is_shown
     };
-    let words =
-        std::env::args().skip(1).filter(is_shown).map(|word| match word.contains(char::is_whitespace) {
-            true => format!("'{word}'"),
-            false => word,
-        });
+    let words = crate::WORDS.get().into_iter().flatten().map(|word| word.to_string_lossy().into_owned());
+    let words = words.skip(1).filter(is_shown).map(|word| match word.contains(char::is_whitespace) {
+        true => format!("'{word}'"),
+        false => word,
+    });
     std::iter::once("sketchnav".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
 }
 

@@ -1,7 +1,6 @@
 //! Ends commands: the exit codes, and what is printed with them.
 
-use std::ffi::OsString;
-use std::process::ExitCode;
+use std::ffi::{OsStr, OsString};
 
 use clap::Parser;
 use sketchnav_schemas::shown::{OneLine, one_line};
@@ -71,12 +70,12 @@ impl<T, E: Into<anyhow::Error>> OrInput<T> for Result<T, E> {
 
 /// Prints a failure and returns the exit code. With `json`, also prints an object with the error to standard output, so
 /// that a program always finds an object there.
-pub fn exit_code(result: Result<Outcome, Failure>, json: bool) -> ExitCode {
+pub fn exit_code(result: Result<Outcome, Failure>, json: bool) -> u8 {
     match result {
-        Ok(Outcome::Success) => ExitCode::from(0),
-        Ok(Outcome::Short) => ExitCode::from(1),
-        Ok(Outcome::Loss) => ExitCode::from(3),
-        Ok(Outcome::Incomplete) => ExitCode::from(INCOMPLETE),
+        Ok(Outcome::Success) => 0,
+        Ok(Outcome::Short) => 1,
+        Ok(Outcome::Loss) => 3,
+        Ok(Outcome::Incomplete) => INCOMPLETE,
         Err(Failure::Plain(error)) => report(&error, 1, json),
         Err(Failure::Input(error)) => report(&error, 2, json),
         Err(Failure::Other(error)) => report(&error, 3, json),
@@ -85,9 +84,9 @@ pub fn exit_code(result: Result<Outcome, Failure>, json: bool) -> ExitCode {
     }
 }
 
-fn report(error: &anyhow::Error, code: u8, json: bool) -> ExitCode {
+fn report(error: &anyhow::Error, code: u8, json: bool) -> u8 {
     if output::is_unheard(error) {
-        return ExitCode::from(0);
+        return 0;
     }
     let story = story(error);
     if json {
@@ -95,12 +94,13 @@ fn report(error: &anyhow::Error, code: u8, json: bool) -> ExitCode {
         let _ = out!("{}", serde_json::json!({ "error": story, "exit": code }));
     }
     output::aside(on_lines(&story));
-    ExitCode::from(code)
+    code
 }
 
-/// Texts after which an error contains line breaks on purpose: the position in a TOML file, and the last output of a
-/// process.
-const LINES_FOLLOW: [&str; 2] = ["TOML parse error at line ", "; its last words:\n"];
+/// Texts after which an error contains line breaks on purpose: the position in a TOML file, the last output of a process, and
+/// the calls that led to an exception.
+const LINES_FOLLOW: [&str; 3] =
+    ["TOML parse error at line ", "; its last words:\n", "; traceback (most recent call last):\n"];
 /// Marks the position in a YAML file, which is on a line of its own after some spaces.
 const YAML_PLACE: &str = "--> <input>:";
 
@@ -115,20 +115,20 @@ fn on_lines(story: &str) -> String {
 }
 
 /// Prints a usage error or the requested help, and returns the exit code.
-pub fn refuse_usage(error: &clap::Error) -> ExitCode {
-    match tame(std::env::args_os()) {
+pub fn refuse_usage(error: &clap::Error, words: &[OsString]) -> u8 {
+    match tame(words.iter()) {
         // Printed with colours, the only escape sequences that are left. If the output cannot be written, nothing is
         // lost.
         Some(tame) => drop(tame.print()),
         None => output::aside(error.render()),
     }
-    ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
+    u8::try_from(error.exit_code()).unwrap_or(2)
 }
 
 /// Returns the usage error for these words with their special characters escaped, since any of the words may be a file
 /// name and contain anything.
-fn tame(words: impl Iterator<Item = OsString>) -> Option<clap::Error> {
-    Cli::try_parse_from(words.map(|word| one_line(word.to_string_lossy()))).err()
+fn tame(words: impl Iterator<Item: AsRef<OsStr>>) -> Option<clap::Error> {
+    Cli::try_parse_from(words.map(|word| one_line(word.as_ref().to_string_lossy()))).err()
 }
 
 /// Joins an error and its causes, leaving out causes whose text already appears.

@@ -41,6 +41,7 @@ const PAGES: &[Page] = pages![
     "docs/navigators/sketch.md",
     "docs/outline.md",
     "docs/pad.md",
+    "docs/python.md",
     "docs/real-robot.md",
     "docs/recordings.md",
     "docs/results.md",

@@ -119,7 +119,9 @@ pub fn classify(error: SystemError) -> Failure {
     match &error {
         // The user needs to know what a service reports about its input, but not that a service's process reported it.
         SystemError::Died(death) if error.is_bad_input() => {
-            let words = death.last_lines.trim_start_matches("error: ");
+            // What comes before the error, such as a traceback, is in the process's log.
+            let last = death.last_lines.rsplit_once("\nerror: ").map(|(_, last)| last);
+            let words = last.unwrap_or(death.last_lines.trim_start_matches("error: "));
             Failure::Input(anyhow!("{}: {words}", death.process))
         }
         SystemError::Runtime(cause) if cause.concerns_the_name() || cause.has_nothing_to_resume() => {

@@ -131,11 +131,14 @@ mod top;
 mod view;
 mod warnings;
 
+use std::ffi::OsString;
 use std::process::ExitCode;
+use std::sync::OnceLock;
 
 use clap::{CommandFactory, FromArgMatches, Parser};
 use nix::sys::signal::{SigHandler, Signal, signal};
 use sketchnav_stage::Navigator;
+pub use sketchnav_supervisor::start_by;
 
 use args::{Cli, Command};
 use failure::{Failure, Outcome, exit_code};
@@ -147,6 +150,13 @@ pub fn main() -> ExitCode {
 
 /// Like [`main`], but also registers your own navigators.
 pub fn main_with(navigators: &'static [Navigator]) -> ExitCode {
+    ExitCode::from(run(navigators, std::env::args_os().collect()))
+}
+
+/// Like [`main_with`], but takes the words of the command line, of which the first is the program's name, and returns the exit
+/// code. A program that is not started by its own executable says how it is by [`start_by`].
+pub fn run(navigators: &'static [Navigator], words: Vec<OsString>) -> u8 {
+    let words = WORDS.get_or_init(|| words);
     // Before anything that needs much of the stack.
     if let Err(error) = sketchnav_runtime::provide_stack() {
         return exit_code(Err(Failure::Other(error.into())), false);
@@ -155,15 +165,18 @@ pub fn main_with(navigators: &'static [Navigator]) -> ExitCode {
     if let Err(error) = sketchnav_navigators::register(navigators) {
         return exit_code(Err(Failure::Other(error.into())), false);
     }
-    match parse() {
+    match parse(words) {
         Ok((cli, wants_json)) => exit_code(dispatch(cli), wants_json),
-        Err(error) => failure::refuse_usage(&error),
+        Err(error) => failure::refuse_usage(&error, words),
     }
 }
 
+/// The words of the command line.
+static WORDS: OnceLock<Vec<OsString>> = OnceLock::new();
+
 /// Parses the command line. Also returns whether standard output must be a single JSON object.
-fn parse() -> clap::error::Result<(Cli, bool)> {
-    let matches = Cli::command().try_get_matches()?;
+fn parse(words: &[OsString]) -> clap::error::Result<(Cli, bool)> {
+    let matches = Cli::command().try_get_matches_from(words)?;
     let cli = Cli::from_arg_matches(&matches).map_err(|error| error.format(&mut Cli::command()))?;
     Ok((cli, args::wants_json(&matches)))
 }

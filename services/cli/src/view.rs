@@ -9,7 +9,7 @@ mod shown;
 
 use std::os::unix::process::CommandExt;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
@@ -76,8 +76,7 @@ impl Beside {
 
     /// Starts the view and prints its address.
     pub fn start(self, system: &str) -> anyhow::Result<Running> {
-        let program = std::env::current_exe().context("path of this program")?;
-        let mut command = Command::new(program);
+        let mut command = sketchnav_supervisor::this_program().context("path of this program")?;
         command.args(["view", "--system", system, "--port", &self.port.number().to_string()]);
         // The address is printed here. The view gets its own process group, since Ctrl-C is meant for the mission,
         // which ends the view.

@@ -20,6 +20,7 @@ use sketchnav_runtime::{ProcessState, pidfd};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::fault_plan::Starvation;
 
+use crate::program::this_program;
 use crate::restarts::{End, Restarts};
 use crate::watchdog::{Alarm, Watchdog};
 use crate::{Death, Error, Result};
@@ -52,12 +53,11 @@ impl ProcessLine {
     /// # Errors
     /// [`Error::Spawn`] if the path of this program is unknown.
     pub fn serve(process: Process, system: &str) -> Result<Self> {
-        let program = std::env::current_exe().map_err(|source| Error::Spawn {
+        let mut command = this_program().map_err(|source| Error::Spawn {
             process,
             program: "this program".into(),
             source,
         })?;
-        let mut command = Command::new(program);
         command.args(["serve", process.word(), "--system", system]);
         Ok(Self { process, command, resumes: true })
     }

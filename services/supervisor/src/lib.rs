@@ -24,6 +24,7 @@ mod child;
 mod error;
 mod faults;
 mod lives;
+mod program;
 mod restarts;
 mod stall;
 mod supervisor;
@@ -32,6 +33,7 @@ mod watchdog;
 pub use child::ProcessLine;
 pub use error::{Death, Error, INCOMPLETE};
 pub use faults::RecordingFailure;
+pub use program::{start_by, this_program};
 pub use supervisor::{Ceded, Grace, Progress, Supervisor, check_file_limit};
 
 /// The result type of this crate.

@@ -55,6 +55,8 @@ pub struct Place {
     runtime: TempDir,
     files: TempDir,
     program: PathBuf,
+    /// The file that the program, an interpreter, runs.
+    script: Option<PathBuf>,
 }
 
 /// A command that has ended.
@@ -121,12 +123,20 @@ impl Place {
     pub fn new() -> Self {
         let runtime = tempfile::tempdir_in("/dev/shm").unwrap();
         fs::set_permissions(runtime.path(), fs::Permissions::from_mode(0o700)).unwrap();
-        Self { runtime, files: tempfile::tempdir().unwrap(), program: program() }
+        Self { runtime, files: tempfile::tempdir().unwrap(), program: program(), script: None }
     }
 
     /// Creates a place in which an example takes the place of `sketchnav`.
     pub fn of_program(example_name: &str) -> Self {
         Self { program: example(example_name), ..Self::new() }
+    }
+
+    /// Creates a place in which a script, run by this interpreter, takes the place of `sketchnav`.
+    pub fn of_script(interpreter: PathBuf, text: &str) -> Self {
+        let place = Self::new();
+        let script = place.files().join("navigator.py");
+        fs::write(&script, text).unwrap();
+        Self { program: interpreter, script: Some(script), ..place }
     }
 
     /// Creates a place with the files of `sim/missions/FOLDER`. The file `mission` is also available as `mission.toml`.
@@ -150,7 +160,7 @@ impl Place {
     /// Returns a command that runs `sketchnav` in this place, with arguments separated by spaces.
     pub fn command(&self, arguments: &str) -> Command {
         let mut command = Command::new(&self.program);
-        command.args(arguments.split_whitespace());
+        command.args(&self.script).args(arguments.split_whitespace());
         self.settle(&mut command);
         command
     }

@@ -4,7 +4,7 @@
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 
 use anyhow::{Context, anyhow};
 use serde::Serialize;
@@ -132,8 +132,7 @@ fn write_mission(job: &Job<'_>, run: &RunConfig, place: &Path) -> anyhow::Result
 
 /// Runs the system in lockstep and returns its recording.
 fn by_processes(mission: &Path, seed: u64, place: &Path) -> anyhow::Result<PathBuf> {
-    let program = std::env::current_exe().context("path of this program")?;
-    let mut command = Command::new(program);
+    let mut command = sketchnav_supervisor::this_program().context("path of this program")?;
     command.arg("run").arg(mission).args(["--json", "--seed", &seed.to_string(), "--out"]).arg(place);
     command.args(["--system", &format!("eval-{}", std::process::id())]).stdin(Stdio::null());
     let output = command.output().context("starting the mission")?;

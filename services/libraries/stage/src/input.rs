@@ -57,7 +57,12 @@ impl<'a> Instant<'a> {
         Ok(reading.map(|reading| bytemuck::from_bytes(reading.message)))
     }
 
-    fn reading(&self, spec: &ChannelSpec) -> Result<Option<Reading<'a>>, Denied> {
+    /// Returns the newest message of a channel as bytes, like [`Instant::newest`]. This is for hosts of stages whose messages are
+    /// declared at run time.
+    ///
+    /// # Errors
+    /// Like [`Instant::newest`].
+    pub fn reading(&self, spec: &ChannelSpec) -> Result<Option<Reading<'a>>, Denied> {
         self.access.to_step(spec)?;
         Ok(self.inputs.newest(spec))
     }
@@ -91,8 +96,16 @@ impl<'a> Heard<'a> {
     /// # Errors
     /// [`Denied`] for a channel from which no message can ever be delivered.
     pub fn on<T: Message>(&self, channel: Channel<T>) -> Result<Option<&'a T>, Denied> {
-        self.access.to_hear(channel.spec)?;
-        Ok((self.spec == channel.spec).then(|| bytemuck::from_bytes(self.message)))
+        Ok(self.bytes_on(channel.spec)?.map(bytemuck::from_bytes))
+    }
+
+    /// Returns the message as bytes if it is one of this channel. See [`Instant::reading`].
+    ///
+    /// # Errors
+    /// Like [`Heard::on`].
+    pub fn bytes_on(&self, spec: &ChannelSpec) -> Result<Option<&'a [u8]>, Denied> {
+        self.access.to_hear(spec)?;
+        Ok((self.spec == spec).then_some(self.message))
     }
 
     /// Returns the message as an order if it is one, whether from the supervisor, the command line or the pad.

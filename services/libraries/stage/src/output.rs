@@ -77,6 +77,19 @@ impl<'a> Outbox<'a> {
         self.put(channel, cells, false, fill)
     }
 
+    /// Like [`Outbox::send_with`], but for a channel whose message is declared at run time, so that `fill` gets bytes.
+    ///
+    /// # Errors
+    /// Like [`Outbox::send_with`].
+    pub fn send_bytes(
+        &mut self,
+        spec: &'static ChannelSpec,
+        cells: usize,
+        fill: impl FnOnce(&mut [u8], &mut [u8]),
+    ) -> Result<u64, StageError> {
+        self.put_bytes(spec, cells, false, fill)
+    }
+
     /// If the process is resuming after a kill, sends the last message of a channel again, with the same number. This is for
     /// messages with cells, which are not kept for late readers.
     ///
@@ -109,13 +122,24 @@ impl<'a> Outbox<'a> {
         is_repeated: bool,
         fill: impl FnOnce(&mut T, &mut [u8]),
     ) -> Result<u64, StageError> {
+        let fill = |message: &mut [u8], cells: &mut [u8]| fill(bytemuck::from_bytes_mut(message), cells);
+        self.put_bytes(channel.spec, cells, is_repeated, fill)
+    }
+
+    fn put_bytes(
+        &mut self,
+        spec: &'static ChannelSpec,
+        cells: usize,
+        is_repeated: bool,
+        fill: impl FnOnce(&mut [u8], &mut [u8]),
+    ) -> Result<u64, StageError> {
         let (header, mut fill) = (self.header, Some(fill));
         let mut fill = |message: &mut [u8], cells: &mut [u8]| {
             *erased::header_mut(message) = header;
             if let Some(fill) = fill.take() {
-                fill(bytemuck::from_bytes_mut(message), cells);
+                fill(message, cells);
             }
         };
-        self.sink.put(Put { spec: channel.spec, cells, is_repeated, fill: &mut fill })
+        self.sink.put(Put { spec, cells, is_repeated, fill: &mut fill })
     }
 }

@@ -1,0 +1,262 @@
+"""Navigators in Python: messages as annotated classes, three stages, and the whole program with them.
+
+    import sketchnav
+
+    class Walls(sketchnav.Message, frame="base_link"):
+        ahead_m: Annotated[f64, "The nearest echo ahead."]
+
+    WALLS = sketchnav.Channel("walls", Walls, role="situation", writer="localizer", readers=["planner", "pad"])
+
+    if __name__ == "__main__":
+        raise SystemExit(sketchnav.main([NAVIGATOR]))
+"""
+
+import json
+import os
+import signal
+import sys
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, TypeVar
+
+from . import _core
+from .messages import Channel, Message
+
+_M = TypeVar("_M", bound=Message)
+
+
+class Instant:
+    """What belongs to an instant: its tick, its time, and the newest message of each sensor."""
+
+    @property
+    def tick(self) -> int:
+        return _core.instant()[0]
+
+    @property
+    def stamp_ns(self) -> int:
+        return _core.instant()[1]
+
+    def newest(self, channel: Channel[_M]) -> _M | None:
+        """The newest message of a sensor, or the message that the step answers; None before the first."""
+        memory = _core.newest(channel._found(), False)
+        return None if memory is None else channel.message._of(memory)
+
+    def fresh(self, channel: Channel[_M]) -> _M | None:
+        """The newest message if it has arrived since the previous instant."""
+        memory = _core.newest(channel._found(), True)
+        return None if memory is None else channel.message._of(memory)
+
+
+class Heard:
+    """A message that belongs to no instant."""
+
+    def on(self, channel: Channel[_M]) -> _M | None:
+        """The message if it is one of this channel."""
+        memory = _core.heard(channel._found())
+        return None if memory is None else channel.message._of(memory)
+
+    @property
+    def cells(self) -> memoryview:
+        """The bytes after the message."""
+        return _core.cells()
+
+    @property
+    def attempts(self) -> int:
+        """How often it was heard before, with the process dying each time."""
+        return _core.attempts()
+
+
+class Outbox:
+    """Sends a stage's messages, which are filled in the memory that they are sent from."""
+
+    def send(
+        self, channel: Channel[_M], fill: Callable[[_M], None] | None = None, *, cells: bytes | memoryview = b"", **fields: Any
+    ) -> int:
+        """Sends a message with these fields and returns its number. `fill` gets the message, which is zero, and may fill it, too."""
+        message = channel.message
+
+        def write(memory, behind):
+            found = message._of(memory)
+            found._set(fields)
+            if len(cells):
+                behind[:] = memoryview(cells).cast("B")
+            if fill is not None:
+                fill(found)
+
+        return _core.send(channel._found(), memoryview(cells).nbytes, write)
+
+
+_INSTANT, _HEARD, _OUT = Instant(), Heard(), Outbox()
+
+
+class Stage:
+    """A part of a navigator. The same messages in the same order must give the same messages: no clock, no file, no chance.
+
+    `form` names the format of the state, with a version: a state of another form is not restored.
+    """
+
+    form: str = ""
+
+    def hear(self, heard: Heard) -> None:
+        """Receives an instruction, which is in force from now on, or a request."""
+
+    def speak(self, out: Outbox) -> None:
+        """Sends what is to be sent outside a step: at the start, after each request, and again after a kill."""
+
+    def is_ready(self) -> bool:
+        """Whether the stage can take a step. Instants wait until it can."""
+        return True
+
+    def step(self, instant: Instant, out: Outbox) -> None:
+        """Takes the step of an instant."""
+
+    def save(self) -> bytes:
+        """Everything that changes, as bytes."""
+        return b""
+
+    def restore(self, state: bytes) -> None:
+        """Resumes from what `save` has returned."""
+        if state != b"":
+            raise ValueError(f"{type(self).__name__}: expected a stage that restores what it saves")
+
+    def recover(self) -> None:
+        """Starts after a kill without a state, since there is no usable one."""
+
+    def _hear(self):
+        self.hear(_HEARD)
+
+    def _speak(self):
+        self.speak(_OUT)
+
+    def _step(self):
+        self.step(_INSTANT, _OUT)
+
+
+class Run:
+    """The run that a stage is made for: `mission`, `robot` and `seed` as they were read, and the mission's files."""
+
+    def __init__(self, config, capsule):
+        self.config, self._capsule = json.loads(config), capsule
+        self.mission, self.robot, self.seed = (self.config[key] for key in ("mission", "robot", "seed"))
+
+    def file(self, name: str) -> bytes:
+        """The bytes of a file that the mission names. Only while the stage is made."""
+        return _core.file(name)
+
+
+class Agenda:
+    """Keeps the tasks of a mission and hears orders, so that people can start, pause, abort and resume it."""
+
+    def __init__(self, run: Run):
+        self._agenda = _core.agenda(run._capsule)
+
+    def hear(self, heard: Heard) -> bool:
+        """Carries out an order; returns whether the message was one."""
+        return _core.agenda_hear(self._agenda)
+
+    def is_ready(self, has_instructions: bool = True) -> bool:
+        return _core.agenda_is_ready(self._agenda, has_instructions)
+
+    def begin_step(self, instant: Instant) -> float | None:
+        """Records time and motion; returns the seconds since the last step, or None before the first odometry."""
+        return _core.agenda_begin_step(self._agenda)
+
+    def due(self, missing: str | None = None) -> str:
+        """What is due in this step: `begin` or `drive` the task, or `stand`, for example because something is missing."""
+        return _core.agenda_due(self._agenda, missing)
+
+    def go_on(self, reason: str) -> bool:
+        """Goes on with the task, and returns True, or ends it because its time limit has passed."""
+        return _core.agenda_go_on(self._agenda, reason)
+
+    def end(self, state: str, reason: str) -> None:
+        """Ends the task: `reached`, `blocked`, `lost`."""
+        _core.agenda_end(self._agenda, state, reason)
+
+    def lose(self, reason: str) -> None:
+        """The robot does not know where it is."""
+        _core.agenda_lose(self._agenda, reason)
+
+    def send(
+        self, out: Outbox, vx_mps: float, yaw_rate_radps: float, vy_mps: float = 0.0, remaining_m: float = 0.0
+    ) -> None:
+        """Sends the command and, last of all, the status."""
+        _core.agenda_send(self._agenda, [vx_mps, vy_mps, yaw_rate_radps, remaining_m])
+
+    @property
+    def phase(self) -> str:
+        """`waiting`, `driving`, `ended` or `over`."""
+        return _core.agenda_now(self._agenda)[0]
+
+    @property
+    def task(self) -> int:
+        """The index of the task that is under way or up next."""
+        return _core.agenda_now(self._agenda)[1]
+
+    @property
+    def elapsed_s(self) -> float:
+        """The time that the task has taken so far."""
+        return _core.agenda_now(self._agenda)[2]
+
+    def save(self) -> bytes:
+        return _core.agenda_save(self._agenda)
+
+    def restore(self, state: bytes) -> None:
+        _core.agenda_restore(self._agenda, state)
+
+    def recover(self) -> None:
+        """Resumes without a state, at the task of the last status that was sent. Only in `Stage.recover`."""
+        _core.agenda_recover(self._agenda)
+
+
+class Navigator:
+    """Three stages under the name by which a mission selects them: `[navigator] kind`.
+
+    `stages` are called with a `Run` each. `sensors` are those that the robot must have. `check` gets mission and robot before
+    anything starts; the text of a `ValueError` that it raises is shown to the user.
+    """
+
+    def __init__(
+        self,
+        kind: str,
+        about: str,
+        stages: Sequence[Callable[[Run], Stage]],
+        *,
+        channels: Iterable[Channel[Any]] = (),
+        sensors: Iterable[str] = (),
+        check: Callable[[Mapping[str, Any], Mapping[str, Any]], object] | None = None,
+    ):
+        self.kind, self.about, self.stages = kind, about, tuple(stages)
+        self.channels, self.sensors, self.check = tuple(channels), list(sensors), check
+        if len(self.stages) != 3:
+            raise ValueError(f"navigator {kind!r}: expected a sketcher, a localizer and a planner, found {len(self.stages)} stages")
+
+    def _channels(self):
+        return [channel._declare(self.kind) for channel in self.channels]
+
+    def _make(self, index, config, capsule):
+        return self.stages[index](Run(config, capsule))
+
+    def _check(self, mission, robot):
+        if self.check is not None:
+            self.check(json.loads(mission), json.loads(robot))
+
+
+def main(navigators: Iterable[Navigator] = (), arguments: Iterable[str] | None = None) -> int:
+    """Runs the program with these navigators and returns its exit code. The arguments are those of the command line.
+
+    Processes of a system are started as this one was: the same interpreter, the same script.
+    """
+    if sys.flags.hash_randomization and "PYTHONHASHSEED" not in os.environ:
+        # The order of a set of texts would be another one in each process.
+        os.execve(sys.executable, [sys.executable, *sys.orig_argv[1:]], {**os.environ, "PYTHONHASHSEED": "0"})
+    given = sys.argv[1:] if arguments is None else list(arguments)
+    first = sys.orig_argv[1 : len(sys.orig_argv) - (len(sys.argv) - 1)]
+    sys.stdout.flush()
+    # As in any program. Python's handlers would wait for the program to return.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    return _core.main(list(navigators), sys.executable, first, ["sketchnav", *given])
+
+
+def program() -> None:
+    """The command `sketchnav`, without navigators in Python."""
+    raise SystemExit(main())

@@ -1,0 +1,202 @@
+//! What a stage in Python may use while it is called: the instant, the message that it hears, its outbox.
+//!
+//! A host lends these for one call. They are kept in a place of the thread, which the functions of the module read, and which is
+//! empty outside of calls: a function that is called then raises `RuntimeError`.
+
+use std::cell::RefCell;
+
+use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+use sketchnav_stage::{Denied, Files, Heard, Instant, Outbox, Remains, StageError};
+
+use crate::function;
+use crate::memory::Memory;
+use crate::table;
+
+/// What is lent for a call. The pointers are valid while it lasts.
+#[derive(Default)]
+pub struct Lent {
+    instant: Option<*const Instant<'static>>,
+    heard: Option<*const Heard<'static>>,
+    out: Option<*mut Outbox<'static>>,
+    remains: Option<*const (dyn Remains + 'static)>,
+    files: Option<*const Files<'static>>,
+    memories: Vec<Memory>,
+    /// An error of the host's that Python passes on.
+    error: Option<StageError>,
+}
+
+thread_local! {
+    static LENT: RefCell<Lent> = RefCell::default();
+}
+
+impl Lent {
+    pub fn instant(mut self, instant: &Instant<'_>) -> Self {
+        self.instant = Some(std::ptr::from_ref(instant).cast());
+        self
+    }
+
+    pub fn heard(mut self, heard: &Heard<'_>) -> Self {
+        self.heard = Some(std::ptr::from_ref(heard).cast());
+        self
+    }
+
+    pub fn out(mut self, out: &mut Outbox<'_>) -> Self {
+        self.out = Some(std::ptr::from_mut(out).cast());
+        self
+    }
+
+    pub fn remains(mut self, remains: &dyn Remains) -> Self {
+        // SAFETY: only the lifetime changes, and `during` ends before it.
+        self.remains = Some(unsafe {
+            std::mem::transmute::<*const (dyn Remains + '_), *const (dyn Remains + 'static)>(remains)
+        });
+        self
+    }
+
+    pub fn files(mut self, files: &Files<'_>) -> Self {
+        // SAFETY: only the lifetime changes, and `during` ends before it.
+        self.files = Some(unsafe { std::mem::transmute::<*const Files<'_>, *const Files<'static>>(files) });
+        self
+    }
+
+    /// Lends this during a call, and takes back what Python has seen of it.
+    ///
+    /// # Errors
+    /// Those of the call; an error of the host's that the call passed on; and an error if Python keeps a view of a message.
+    pub fn during<R>(
+        self,
+        py: Python<'_>,
+        call: impl FnOnce() -> PyResult<R>,
+    ) -> Result<PyResult<R>, StageError> {
+        struct Before(Option<Lent>);
+        impl Drop for Before {
+            fn drop(&mut self) {
+                if let Some(before) = self.0.take() {
+                    LENT.set(before);
+                }
+            }
+        }
+        let mut before = Before(Some(LENT.replace(self)));
+        let result = call();
+        let lent = LENT.replace(before.0.take().unwrap_or_default());
+        let value = match (result, lent.error) {
+            (Err(_), Some(error)) => return Err(error),
+            // What the exception refers to may look at messages until it is reported; the stage has failed, and with it the host.
+            (Err(error), None) => return Ok(Err(error)),
+            (Ok(value), _) => value,
+        };
+        let taken = lent.memories.into_iter().try_for_each(|memory| memory.take_back(py));
+        Ok(taken.map(|()| value))
+    }
+}
+
+fn missing(what: &str) -> PyErr {
+    PyRuntimeError::new_err(format!("expected {what}, which a stage has only while it is called for that"))
+}
+
+fn instant() -> PyResult<&'static Instant<'static>> {
+    let instant = LENT.with_borrow(|lent| lent.instant).ok_or_else(|| missing("an instant"))?;
+    // SAFETY: the pointer is valid during the call. No reference is kept beyond the function of the module that asks for it.
+    Ok(unsafe { &*instant })
+}
+
+fn heard() -> PyResult<&'static Heard<'static>> {
+    let heard = LENT.with_borrow(|lent| lent.heard).ok_or_else(|| missing("a message that is heard"))?;
+    // SAFETY: as in `instant`.
+    Ok(unsafe { &*heard })
+}
+
+/// Passes the message that is heard to a function.
+pub fn with_heard<R>(use_it: impl FnOnce(&Heard<'_>) -> R) -> PyResult<R> {
+    Ok(use_it(heard()?))
+}
+
+/// Passes the instant to a function.
+pub fn with_instant<R>(use_it: impl FnOnce(&Instant<'_>) -> R) -> PyResult<R> {
+    Ok(use_it(instant()?))
+}
+
+/// Passes the outbox to a function. It is not there for others meanwhile.
+pub fn with_out<R>(use_it: impl FnOnce(&mut Outbox<'_>) -> Result<R, StageError>) -> PyResult<R> {
+    let out = LENT.with_borrow_mut(|lent| lent.out.take()).ok_or_else(|| missing("an outbox"))?;
+    // SAFETY: the pointer is valid during the call, and was taken, so that this is the only reference.
+    let result = use_it(unsafe { &mut *out });
+    LENT.with_borrow_mut(|lent| lent.out = Some(out));
+    result.map_err(passed_on)
+}
+
+/// Passes the remains to a function.
+pub fn with_remains<R>(use_it: impl FnOnce(&dyn Remains) -> R) -> PyResult<R> {
+    let remains = LENT.with_borrow(|lent| lent.remains).ok_or_else(|| missing("the remains"))?;
+    // SAFETY: as in `instant`.
+    Ok(use_it(unsafe { &*remains }))
+}
+
+/// Keeps an error of the host's, and returns the exception that carries it through Python.
+fn passed_on(error: StageError) -> PyErr {
+    let exception = PyRuntimeError::new_err(error.to_string());
+    LENT.with_borrow_mut(|lent| lent.error = Some(error));
+    exception
+}
+
+pub fn denied(error: Denied) -> PyErr {
+    PyValueError::new_err(error.to_string())
+}
+
+/// Returns a read-only view of bytes that stay valid during the call.
+fn view<'py>(py: Python<'py>, bytes: &[u8]) -> PyResult<Bound<'py, PyAny>> {
+    // SAFETY: the host keeps the message until the call ends, and `during` takes the memory back. It cannot be written.
+    let (memory, view) = unsafe { Memory::lend(py, (bytes.as_ptr().cast_mut(), bytes.len()), true) }?;
+    LENT.with_borrow_mut(|lent| lent.memories.push(memory));
+    Ok(view)
+}
+
+/// Has Python fill a message and its cells in place.
+fn fill(fill: &Bound<'_, PyAny>, message: &mut [u8], cells: &mut [u8]) -> PyResult<()> {
+    let py = fill.py();
+    // SAFETY: the slices are used by nothing else, and both memories are taken back before this returns.
+    let (message, view) = unsafe { Memory::lend(py, (message.as_mut_ptr(), message.len()), false) }?;
+    // SAFETY: as above.
+    let (cells, cells_view) = unsafe { Memory::lend(py, (cells.as_mut_ptr(), cells.len()), false) }?;
+    fill.call1((view, cells_view))?;
+    message.take_back(py)?;
+    cells.take_back(py)
+}
+
+/// Adds the functions of this module.
+pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    function(module, c"instant", |_| with_instant(|instant| (instant.tick, instant.stamp_ns)))?;
+    function(module, c"newest", |arguments| {
+        let (channel, is_fresh) = arguments.extract::<(usize, bool)>()?;
+        let reading = instant()?.reading(table::spec(channel)?).map_err(denied)?;
+        let reading = reading.filter(|reading| reading.is_fresh || !is_fresh);
+        reading.map(|reading| Ok(view(arguments.py(), reading.message)?.unbind())).transpose()
+    })?;
+    function(module, c"heard", |arguments| {
+        let (channel,) = arguments.extract::<(usize,)>()?;
+        let message = heard()?.bytes_on(table::spec(channel)?).map_err(denied)?;
+        message.map(|message| Ok(view(arguments.py(), message)?.unbind())).transpose()
+    })?;
+    function(module, c"cells", |arguments| Ok(view(arguments.py(), heard()?.cells())?.unbind()))?;
+    function(module, c"attempts", |_| with_heard(|heard| heard.attempts))?;
+    function(module, c"send", |arguments| {
+        let (channel, cells, filler) = arguments.extract::<(usize, usize, Bound<'_, PyAny>)>()?;
+        let spec = table::spec(channel)?;
+        let mut filled = Ok(());
+        let sent = with_out(|out| {
+            out.send_bytes(spec, cells, |message, cells| filled = fill(&filler, message, cells))
+        });
+        filled?;
+        sent
+    })?;
+    function(module, c"file", |arguments| {
+        let (name,) = arguments.extract::<(String,)>()?;
+        let files = LENT.with_borrow(|lent| lent.files).ok_or_else(|| missing("the files of a run"))?;
+        // SAFETY: as in `instant`.
+        let bytes =
+            unsafe { &*files }(&name).map_err(|error| PyOSError::new_err(format!("{name}: {error}")))?;
+        Ok(PyBytes::new(arguments.py(), &bytes).unbind())
+    })
+}

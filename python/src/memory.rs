@@ -1,0 +1,126 @@
+//! Messages in memory as Python sees them: `memoryview`s without a copy, which end with the call of the stage.
+//!
+//! An object of the type `Memory` exports the bytes and counts who looks at them: `memoryview`s, their slices, NumPy arrays. When
+//! the call ends, nobody may look any more, because the memory belongs to the host.
+
+use std::ffi::c_int;
+use std::sync::OnceLock;
+
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::ffi;
+use pyo3::prelude::*;
+
+/// The object that exports the bytes.
+#[repr(C)]
+struct Object {
+    base: ffi::PyObject,
+    start: *mut u8,
+    length: ffi::Py_ssize_t,
+    is_readonly: c_int,
+    /// Number of views that were not given back.
+    views: usize,
+}
+
+/// Memory that is lent to Python.
+pub struct Memory(Py<PyAny>);
+
+struct TypeOf(Py<PyAny>);
+
+static TYPE: OnceLock<TypeOf> = OnceLock::new();
+
+unsafe extern "C" fn get_buffer(
+    exporter: *mut ffi::PyObject,
+    view: *mut ffi::Py_buffer,
+    flags: c_int,
+) -> c_int {
+    let object = exporter.cast::<Object>();
+    // SAFETY: the slot belongs to objects of this type alone, and the interpreter calls it from an attached thread. A memory that has
+    // been taken back is empty.
+    unsafe {
+        let (start, length) = ((*object).start, (*object).length);
+        let filled =
+            ffi::PyBuffer_FillInfo(view, exporter, start.cast(), length, (*object).is_readonly, flags);
+        if filled == 0 {
+            (*object).views += 1;
+        }
+        filled
+    }
+}
+
+unsafe extern "C" fn release_buffer(exporter: *mut ffi::PyObject, _: *mut ffi::Py_buffer) {
+    // SAFETY: as in `get_buffer`; each view is given back once.
+    unsafe { (*exporter.cast::<Object>()).views -= 1 };
+}
+
+fn type_object(py: Python<'_>) -> PyResult<*mut ffi::PyTypeObject> {
+    if let Some(TypeOf(known)) = TYPE.get() {
+        return Ok(known.as_ptr().cast());
+    }
+    let mut slots = [
+        ffi::PyType_Slot { slot: ffi::Py_bf_getbuffer, pfunc: get_buffer as *mut _ },
+        ffi::PyType_Slot { slot: ffi::Py_bf_releasebuffer, pfunc: release_buffer as *mut _ },
+        ffi::PyType_Slot { slot: 0, pfunc: std::ptr::null_mut() },
+    ];
+    let mut spec = ffi::PyType_Spec {
+        name: c"sketchnav._core.Memory".as_ptr(),
+        basicsize: size_of::<Object>() as c_int,
+        itemsize: 0,
+        flags: (ffi::Py_TPFLAGS_DEFAULT | ffi::Py_TPFLAGS_DISALLOW_INSTANTIATION) as _,
+        slots: slots.as_mut_ptr(),
+    };
+    // SAFETY: the specification is complete, and the interpreter copies what it keeps of it.
+    let found = unsafe { Bound::from_owned_ptr_or_err(py, ffi::PyType_FromSpec(&raw mut spec)) }?;
+    Ok(TYPE.get_or_init(|| TypeOf(found.unbind())).0.as_ptr().cast())
+}
+
+impl Memory {
+    /// Lends memory to Python, and returns a view of it.
+    ///
+    /// # Safety
+    /// The memory must stay valid, and be used by nothing else if it can be written, until [`Memory::take_back`] succeeds.
+    pub unsafe fn lend<'py>(
+        py: Python<'py>,
+        (start, length): (*mut u8, usize),
+        is_readonly: bool,
+    ) -> PyResult<(Self, Bound<'py, PyAny>)> {
+        let type_ = type_object(py)?;
+        // SAFETY: the type was made for objects of this size, which are zero at first.
+        let memory = unsafe { Bound::from_owned_ptr_or_err(py, ffi::PyType_GenericAlloc(type_, 0)) }?;
+        // SAFETY: this is the only reference to the new object.
+        unsafe {
+            let object = memory.as_ptr().cast::<Object>();
+            (*object).start = start;
+            (*object).length = length as ffi::Py_ssize_t;
+            (*object).is_readonly = is_readonly.into();
+        }
+        // SAFETY: the object exports a buffer.
+        let view =
+            unsafe { Bound::from_owned_ptr_or_err(py, ffi::PyMemoryView_FromObject(memory.as_ptr())) }?;
+        Ok((Self(memory.unbind()), view))
+    }
+
+    /// Takes the memory back.
+    ///
+    /// # Errors
+    /// If something in Python still looks at it, even after a collection of garbage.
+    pub fn take_back(self, py: Python<'_>) -> PyResult<()> {
+        let object = self.0.as_ptr().cast::<Object>();
+        // SAFETY: the object is of this type, and the thread is attached.
+        let views = || unsafe { (*object).views };
+        if views() > 0 {
+            py.import("gc")?.call_method0("collect")?;
+        }
+        if views() > 0 {
+            return Err(PyRuntimeError::new_err(
+                "a message, or an array of one, was kept beyond the call that it belongs to: expected a copy, as from \
+                 message.copy() or numpy.array(message.ranges_m)",
+            ));
+        }
+        // SAFETY: as above. Whoever keeps the object itself finds it empty.
+        unsafe {
+            (*object).start = std::ptr::NonNull::dangling().as_ptr();
+            (*object).length = 0;
+        }
+        Ok(())
+    }
+}

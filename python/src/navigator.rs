@@ -1,0 +1,113 @@
+//! Navigators in Python, and the command line that knows them.
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+use std::sync::OnceLock;
+
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyCapsule;
+use sketchnav_schemas::mission::Mission;
+use sketchnav_schemas::robot::{Robot, RobotError};
+use sketchnav_schemas::run::RunConfig;
+use sketchnav_stage::{Files, Hosted, Make, Navigator, StageError};
+
+use crate::lent::Lent;
+use crate::stage::{PythonStage, failure};
+use crate::{agenda, function, table};
+
+/// A navigator, as an object of the class `Navigator`.
+struct PythonNavigator {
+    kind: &'static str,
+    sensors: Vec<String>,
+    object: Py<PyAny>,
+}
+
+static KNOWN: OnceLock<Vec<PythonNavigator>> = OnceLock::new();
+
+const STAGES: [Make; 3] = [make::<0>, make::<1>, make::<2>];
+
+/// Returns the navigator of this kind. The functions of a [`Navigator`] are those of all navigators in Python, and find their own by
+/// the kind that the mission names.
+fn known(kind: &str) -> Result<&'static PythonNavigator, StageError> {
+    let found = KNOWN.get().into_iter().flatten().find(|known| known.kind == kind);
+    found.ok_or_else(|| {
+        format!("navigator.kind: expected one that is written in Python, found {kind:?}").into()
+    })
+}
+
+fn make<const STAGE: usize>(run: &RunConfig, files: &Files<'_>) -> Result<Box<dyn Hosted>, StageError> {
+    let navigator = known(run.mission.navigator_kind())?;
+    let config = serde_json::to_string(run)?;
+    Python::attach(|py| {
+        let made = Lent::default().files(files).during(py, || {
+            let capsule = PyCapsule::new_with_value(py, run.clone(), agenda::RUN)?;
+            let stage = navigator.object.bind(py).call_method1("_make", (STAGE, config, capsule))?;
+            let form = stage.getattr("form")?.extract::<String>()?;
+            Ok(PythonStage::new(stage.unbind(), table::interned(&form)))
+        })?;
+        let stage = made.map_err(|error| failure(py, navigator.kind, error))?;
+        Ok(Box::new(stage) as Box<dyn Hosted>)
+    })
+}
+
+fn check(mission: &Mission, robot: &Robot) -> Result<(), StageError> {
+    let navigator = known(mission.navigator_kind())?;
+    for sensor in &navigator.sensors {
+        has(robot, sensor).ok_or_else(|| unknown(sensor))??;
+    }
+    let (mission, robot) = (serde_json::to_string(mission)?, serde_json::to_string(robot)?);
+    Python::attach(|py| {
+        let object = navigator.object.bind(py);
+        object.call_method1("_check", (mission, robot)).map(drop).map_err(|error| {
+            // What the author finds wrong with a mission is for the mission's author, who has no use for a traceback.
+            match error.is_instance_of::<PyValueError>(py) {
+                true => error.value(py).to_string().into(),
+                false => failure(py, navigator.kind, error),
+            }
+        })
+    })
+}
+
+const SENSORS: &str = "laser, sonar, odometry, camera, view";
+
+fn unknown(sensor: &str) -> String {
+    format!("sensors: expected one of {SENSORS}, found {sensor:?}")
+}
+
+/// Checks that a robot has a sensor. Returns `None` for a word that is no sensor.
+fn has(robot: &Robot, sensor: &str) -> Option<Result<(), RobotError>> {
+    Some(match sensor {
+        "laser" => robot.laser().map(drop),
+        "sonar" => robot.sonar().map(drop),
+        "odometry" => robot.odometry().map(drop),
+        "camera" => robot.camera().map(drop),
+        "view" => robot.view().map(drop),
+        _ => return None,
+    })
+}
+
+/// Reads a navigator's object.
+fn read(object: &Bound<'_, PyAny>) -> PyResult<(PythonNavigator, Navigator)> {
+    let kind = table::interned(&object.getattr("kind")?.extract::<String>()?);
+    let about = table::interned(&object.getattr("about")?.extract::<String>()?);
+    let sensors = object.getattr("sensors")?.extract::<Vec<String>>()?;
+    let channels = object.call_method0("_channels")?.extract::<Vec<usize>>()?;
+    let channels = channels.into_iter().map(table::spec).collect::<PyResult<Vec<_>>>()?;
+    let navigator = Navigator { check, channels: channels.leak(), ..Navigator::new(kind, about, STAGES) };
+    Ok((PythonNavigator { kind, sensors, object: object.clone().unbind() }, navigator))
+}
+
+/// Adds the functions of this module.
+pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    function(module, c"main", |arguments| {
+        type Given<'py> = (Vec<Bound<'py, PyAny>>, PathBuf, Vec<OsString>, Vec<OsString>);
+        let (navigators, program, first, words) = arguments.extract::<Given<'_>>()?;
+        let read = navigators.iter().map(read).collect::<PyResult<Vec<_>>>()?;
+        let (known, navigators): (Vec<_>, Vec<_>) = read.into_iter().unzip();
+        KNOWN.set(known).map_err(|_| PyRuntimeError::new_err("main: expected one call in a process"))?;
+        sketchnav::start_by(program, first);
+        // Other threads may host stages while this one waits for them.
+        Ok(arguments.py().detach(|| sketchnav::run(navigators.leak(), words)))
+    })
+}

@@ -1,0 +1,137 @@
+//! A stage that is an object in Python.
+
+use pyo3::exceptions::PyTypeError;
+use pyo3::intern;
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+use sketchnav_schemas::say;
+use sketchnav_stage::{Heard, Hosted, Instant, Outbox, Remains, StageError};
+
+use crate::lent::Lent;
+
+/// An object of the class `Stage`, which calls the author's methods.
+pub struct PythonStage {
+    object: Py<PyAny>,
+    form: &'static str,
+}
+
+impl PythonStage {
+    pub fn new(object: Py<PyAny>, form: &'static str) -> Self {
+        Self { object, form }
+    }
+
+    fn call<R>(
+        &self,
+        lent: Lent,
+        method: &'static str,
+        call: impl FnOnce(&Bound<'_, PyAny>) -> PyResult<R>,
+    ) -> Result<R, StageError> {
+        Python::attach(|py| {
+            let object = self.object.bind(py);
+            lent.during(py, || call(object))?.map_err(|error| failure(py, &place(object, method), error))
+        })
+    }
+}
+
+fn place(object: &Bound<'_, PyAny>, method: &str) -> String {
+    let class = object.get_type().name().map_or_else(|_| "stage".to_owned(), |name| name.to_string());
+    format!("{class}.{method}")
+}
+
+/// Number of calls, the innermost of a traceback, that an error names.
+const CALLS: i32 = 3;
+
+/// Prints the whole traceback of an exception, and returns an error that names the exception, its line and the innermost calls.
+pub fn failure(py: Python<'_>, place: &str, error: PyErr) -> StageError {
+    let calls = (|| {
+        let (traceback, calls) = (py.import("traceback")?, error.traceback(py));
+        let exception = (error.get_type(py), error.value(py), calls.as_ref());
+        text(&traceback.call_method1("format_exception", exception)?)?
+            .lines()
+            .for_each(|line| say!("{line}"));
+        let last = traceback.call_method1("extract_tb", (calls.as_ref(), -1))?.get_item(0)?;
+        let innermost = text(&traceback.call_method1("format_tb", (calls.as_ref(), -CALLS))?)?;
+        let (file, line) = (last.getattr("filename")?, last.getattr("lineno")?);
+        PyResult::Ok(format!(
+            " ({file}, line {line}); traceback (most recent call last):\n{}",
+            innermost.trim_end()
+        ))
+    })();
+    // An exception that comes from no line of Python has no calls.
+    format!("{place}: {error}{}", calls.unwrap_or_default()).into()
+}
+
+fn text(lines: &Bound<'_, PyAny>) -> PyResult<String> {
+    lines.try_iter()?.map(|line| line?.extract::<String>()).collect()
+}
+
+impl Hosted for PythonStage {
+    fn form(&self) -> &'static str {
+        self.form
+    }
+
+    fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {
+        self.call(Lent::default().heard(message), "hear", |stage| {
+            stage.call_method0(intern!(stage.py(), "_hear")).map(drop)
+        })
+    }
+
+    fn speak(&mut self, out: &mut Outbox<'_>) -> Result<(), StageError> {
+        self.call(Lent::default().out(out), "speak", |stage| {
+            stage.call_method0(intern!(stage.py(), "_speak")).map(drop)
+        })
+    }
+
+    fn is_ready(&self) -> bool {
+        let asked = self.call(Lent::default(), "is_ready", |stage| {
+            stage.call_method0(intern!(stage.py(), "is_ready"))?.is_truthy()
+        });
+        // A stage that cannot say so takes its step, and fails there.
+        asked.unwrap_or(true)
+    }
+
+    fn step(&mut self, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError> {
+        self.call(Lent::default().instant(instant).out(out), "step", |stage| {
+            stage.call_method0(intern!(stage.py(), "_step")).map(drop)
+        })
+    }
+
+    fn save(&self, room: &mut [u8]) -> Result<usize, postcard::Error> {
+        let saved = self.call(Lent::default(), "save", |stage| {
+            let state = stage.call_method0(intern!(stage.py(), "save"))?;
+            let state = state.cast::<PyBytes>().map_err(|_| {
+                let found = state.get_type().name().map_or_else(|_| "?".to_owned(), |name| name.to_string());
+                PyTypeError::new_err(format!("expected bytes, found {found}"))
+            })?;
+            let state = state.as_bytes();
+            Ok(room.get_mut(..state.len()).map(|room| {
+                room.copy_from_slice(state);
+                state.len()
+            }))
+        });
+        match saved {
+            Ok(Some(length)) => Ok(length),
+            Ok(None) => Err(postcard::Error::SerializeBufferFull),
+            Err(error) => {
+                say!("{error}");
+                Err(postcard::Error::SerdeSerCustom)
+            }
+        }
+    }
+
+    fn load(&mut self, state: &[u8]) -> Result<(), StageError> {
+        self.call(Lent::default(), "restore", |stage| {
+            let state = PyBytes::new(stage.py(), state);
+            stage.call_method1(intern!(stage.py(), "restore"), (state,)).map(drop)
+        })
+    }
+
+    fn recover(&mut self, remains: &dyn Remains) {
+        let recovered = self.call(Lent::default().remains(remains), "recover", |stage| {
+            stage.call_method0(intern!(stage.py(), "recover")).map(drop)
+        });
+        if let Err(error) = recovered {
+            say!("{error}");
+        }
+    }
+}

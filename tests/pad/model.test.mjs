@@ -26,6 +26,7 @@ function scribble(random) {
     drawing = model.withStroke(drawing, points, 5, i % 2 ? points.map(() => random()) : null);
   }
   drawing = model.withObstacle(drawing, [[10, 10], [50.125, 10], [30, 40]], "a \"small\" table");
+  drawing = model.withText(model.withText(drawing, "living room", [700.125, 400]), "“hall”", [random() * 2540, 200]);
   return model.withStart(model.withGoal(drawing, [random() * 2540, 400]), [200, 300], 87.25);
 }
 
@@ -36,6 +37,17 @@ test("what was saved and loaded is saved again as the same bytes", () => {
   }
   const pictures = { ...sheet(), underlay: "data:image/jpeg;base64,AAAA", photo: "data:image/png;base64,BBBB" };
   assert.equal(model.toText(model.fromText(model.toText(pictures))), model.toText(pictures));
+});
+
+test("texts are written, changed, erased, and sent with the map", () => {
+  const drawing = model.withText(model.withText(sheet(), "kitchen", [100, 100]), "hall", [500, 100]);
+  assert.deepEqual(JSON.parse(model.sketchBody(drawing)).labels, [{ text: "kitchen", at: [100, 100] }, { text: "hall", at: [500, 100] }]);
+  assert.equal("labels" in JSON.parse(model.sketchBody(sheet())), false);
+  assert.deepEqual(model.withOtherText(drawing, 1, "bath").labels.map((l) => l.text), ["kitchen", "bath"]);
+  assert.deepEqual(model.withOtherText(drawing, 0, "").labels.map((l) => l.text), ["hall"]);
+  assert.deepEqual([model.touched(drawing, [105, 100], 14), model.touched(drawing, [300, 100], 14)], ["map", null]);
+  assert.deepEqual(model.withoutMapAt(drawing, [105, 100], 14).labels.map((l) => l.text), ["hall"]);
+  assert.deepEqual([model.isBlank(sheet()), model.isBlank(drawing), model.hasMap(drawing)], [true, false, false]);
 });
 
 test("the drawings that ship are read, and lose nothing on the way", () => {
@@ -57,6 +69,8 @@ test("a file that is no drawing is refused with what is wrong and where", () => 
   refused("[]", "the drawing: expected an object");
   refused('{"canvas":[0,5],"strokes":[]}', "canvas: expected two sides of 1 to 30000 px, found [0,5]");
   refused('{"canvas":[5,5],"strokes":[{"points":[[1,2],[3,null]]}]}', "strokes[0].points[1]: expected a point");
+  refused('{"canvas":[5,5],"strokes":[],"labels":[{"text":" ","at":[1,1]}]}', 'labels[0].text: expected a text, found " "');
+  refused('{"canvas":[5,5],"strokes":[],"labels":[{"text":"hall"}]}', "labels[0].at: expected a point, found nothing");
   refused('{"canvas":[5,5],"strokes":[{"points":[[1,1]],"width_px":0}]}', "strokes[0].width_px: expected above 0");
   refused('{"canvas":[5,5],"strokes":[],"obstacles":[{"polygon":[[1,1],[2,2]]}]}', "obstacles[0].polygon: expected 3 points or more, found 2");
   refused('{"canvas":[5,5],"strokes":[{"points":[[1,1]]}],"pad":{"pressure":[[2]]}}', "strokes[0]: pad.pressure");
@@ -142,7 +156,7 @@ test("a route and goals take each other's place; the start goes once", () => {
 test("what is sent is the map: no marks, no underlay", () => {
   const drawing = { ...scribble(numbers(5)), underlay: "data:image/png;base64,AAAA" };
   const body = JSON.parse(model.sketchBody(drawing));
-  assert.deepEqual(Object.keys(body), ["canvas", "strokes", "obstacles", "pad"]);
+  assert.deepEqual(Object.keys(body), ["canvas", "strokes", "obstacles", "labels", "pad"]);
   assert.deepEqual(Object.keys(body.pad), ["pressure"]);
   assert.deepEqual(body.strokes[3].points, drawing.strokes[3].points);
 });

@@ -7,6 +7,7 @@ import { arc, boxOf, distance, distanceToLine, ellipse, even } from "../../servi
 import * as items from "../../services/pad/page/items.js";
 import * as model from "../../services/pad/page/model.js";
 import { Select } from "../../services/pad/page/select.js";
+import { makeTools } from "../../services/pad/page/tools.js";
 import { closings, snappedEnd, snappedMove, snappedPoint, targets } from "../../services/pad/page/snap.js";
 import { handleAt, handles, move, resize, scale, turn, turned } from "../../services/pad/page/transform.js";
 
@@ -33,6 +34,7 @@ function room(random) {
     drawing = model.withObstacle(drawing, [[x, y], [x + 80, y + 10], [x + 60, y + 70]], `table ${i}`);
   }
   drawing = model.withStart(model.withGoal(model.withGoal(drawing, place()), place()), place(), random() * 360 - 180);
+  drawing = model.withText(model.withText(drawing, "hall", place()), "living room", place());
   drawing.goals[0] = { name: "kitchen", at: drawing.goals[0].at };
   return items.grouped(drawing, ["strokes:1", "strokes:2", "obstacles:0"]);
 }
@@ -56,6 +58,38 @@ test("moving there and back changes nothing, down to the bytes of the file", () 
   }
 });
 
+test("a text is taken anywhere in it, and Enter asks for another one", () => {
+  const drawing = model.withText(model.blank(model.LANDSCAPE), "the long living room", [500, 300]);
+  assert.equal(items.itemAt(drawing, [575, 305], 0, 1), "labels:0");
+  assert.equal(items.itemAt(drawing, [600, 305], 0, 1), null);
+  assert.equal(items.itemAt(drawing, [500, 320], 0, 1), null);
+  assert.equal(items.nameOf(drawing, "labels:0"), "“the long living room”");
+  const asked = [];
+  const select = new Select({ drawing: () => drawing, over() {}, selected() {}, label: (key) => asked.push(key) });
+  select.selection.choose(["labels:0"]);
+  assert.equal(select.selection.state.label, true);
+  select.close();
+  assert.deepEqual([asked, select.selection.edit], [["labels:0"], null]);
+});
+
+test("a tap with the text tool writes, or changes the text that is there", () => {
+  let drawing = model.blank(model.LANDSCAPE);
+  const asked = [];
+  const tools = makeTools({
+    drawing: () => drawing, sheet: { px: (n) => n }, draft() {}, guides() {},
+    label: (key) => asked.push(key), write: (at) => asked.push(at),
+  });
+  const tap = (at) => {
+    tools.text.begin({ at });
+    tools.text.end();
+  };
+  tap([500, 300]);
+  drawing = model.withObstacle(model.withText(drawing, "hall", [500, 300]), [[400, 200], [600, 200], [600, 400]]);
+  tap([510, 302]);
+  tap([590, 220]);
+  assert.deepEqual(asked, [[500, 300], "labels:0", [590, 220]]);
+});
+
 test("a full turn in steps and a size there and back lead home, and nothing loses points, labels, names or its group", () => {
   for (let seed = 1; seed <= 20; seed += 1) {
     const random = numbers(seed);
@@ -70,7 +104,7 @@ test("a full turn in steps and a size there and back lead home, and nothing lose
     const sized = items.transformed(drawing, keys, scale(middle, by));
     assert.ok(far(items.transformed(sized, keys, scale(middle, by.map((s) => 1 / s))), drawing) <= 0.05);
     for (const next of [round, sized]) {
-      const facts = (d) => [d.strokes.map((s) => [s.width_px, s.pressure, s.group]), d.obstacles.map((o) => [o.label, o.group]), d.goals.map((g) => g.name)];
+      const facts = (d) => [d.strokes.map((s) => [s.width_px, s.pressure, s.group]), d.obstacles.map((o) => [o.label, o.group]), d.goals.map((g) => g.name), d.labels.map((l) => l.text)];
       assert.deepEqual(facts(next), facts(drawing));
       assert.equal(model.toText(model.fromText(model.toText(next))), model.toText(next));
     }

@@ -221,6 +221,32 @@ fn an_order_by_hand_pauses_the_mission_and_is_recorded() {
     place.assert_nothing_left(NAME);
 }
 
+#[test]
+fn a_robot_is_sent_to_a_room_by_its_name() {
+    let place = Place::new();
+    let mission = repository().join("sim/missions/building/building-rooms.toml");
+    let mut running = place.start(&format!("run {} --json --system {NAME} --speed 2", mission.display()));
+    place.wait_until_driving(&mut running, NAME);
+    let status = |field: &str| {
+        lines(&place.fine(&format!("echo status --once --field {field}")))[0]["fields"][field].clone()
+    };
+    let told = place.fine("send goal Lounge --json").json();
+    assert_eq!((&told["task"], &told["name"]), (&4.into(), &"Lounge".into()), "{told:#}");
+    support::wait_until("the fourth task", || status("task") == 3);
+    assert_eq!(status("name"), "to rest");
+    for (wrong, words) in [
+        ("pause lounge", "NAME: expected the order `goal`, found `pause`"),
+        ("goal lonuge", "did you mean \"lounge\"?"),
+        ("goal lounge --task 2", "--task"),
+    ] {
+        let wrong = place.run(&format!("send {wrong}"));
+        assert!(wrong.code == Some(2) && wrong.err.contains(words), "{words}: {wrong}");
+    }
+    place.fine("send abort");
+    running.end();
+    place.assert_nothing_left(NAME);
+}
+
 /// Sends the order `here`, which the estimate must follow. A position outside the drawing is bad input.
 fn says_where_it_is(place: &Place) {
     let output = place.fine("send here --at 1700,300 --heading -90 --json").json();

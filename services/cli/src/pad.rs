@@ -128,6 +128,7 @@ fn run_config(
         walls: WallTone::Auto,
         start: None,
         start_heading_deg: None,
+        places: Default::default(),
         tasks: Vec::new(),
     };
     blank.write_to(&mut mission);

@@ -22,6 +22,8 @@ use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::out;
 use crate::systems;
 
+mod named;
+
 /// How often to check whether the successor has joined or the order has appeared.
 const LOOK_EVERY: Duration = Duration::from_millis(2);
 
@@ -96,7 +98,7 @@ pub fn send(options: &SendOptions) -> Result<Outcome, Failure> {
             let is_ours = given.header.seq > last && is_order(&given, &ordered);
             last = last.max(given.header.seq);
             if is_ours {
-                return report(options, &name, last, given.header.stamp_ns);
+                return report(options, &name, &given);
             }
         }
         if Instant::now() > limit || System::open(&name).is_err() {
@@ -117,10 +119,16 @@ fn is_order(given: &MissionCommand, ordered: &Ordered) -> bool {
     given.order == ordered.order.code() && given.task == ordered.task && given.here() == ordered.here
 }
 
-/// Returns the index, from 0, of the task that the order refers to. With `--state`, returns the number, from 1, of the
+/// Returns the index, from 0, of the task that the order refers to by number or by name. With `--state`, returns the number, from 1, of the
 /// landmark state from which to resume.
 fn task_of(options: &SendOptions, system: &str, run: &RunConfig) -> Result<u32, Failure> {
     let (order, tasks) = (options.order, run.mission.task.len() as u32);
+    if let Some(name) = &options.name {
+        return match order {
+            Order::Goal => Ok(named::task(&run.mission, name)? as u32),
+            _ => Err(Failure::Input(anyhow!("NAME: expected the order `goal`, found `{order}`"))),
+        };
+    }
     if let Some(state) = options.state {
         let is_known = sketchnav_navigators::of(&run.mission).is_ok_and(|it| it.resumes_at_states);
         if order != Order::Resume || !is_known {
@@ -201,12 +209,16 @@ fn newest(node: &Node) -> anyhow::Result<u64> {
     Ok(sent.newest())
 }
 
-fn report(options: &SendOptions, system: &str, seq: u64, stamp_ns: u64) -> Result<Outcome, Failure> {
-    let order = options.order;
+fn report(options: &SendOptions, system: &str, given: &MissionCommand) -> Result<Outcome, Failure> {
+    let (order, seq) = (options.order, given.header.seq);
     if options.json {
+        let task = options.name.as_ref().map_or(options.task, |_| given.task + 1);
         let mut object = serde_json::json!({
-            "system": system, "order": order, "task": options.task, "seq": seq, "stamp_ns": stamp_ns,
+            "system": system, "order": order, "task": task, "seq": seq, "stamp_ns": given.header.stamp_ns,
         });
+        if let Some(name) = &options.name {
+            object["name"] = name.as_str().into();
+        }
         if let Some(at) = options.at {
             object["at"] = at.into();
         }

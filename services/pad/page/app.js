@@ -4,10 +4,12 @@
 import { bindBar, showBar } from "./bar.js";
 import { Desk } from "./desk.js";
 import { choose, dataUrl, flattened, photo, save } from "./files.js";
+import { itemOf } from "./items.js";
 import { Crosshair, shortcuts } from "./keyboard.js";
 import { Link, takeToken } from "./link.js";
 import {
-  LANDSCAPE, PORTRAIT, blank, canGo, fromFile, fromText, hasMap, isBlank, pathBody, pointCount, sketchBody, toText, withLabel, withPath,
+  LANDSCAPE, PORTRAIT, blank, canGo, fromFile, fromText, hasMap, isBlank, pathBody, pointCount, sketchBody, toText, withLabel, withOtherText,
+  withPath, withText,
 } from "./model.js";
 import { onQuestion, say, show, showFigures } from "./panel.js";
 import { Pointers, listen } from "./pointer.js";
@@ -20,13 +22,14 @@ const settings = load();
 /** A tap so near to a place that the robot asks about means that one, screen pixels. */
 const NEAR_PX = 28;
 const robot = { feed: null, hello: null, busy: false, fedAt: 0, walls: null, placed: null };
-let labelled = -1;
+/** What is asked for in words: the text of the item `key`, or a new text `at` a place. */
+let asking = null;
 
 // ---------------------------------------------------------------------------- drawing
 
 const host = {
   settings: () => (robot.hello?.mode === "watches" ? { ...settings, shows: { ...settings.shows, walls: true } } : settings),
-  say, label: askLabel, changed: drawingChanged, selected: () => showBar(desk?.selecting),
+  say, label: (key) => askText({ key }), write: (at) => askText({ at }), changed: drawingChanged, selected: () => showBar(desk?.selecting),
   viewed: () => crosshair?.place(), drawn: (feed) => link.seen(feed.n),
   asked: () => isAsked(robot.feed), answer: (at, heading_deg) => answer(meant(robot.feed.question, at, desk.sheet.px(NEAR_PX)), heading_deg),
 };
@@ -78,18 +81,30 @@ function keepDraft() {
   }
 }
 
-function askLabel(index) {
-  labelled = index;
+function askText(what) {
+  asking = what;
+  const item = what.key && itemOf(desk.drawing, what.key);
+  const isObstacle = what.key?.startsWith("obstacles") ?? false;
   at("label").hidden = false;
-  at("label-text").value = desk.drawing.obstacles[index].label;
+  at("label-question").textContent = isObstacle ? "What is it?" : "Which place is it?";
+  at("label-text").placeholder = isObstacle ? "table" : "kitchen";
+  at("label-text").value = item?.label ?? item?.text ?? "";
   at("label-text").focus();
+}
+
+/** The drawing with the words that were asked for. */
+function answered(drawing, { key, at: place }, words) {
+  if (place) return words ? withText(drawing, words, place) : drawing;
+  if (!itemOf(drawing, key)) return drawing;
+  const index = Number(key.split(":")[1]);
+  return key.startsWith("labels") ? withOtherText(drawing, index, words) : withLabel(drawing, index, words);
 }
 
 at("label").addEventListener("submit", (event) => {
   event.preventDefault();
   at("label").hidden = true;
   at("sheet").focus();
-  if (desk.drawing.obstacles[labelled]) desk.change(withLabel(desk.drawing, labelled, at("label-text").value.trim()));
+  desk.change(answered(desk.drawing, asking, at("label-text").value.trim()));
 });
 at("label").addEventListener("focusout", (event) => {
   if (!at("label").contains(event.relatedTarget) && !at("label").hidden) at("label").requestSubmit();

@@ -2,7 +2,7 @@
 //
 // - `ink`: paper, pictures, strokes. A finished stroke is added; only another view, an undone step or the
 //   eraser draws it anew.
-// - `marks`: obstacles, route, goals, start.
+// - `marks`: obstacles, texts, route, goals, start.
 // - `feed`: what the robot says; drawn once for each message (feed.js).
 // - `live`: the stroke under the pen. A movement draws its new segments and nothing else, in the event
 //   itself, on a canvas that need not wait for the others (`desynchronized`). While nothing is drawn by hand, what is
@@ -18,7 +18,7 @@ const MAX_RATIO = 2;
 /** Colours by name, as the style sheet has them for the sheet's element. */
 export function palette(element) {
   const style = getComputedStyle(element);
-  const names = ["paper", "ink", "edge", "obstacle", "obstacle-text", "route", "goal", "goal-text", "start", "robot", "particle", "scan", "plan", "seen", "hidden", "trail", "rubber", "walls", "select", "guide"];
+  const names = ["paper", "ink", "edge", "obstacle", "obstacle-text", "text", "route", "goal", "goal-text", "start", "robot", "particle", "scan", "plan", "seen", "hidden", "trail", "rubber", "walls", "select", "guide"];
   return Object.fromEntries(names.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
 }
 
@@ -139,9 +139,10 @@ export class Sheet {
   }
 
   /** Draws obstacles and marks anew. `draft` is a shape that is being drawn. */
-  drawMarks({ obstacles, route, goals, start }, draft = null) {
+  drawMarks({ obstacles, labels, route, goals, start }, draft = null) {
     const context = this.wipe("marks");
     obstacles.forEach((obstacle) => this.#drawObstacle(context, obstacle));
+    labels.forEach(({ text, at }) => this.#write(context, text, at, this.colors.text, MARK_PX.text));
     if (route) this.#drawRoute(context, route);
     goals.forEach((goal, i) => this.#drawGoal(context, goal.at, i));
     if (start) this.#drawStart(context, start);

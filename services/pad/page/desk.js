@@ -41,7 +41,7 @@ export class Desk {
   work = { inkMs: 0, inkWorstMs: 0, feedMs: 0, feedWorstMs: 0, feeds: 0, events: 0, points: 0 };
 
   /**
-   * The host has `settings()`, `say(words)`, `label(index)`, `changed()`, `selected()`, `viewed()`, `drawn(feed)`, `asked()`
+   * The host has `settings()`, `say(words)`, `label(key)`, `write(at)`, `changed()`, `selected()`, `viewed()`, `drawn(feed)`, `asked()`
    * (whether a tap tells the robot where it is), `answer(at, heading_deg)`.
    */
   constructor(element, drawing, host) {
@@ -63,6 +63,7 @@ export class Desk {
       settings: host.settings,
       say: host.say,
       label: host.label,
+      write: host.write,
       answer: host.answer,
     });
     new ResizeObserver(() => this.#resized()).observe(element);

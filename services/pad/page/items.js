@@ -1,4 +1,4 @@
-// What can be selected on the sheet: strokes, obstacles, route, goals, start, all handled alike. Pure functions on drawings.
+// What can be selected on the sheet: strokes, obstacles, texts, route, goals, start, all handled alike. Pure functions on drawings.
 //
 // A key names an item: its kind and its place among those of its kind, as in `strokes:3`. Keys hold until items are added before
 // it or removed. Strokes and obstacles with the same `group`, a number from 1, are selected together.
@@ -7,11 +7,13 @@ import { boxOf, distance, distanceToLine, inside } from "./geometry.js";
 import { rounded } from "./model.js";
 
 /** Kinds from the bottom of the sheet to the top. */
-const KINDS = ["strokes", "obstacles", "route", "goals", "start"];
+const KINDS = ["strokes", "obstacles", "labels", "route", "goals", "start"];
 /** Kinds of which a drawing has a list; it has at most one of the others. */
-const LISTS = new Set(["strokes", "obstacles", "goals"]);
-/** Sizes of marks, screen pixels: the radii of a goal and of a start, the length of a start's arrow, the width of a route. */
-export const MARK_PX = { goal: 13, start: 9, arrow: 34, route: 6 };
+const LISTS = new Set(["strokes", "obstacles", "labels", "goals"]);
+/** Sizes of marks, screen pixels: the radii of a goal and of a start, the length of a start's arrow, the width of a route, the height of a text. */
+export const MARK_PX = { goal: 13, start: 9, arrow: 34, route: 6, text: 16 };
+/** Width of a character of a text, as a part of its height. */
+const LETTER = 0.55;
 /** How far a line by hand may be from the simplified one, as a part of its width. */
 const FLAT = 0.5;
 
@@ -59,10 +61,17 @@ export const pointsOf = (drawing, key) => pointsIn(kindOf(key), itemOf(drawing, 
 /** Whether an item's last point is joined with its first. */
 export const isClosed = (key) => kindOf(key) === "obstacles";
 
+/** Whether an item is a mark: it has a place, but no extent. */
+export const isMark = (key) => /^(labels|goals|start)/.test(key ?? "");
+
+/** Whether an item has a text that can be changed. */
+export const hasText = (key) => /^(labels|obstacles)/.test(key ?? "");
+
 /** What an item is, in words. */
 export function nameOf(drawing, key) {
   const [kind, index] = place(key);
   if (kind === "obstacles") return drawing.obstacles[index].label || "Obstacle";
+  if (kind === "labels") return `“${drawing.labels[index].text}”`;
   return { strokes: "Wall", route: "Path", goals: `Goal ${index + 1}`, start: "Start" }[kind];
 }
 
@@ -112,9 +121,19 @@ export function tipOf({ at, heading_deg }, px) {
   return [at[0] + MARK_PX.arrow * px * Math.cos(angle), at[1] + MARK_PX.arrow * px * Math.sin(angle)];
 }
 
+/** Half the width and half the height of a text. */
+const halvesOf = ({ text }, px) => [(MARK_PX.text / 2) * px * Math.max(1, LETTER * text.length), (MARK_PX.text / 2) * px];
+
+/** How far what is drawn of an item may be from the box around its points. */
+const extentOf = (kind, item, px) => (kind === "labels" ? halvesOf(item, px)[0] : Math.max(item.width_px ?? 0, MARK_PX.arrow * px));
+
 /** How far `p` is from what is drawn of an item; 0 on it. */
 function distanceFrom(kind, item, p, px) {
   if (kind === "obstacles") return inside(p, item.polygon) ? 0 : distanceToLine(p, item.polygon, true);
+  if (kind === "labels") {
+    const [x, y] = halvesOf(item, px).map((half, i) => Math.max(0, Math.abs(p[i] - item.at[i]) - half));
+    return Math.hypot(x, y);
+  }
   if (kind === "goals") return Math.max(0, distance(item.at, p) - MARK_PX.goal * px);
   if (kind === "start") {
     const arrow = distanceToLine(p, [item.at, tipOf(item, px)]);
@@ -134,7 +153,7 @@ export function itemAt(drawing, p, reach, px) {
     const kind = kindOf(key);
     const item = itemOf(drawing, key);
     const [left, top, right, bottom] = boxOf(pointsIn(kind, item));
-    const far = reach + Math.max(item.width_px ?? 0, MARK_PX.arrow * px);
+    const far = reach + extentOf(kind, item, px);
     if (p[0] < left - far || p[0] > right + far || p[1] < top - far || p[1] > bottom + far) continue;
     const off = distanceFrom(kind, item, p, px);
     if (off === 0) return key;

@@ -4,7 +4,7 @@
 import { onScreen, onSheet } from "./view.js";
 
 const TOOL_KEYS = {
-  v: "select", 1: "select", p: "pen", l: "line", a: "arc", d: "door", b: "box", o: "ellipse", y: "polygon", e: "eraser",
+  v: "select", 1: "select", p: "pen", l: "line", a: "arc", d: "door", b: "box", o: "ellipse", y: "polygon", e: "eraser", t: "text",
   r: "path", g: "goal", s: "start", m: "hand",
 };
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };

@@ -1,7 +1,7 @@
 // The drawing: walls, obstacles, and where to go; its history; its file. Pure functions on values that
 // are never changed in place, so that undo is a step back to an older value.
 //
-// The file is the strokes file of sketchnav: `canvas`, `strokes`, `obstacles`, `start`, `goals`, `route`
+// The file is the strokes file of sketchnav: `canvas`, `strokes`, `obstacles`, `labels`, `start`, `goals`, `route`
 // in canvas pixels. What this page alone reads stands under `pad`: `pressure`, beside `strokes`; `groups`,
 // each with the places of its strokes and obstacles in their lists; pictures as data URLs. A drawing that
 // was saved and loaded is saved again as the same bytes.
@@ -18,7 +18,7 @@ const FAR_PX = 100000;
 
 /** A blank sheet. */
 export const blank = (canvas) => (
-  { canvas, strokes: [], obstacles: [], start: null, goals: [], route: null, photo: null, underlay: null }
+  { canvas, strokes: [], obstacles: [], labels: [], start: null, goals: [], route: null, photo: null, underlay: null }
 );
 
 /** Hundredths of a pixel: finer than any pen, and short in a file. */
@@ -34,7 +34,7 @@ export const hasPath = (drawing) => drawing.route !== null || drawing.goals.leng
 export const canGo = (d, located) => hasPath(d) && Boolean(d.route || d.start || located);
 
 /** Whether nothing at all is on the sheet. */
-export const isBlank = (d) => !hasMap(d) && !hasPath(d) && !d.start && !d.underlay;
+export const isBlank = (d) => !hasMap(d) && !hasPath(d) && !d.labels.length && !d.start && !d.underlay;
 
 // ---------------------------------------------------------------------------- history
 
@@ -79,6 +79,14 @@ export const withLabel = (drawing, index, label) => (
   { ...drawing, obstacles: drawing.obstacles.map((o, i) => (i === index ? { ...o, label } : o)) }
 );
 
+/** With one text more; `at` is its middle. It names the place where it stands. */
+export const withText = (drawing, text, at) => ({ ...drawing, labels: [...drawing.labels, { text, at: rounded(at) }] });
+
+/** With another text; without it if that is empty. */
+export const withOtherText = (drawing, index, text) => (
+  { ...drawing, labels: drawing.labels.map((l, i) => (i === index ? { ...l, text } : l)).filter((l) => l.text) }
+);
+
 /** With this route; it takes the place of goals, since a robot does one or the other, and begins where the robot stands. */
 export const withRoute = (drawing, points) => ({ ...drawing, route: points.map(rounded), goals: [], start: null });
 
@@ -103,11 +111,12 @@ export function touched(drawing, center, radius) {
     || (start && distance(start.at, center) < radius * 1.5);
   if (marks) return "marks";
   const map = drawing.strokes.some((s) => distanceToLine(center, s.points) < radius + s.width_px / 2)
-    || drawing.obstacles.some((o) => inside(center, o.polygon) || distanceToLine(center, o.polygon, true) < radius);
+    || drawing.obstacles.some((o) => inside(center, o.polygon) || distanceToLine(center, o.polygon, true) < radius)
+    || drawing.labels.some((label) => distance(label.at, center) < radius * 1.5);
   return map ? "map" : null;
 }
 
-/** Without what an eraser's disc covers of the map: strokes lose that part, obstacles go whole. */
+/** Without what an eraser's disc covers of the map: strokes lose that part, obstacles and texts go whole. */
 export function withoutMapAt(drawing, center, radius) {
   let hit = false;
   const strokes = drawing.strokes.flatMap((stroke) => {
@@ -119,8 +128,9 @@ export function withoutMapAt(drawing, center, radius) {
   const obstacles = drawing.obstacles.filter(
     (o) => !inside(center, o.polygon) && distanceToLine(center, o.polygon, true) >= radius,
   );
-  hit ||= obstacles.length < drawing.obstacles.length;
-  return hit ? { ...drawing, strokes, obstacles } : drawing;
+  const labels = drawing.labels.filter((label) => distance(label.at, center) >= radius * 1.5);
+  hit ||= obstacles.length < drawing.obstacles.length || labels.length < drawing.labels.length;
+  return hit ? { ...drawing, strokes, obstacles, labels } : drawing;
 }
 
 /** Without the marks that an eraser's disc covers; a route keeps what comes before it. */
@@ -217,8 +227,10 @@ function ownPart({ strokes, obstacles }) {
 
 /** The map as it is sent: no marks, no underlay. */
 export function sketchBody(drawing) {
-  const { canvas, strokes, obstacles } = drawing;
-  const [body, pad] = [{ canvas, strokes: strokes.map(wire), obstacles: obstacles.map(wireObstacle) }, ownPart(drawing)];
+  const { canvas, strokes, obstacles, labels } = drawing;
+  const body = { canvas, strokes: strokes.map(wire), obstacles: obstacles.map(wireObstacle) };
+  if (labels.length) body.labels = labels;
+  const pad = ownPart(drawing);
   return JSON.stringify(Object.keys(pad).length ? { ...body, pad } : body);
 }
 
@@ -243,12 +255,13 @@ export const pointCount = (drawing) => drawing.strokes.reduce((n, s) => n + s.po
 
 // ---------------------------------------------------------------------------- file
 
-/** The drawing as a file: a line for each stroke and obstacle. */
+/** The drawing as a file: a line for each stroke, obstacle and text. */
 export function toText(drawing) {
-  const { canvas, strokes, obstacles, start, goals, route, photo, underlay } = drawing;
+  const { canvas, strokes, obstacles, labels, start, goals, route, photo, underlay } = drawing;
   const rows = (list) => (list.length ? `[\n    ${list.map((v) => JSON.stringify(v)).join(",\n    ")}\n  ]` : "[]");
   const keys = [`"canvas": ${JSON.stringify(canvas)}`, `"strokes": ${rows(strokes.map(wire))}`];
   keys.push(`"obstacles": ${rows(obstacles.map(wireObstacle))}`);
+  if (labels.length) keys.push(`"labels": ${rows(labels)}`);
   if (start) keys.push(`"start": ${JSON.stringify(start)}`);
   if (goals.length) keys.push(`"goals": ${rows(goals)}`);
   if (route) keys.push(`"route": ${JSON.stringify(route)}`);
@@ -273,7 +286,7 @@ export function fromText(text) {
 /** Reads a file that is parsed already. */
 export function fromFile(file) {
   expect(isObject(file), "the drawing", "an object", file);
-  const known = ["canvas", "strokes", "obstacles", "start", "goals", "route", "pad"];
+  const known = ["canvas", "strokes", "obstacles", "labels", "start", "goals", "route", "pad"];
   const odd = Object.keys(file).find((key) => !known.includes(key));
   expect(odd === undefined, "keys", known.join(", "), odd);
   expect(isPoint(file.canvas) && file.canvas.every((n) => Number.isInteger(n) && n >= 1 && n <= 30000), "canvas", "two sides of 1 to 30000 px", file.canvas);
@@ -282,10 +295,12 @@ export function fromFile(file) {
   const strokes = list(file.strokes, "strokes").map((s, i) => readStroke(s, pad.pressure?.[i] ?? null, `strokes[${i}]`));
   const obstacles = list(file.obstacles ?? [], "obstacles").map((o, i) => readObstacle(o, `obstacles[${i}]`));
   readGroups(pad, { strokes, obstacles });
+  const labels = list(file.labels ?? [], "labels").map((l, i) => readText(l, `labels[${i}]`));
   const goals = list(file.goals ?? [], "goals").map((g, i) => readGoal(g, `goals[${i}]`));
   const route = file.route == null ? null : readPoints(file.route, "route", 2);
   const start = file.start == null ? null : readStart(file.start);
-  return { canvas: file.canvas, strokes, obstacles, start, goals, route, photo: picture(pad, "photo"), underlay: picture(pad, "underlay") };
+  const [photo, underlay] = [picture(pad, "photo"), picture(pad, "underlay")];
+  return { canvas: file.canvas, strokes, obstacles, labels, start, goals, route, photo, underlay };
 }
 
 function expect(holds, where, expected, found) {
@@ -326,6 +341,12 @@ function readObstacle(obstacle, where) {
   readPoints(polygon, `${where}.polygon`, 3);
   expect(typeof label === "string", `${where}.label`, "a text", label);
   return { polygon, label };
+}
+
+function readText(label, where) {
+  expect(isObject(label) && isPoint(label.at), `${where}.at`, "a point", label?.at);
+  expect(typeof label.text === "string" && label.text.trim(), `${where}.text`, "a text", label.text);
+  return { text: label.text, at: label.at };
 }
 
 /** Groups as numbers on their members, from 1. */

@@ -5,7 +5,7 @@
 
 import { distance } from "./geometry.js";
 import {
-  boxAround, duplicated, isClosed, itemAt, itemOf, keysWithin, placeAt, pointAt, pointsOf, tipOf, transformed, withGroups,
+  boxAround, duplicated, isClosed, isMark, itemAt, itemOf, keysWithin, placeAt, pointAt, pointsOf, tipOf, transformed, withGroups,
   withPointAt, withPointMore,
 } from "./items.js";
 import { rounded } from "./model.js";
@@ -254,7 +254,8 @@ export class Select {
 
   #handles(drawing) {
     const { keys, only, edit } = this.selection;
-    if (!keys.length || edit || only?.startsWith("goals") || this.#straight(drawing)) return {};
+    if (!keys.length || edit || this.#straight(drawing)) return {};
+    if (isMark(only) && !only.startsWith("start")) return {};
     if (only?.startsWith("start")) return { turn: tipOf(itemOf(drawing, only), this.#px(1)) };
     const box = boxAround(drawing, keys);
     const isWide = box[2] > box[0] || box[3] > box[1];
@@ -265,7 +266,6 @@ export class Select {
   overlay() {
     const drawing = this.host.shown();
     const { keys } = this.selection;
-    const isMark = (key) => /^(goals|start)/.test(key);
     const lines = keys.filter((key) => !isMark(key)).map((key) => ({ points: pointsOf(drawing, key), closed: isClosed(key) }));
     const marks = keys.filter(isMark).map((key) => itemOf(drawing, key).at);
     return {
@@ -278,7 +278,7 @@ export class Select {
   #frame(drawing) {
     const { keys, only, edit } = this.selection;
     if (this.#turning) return this.#turning;
-    if (!keys.length || edit || /^(goals|start)/.test(only ?? "") || this.#straight(drawing)) return null;
+    if (!keys.length || edit || isMark(only) || this.#straight(drawing)) return null;
     return cornersOf(frame(boxAround(drawing, keys), this.#px(1)));
   }
 

@@ -4,7 +4,7 @@
 // The host is that of tools.js.
 
 import {
-  aligned, allKeys, boxAround, copied, distributed, duplicated, grouped, hasPoints, isClosed, itemOf, nameOf, pointsOf, sameItems,
+  aligned, allKeys, boxAround, copied, distributed, duplicated, grouped, hasPoints, hasText, isClosed, itemOf, nameOf, pointsOf, sameItems,
   simplified, transformed, ungrouped, unitCount, withCopies, withGroups, withPointAt, withPointLess, withPointMore, without,
 } from "./items.js";
 import { rounded } from "./model.js";
@@ -48,7 +48,7 @@ export class Selection {
     const drawing = this.#drawing;
     return {
       count: keys.length, editing: this.edit !== null, adds: this.adds, units: unitCount(drawing, keys),
-      points: only !== null && hasPoints(only), label: only?.startsWith("obstacles") ?? false,
+      points: only !== null && hasPoints(only), label: hasText(only),
       strokes: keys.some((key) => key.startsWith("strokes")), copies: keys.some((key) => !/^(route|start)/.test(key)),
       grouped: keys.some((key) => itemOf(drawing, key)?.group), words: this.#words(drawing),
     };
@@ -109,10 +109,11 @@ export class Selection {
     if (all.length) this.choose(withGroups(drawing, [all.at(at % all.length)]));
   }
 
-  /** Begins or ends editing the points of the only item. */
+  /** Begins or ends editing the points of the only item; asks for another text if it is one. */
   editPoints() {
     if (this.edit) this.edit = null;
     else if (this.only && hasPoints(this.only)) this.edit = { key: this.only, index: 0 };
+    else if (hasText(this.only)) this.label();
     this.changed();
   }
 
@@ -210,9 +211,9 @@ export class Selection {
     this.#host.say(moved.length === 1 ? "One end was moved." : `${moved.length} ends were moved.`);
   }
 
-  /** Asks for the name of an obstacle. */
+  /** Asks for the name of an obstacle, or for another text. */
   label() {
-    if (this.state.label) this.#host.label(Number(this.only.split(":")[1]));
+    if (this.state.label) this.#host.label(this.only);
   }
 
   /** Moves it, or the point that is chosen, by screen pixels; answers whether there was anything to move. */

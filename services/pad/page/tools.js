@@ -3,14 +3,15 @@
 //
 // The host has: `drawing()`, `change(drawing)`, `preview(drawing)` (shown, but not yet a step of the
 // history), `shown()` (the one that is), `sheet`, `draft(shape | null)`, `guides(list)` (what has snapped to what, snap.js),
-// `over()` (what is selected is drawn again), `selected()` (something else is), `settings()`, `say(words)`, `label(index)`,
-// `answer(at, heading_deg)`.
+// `over()` (what is selected is drawn again), `selected()` (something else is), `settings()`, `say(words)`, `label(key)` (asks
+// for the text of an item), `write(at)` (asks for a new text there), `answer(at, heading_deg)`.
 // A step with a tag, `change(drawing, tag)`, is one with the step before if that has the same.
 
 import { arc, between, box, distance, ellipse, even, meantStraight, squared } from "./geometry.js";
 import {
   obstacleAt, rounded, touched, withDoor, withGoal, withObstacle, withRoute, withStart, withStroke, withoutMapAt, withoutMarksAt,
 } from "./model.js";
+import { itemAt } from "./items.js";
 import { Select } from "./select.js";
 import { SNAP_PX, onWall, snappedEnd, snappedPoint, targets } from "./snap.js";
 
@@ -373,14 +374,21 @@ class Eraser {
 
 function addObstacle(host, polygon) {
   host.change(withObstacle(host.drawing(), polygon));
-  host.label(host.drawing().obstacles.length - 1);
+  host.label(`obstacles:${host.drawing().obstacles.length - 1}`);
 }
 
 /** A tap on an obstacle that stands already asks for its label. */
 function editLabel(host, at) {
   const index = obstacleAt(host.drawing(), at);
-  if (index >= 0) host.label(index);
+  if (index >= 0) host.label(`obstacles:${index}`);
   return index >= 0;
+}
+
+/** A tap on a text changes it; elsewhere it writes another. */
+function write(host, at) {
+  const key = itemAt({ ...host.drawing(), strokes: [], obstacles: [], goals: [], route: null, start: null }, at, 0, host.sheet.px(1));
+  if (key) host.label(key);
+  else host.write(at);
 }
 
 const headingDeg = (from, to) => (Math.atan2(from[1] - to[1], to[0] - from[0]) * 180) / Math.PI;
@@ -427,6 +435,7 @@ export function makeTools(host) {
     box: new TwoCorners(host, shape(box), obstacle(box)),
     ellipse: new TwoCorners(host, shape(ellipse), obstacle(ellipse)),
     polygon: new Polygon(host, snap),
+    text: new TwoCorners(host, { draft: () => null }, (a) => write(host, a)),
     path: new Freehand(host, () => host.sheet.colors.goal, () => host.sheet.px(4), path),
     goal: new TwoCorners(host, { draft: () => null }, (a) => host.change(withGoal(host.drawing(), a))),
     here: new TwoCorners(host, arrow, (a, b, tiny) => host.answer(a, tiny ? null : headingDeg(a, b))),

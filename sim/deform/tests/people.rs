@@ -6,8 +6,7 @@ use proptest::prelude::{ProptestConfig, prop_assert, proptest};
 use sketchnav_deform::{Deformation, DeformedDrawing, Floor, MOST_DEGREE, PEOPLE, deform, files};
 use sketchnav_schemas::codes::FREE;
 use sketchnav_schemas::geometry::Point;
-use sketchnav_sketch::reading::{Intent, Options};
-use sketchnav_sketch::task::ImageTask;
+use sketchnav_sketch::reading::{ImageTask, Intent, Options};
 
 const SEEDS: u64 = 60;
 
@@ -121,7 +120,12 @@ fn all_is_reachable(floor: &Floor, degree: f64, seed: u64) -> Result<(), String>
     let read = read.map_err(|error| error.to_string())?;
     let places = floor.regions().iter().filter_map(|region| drawing.to_sketch(&region.center));
     let goals: Vec<[f64; 2]> = places.map(|place| drawing.to_image(&place)).collect();
-    let task = |&goal: &[f64; 2]| ImageTask { name: "goal".into(), points: vec![goal], time_limit_s: 1.0 };
+    let task = |&goal: &[f64; 2]| ImageTask {
+        name: "goal".into(),
+        points: vec![goal],
+        is_named: false,
+        time_limit_s: 1.0,
+    };
     let tasks = goals.iter().map(task).collect();
     let intent = Intent { start: Some(goals[0]), heading_deg: Some(0.0), tasks };
     intent.place(&read, &options.settings).map(drop).map_err(|error| error.to_string())

@@ -136,6 +136,9 @@ pub struct SendOptions {
     /// The order: start, abort, pause, resume, unattended, goal or here.
     #[arg(value_parser = parse_order)]
     pub order: Order,
+    /// With `goal`: the name of the task, or of the place that is its goal.
+    #[arg(value_name = "NAME", conflicts_with_all = ["task", "state", "at"])]
+    pub name: Option<String>,
     /// The number of the task that the order refers to, from 1, for orders that refer to one.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub task: u32,

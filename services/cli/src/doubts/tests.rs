@@ -74,12 +74,18 @@ fn by_drawing(inside: &str, folder: &Path) -> Result<Doubts, Failure> {
 fn a_drawing_is_doubted_before_the_start() {
     let folder = tempfile::tempdir().unwrap();
     let walls = "<path d='M50 50H850V550H50zM550 50V400' fill='none' stroke='black' stroke-width='6'/>";
-    let Doubts { warnings, left_out } =
-        by_drawing(&format!("{walls}<text>a</text><image href='plan.png'/>"), folder.path()).unwrap();
+    let Doubts { warnings, left_out } = by_drawing(
+        &format!("{walls}<text><textPath>a</textPath></text><image href='plan.png'/>"),
+        folder.path(),
+    )
+    .unwrap();
     let [picture, wall] = &warnings[..] else { panic!("{warnings:?}") };
     assert!(picture.starts_with("d.svg: left out: the picture in <image>"), "{picture}");
     assert!(wall.contains("r: the route crosses a wall at (54"), "{wall}");
-    assert!(left_out[0] == "d.svg: one text: labels are not walls", "{left_out:?}");
+    assert!(
+        left_out[0] == "d.svg: one text, which is neither a wall nor the name of a place",
+        "{left_out:?}"
+    );
     let corner = "<path d='M850 20h30v20' fill='none' stroke='black' stroke-width='2'/>";
     let Err(Failure::Input(error)) = by_drawing(corner, folder.path()) else { panic!("an open field") };
     let error = error.to_string();

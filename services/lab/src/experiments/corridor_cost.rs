@@ -77,6 +77,7 @@ fn by_map(folders: &Folders, corridor: &Corridor, drive: &Drive) -> Result<Trial
         walls: WallTone::Dark,
         start: Some(drawing.to_image(&start.position())),
         start_heading_deg: Some(start.yaw_rad.to_degrees()),
+        places: Default::default(),
         tasks: vec![SketchTask { name, aim, time_limit_s }],
     };
     trial.mission.navigator = sketch.navigator();

@@ -182,6 +182,7 @@ impl Site {
             walls: WallTone::Dark,
             start: Some(drawing.to_image(&start.position())),
             start_heading_deg: Some(start.yaw_rad.to_degrees()),
+            places: Default::default(),
             tasks: vec![SketchTask {
                 name: format!("{} → {}", from.name, to.name),
                 aim: Aim::Goal(drawing.to_image(&goal)),
@@ -189,7 +190,7 @@ impl Site {
             }],
         };
         let settings = Options::default().settings;
-        Intent::of_mission(&sketch).place(paper, &settings).ok()?;
+        Intent::of_mission(&sketch, paper).ok()?.place(paper, &settings).ok()?;
         let there = Place { center: Some(b), ..to.place.clone() };
         Some(Mission {
             name: format!("deformed/{name}"),

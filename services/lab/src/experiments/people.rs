@@ -226,6 +226,7 @@ impl Place {
             walls: WallTone::Dark,
             start: Some(from.sketch),
             start_heading_deg: Some(wrap_deg(heading_deg + turn_deg)),
+            places: Default::default(),
             tasks: Vec::new(),
         };
         let task = task.with_place(self.regions.union(&to.regions, to.world));

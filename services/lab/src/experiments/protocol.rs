@@ -195,7 +195,7 @@ fn trial(drawing: &str, mission: Mission, robot: Robot, ground: &Ground) -> Resu
         let start = standing_start(ground, places[k], places[k + 1])?;
         let marked = match &sketch.tasks[k].aim {
             Aim::Goal(at) => Some(*at),
-            Aim::Route(_) => None,
+            Aim::Place(_) | Aim::Route(_) => None,
         };
         Some(Restart { marked, marked_heading_deg: start.world_heading_deg, start })
     };

@@ -39,7 +39,8 @@ fn main() -> Result<()> {
         100.0 * walls as f64 / drawing.cells.len() as f64,
     );
     let intent = mission.as_ref().map(SketchMission::of).transpose()?;
-    let intent = intent.as_ref().map(Intent::of_mission).unwrap_or_default();
+    let intent =
+        intent.map(|mission| Intent::of_mission(&mission, &drawing)).transpose()?.unwrap_or_default();
     let intent = intent.or(Intent::of_marks(&drawing.marks));
     let placed = intent.place(&drawing, &options.settings);
     let places = if intent == Intent::default() { None } else { Some(placed?) };

@@ -1,5 +1,7 @@
 //! Handles drawings made on the pad: reads their walls for the page, and saves them as missions that can be driven without it.
 
+use std::collections::BTreeMap;
+
 use crate::mission::{Aim, SketchMission, SketchTask, WallTone};
 use sketchnav_schemas::geometry::Point;
 use sketchnav_schemas::mission::Mission;
@@ -33,6 +35,7 @@ fn keep(mission: &mut Mission, kept: &Kept<'_>) -> Result<(), StageError> {
         walls: WallTone::Auto,
         start: placing.start.map(|start| start.at).or(first),
         start_heading_deg: placing.start.and_then(|start| start.heading_deg),
+        places: BTreeMap::new(),
         tasks: tasks(marks),
     };
     // If the heading came from the route that placed the robot, a later run can derive it again only if its tasks begin with

@@ -2,6 +2,8 @@
 //!
 //! All code reads and writes these keys through [`SketchMission`].
 
+use std::collections::BTreeMap;
+
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
@@ -31,6 +33,8 @@ pub struct SketchMission {
     pub start: Option<[f64; 2]>,
     /// Heading at the start, in degrees counter-clockwise from "to the right" as one looks at the drawing.
     pub start_heading_deg: Option<f64>,
+    /// Named places, in image pixels, in addition to those that are written on the drawing.
+    pub places: BTreeMap<String, [f64; 2]>,
     /// The tasks, in order.
     pub tasks: Vec<SketchTask>,
 }
@@ -74,15 +78,19 @@ pub struct SketchTask {
 pub enum Aim {
     /// A point to drive to (key `goal`).
     Goal([f64; 2]),
+    /// A named place to drive to (key `goal`).
+    Place(String),
     /// Two or more points to drive along (key `route`).
     Route(Vec<[f64; 2]>),
 }
 
 impl Aim {
-    /// Returns the points of the route, or the goal as the only point.
+    /// Returns the points of the route, or the goal as the only point. A named place has none, because the name alone does not
+    /// say where it is.
     pub fn points(&self) -> &[[f64; 2]] {
         match self {
             Self::Goal(at) => std::slice::from_ref(at),
+            Self::Place(_) => &[],
             Self::Route(points) => points,
         }
     }
@@ -90,7 +98,7 @@ impl Aim {
     /// Returns the points of a route, or `None` for a goal.
     pub fn route(&self) -> Option<&[[f64; 2]]> {
         match self {
-            Self::Goal(_) => None,
+            Self::Goal(_) | Self::Place(_) => None,
             Self::Route(points) => Some(points),
         }
     }
@@ -99,6 +107,7 @@ impl Aim {
     pub fn given(&self) -> toml::Table {
         let (key, value) = match self {
             Self::Goal(at) => ("goal", point(*at)),
+            Self::Place(name) => ("goal", name.clone().into()),
             Self::Route(points) => ("route", points.iter().copied().map(point).collect::<Vec<_>>().into()),
         };
         [(key.to_owned(), value)].into_iter().collect()
@@ -107,7 +116,11 @@ impl Aim {
     fn of(key: &str, task: &Task) -> Result<Self, MissionError> {
         check_finite(key, &task.given.clone().into())?;
         let mut keys = Keys::new(key, &task.given);
-        let (goal, route) = (keys.take("goal")?, keys.take::<Vec<[f64; 2]>>("route")?);
+        let goal = match task.given.get("goal") {
+            Some(toml::Value::String(_)) => keys.take("goal")?.map(Self::Place),
+            _ => keys.take("goal")?.map(Self::Goal),
+        };
+        let route = keys.take::<Vec<[f64; 2]>>("route")?;
         keys.end(&["name", "goal", "route", "there", "time_limit_s"])?;
         let wrong = |found: &str| MissionError::Value {
             key: key.to_owned(),
@@ -115,7 +128,7 @@ impl Aim {
             found: found.to_owned(),
         };
         match (goal, route) {
-            (Some(goal), None) => Ok(Self::Goal(goal)),
+            (Some(goal), None) => Ok(goal),
             (None, Some(route)) => {
                 let length = route.len();
                 check(length >= 2, || format!("{key}.route"), "2 points or more", || length.to_string())?;
@@ -148,9 +161,10 @@ impl SketchMission {
             walls: keys.take("walls")?.unwrap_or_default(),
             start: keys.take("start")?,
             start_heading_deg: keys.take("start_heading_deg")?,
+            places: keys.take("places")?.unwrap_or_default(),
             tasks: mission.task.iter().enumerate().map(SketchTask::of).collect::<Result<_, _>>()?,
         };
-        keys.end(&["kind", "method", "drawing", "walls", "start", "start_heading_deg"])?;
+        keys.end(&["kind", "method", "drawing", "walls", "start", "start_heading_deg", "places"])?;
         check_heading("navigator.start_heading_deg", read.start_heading_deg.unwrap_or_default())?;
         let points: usize = read.tasks.iter().map(|task| task.aim.points().len()).sum();
         let expected = "at most 8192 points in all goals and routes together";
@@ -162,9 +176,12 @@ impl SketchMission {
     fn check_places(&self) -> Result<(), MissionError> {
         let start = self.start.as_ref().map_or(&[][..], |at| &at[..]);
         check_all(|| "navigator.start".into(), start, bounds::COORDINATE_PX)?;
+        for (name, at) in &self.places {
+            check_all(|| format!("navigator.places.{name}"), at, bounds::COORDINATE_PX)?;
+        }
         for (i, task) in self.tasks.iter().enumerate() {
             let key = match &task.aim {
-                Aim::Goal(_) => "goal",
+                Aim::Goal(_) | Aim::Place(_) => "goal",
                 Aim::Route(_) => "route",
             };
             let key = || format!("{}.{key}", task_key(i + 1, &task.name));
@@ -176,12 +193,14 @@ impl SketchMission {
     /// Returns the table `navigator` for a mission file. The method and the tone of the walls are left out if they have their
     /// defaults.
     pub fn navigator(&self) -> NavigatorChoice {
+        let places: toml::Table = self.places.iter().map(|(name, at)| (name.clone(), point(*at))).collect();
         let entries = [
             ("method", (self.method != Method::default()).then(|| self.method.word().into())),
             ("drawing", Some(self.drawing.clone().into())),
             ("walls", (self.walls != WallTone::default()).then(|| self.walls.word().into())),
             ("start", self.start.map(point)),
             ("start_heading_deg", self.start_heading_deg.map(Into::into)),
+            ("places", (!self.places.is_empty()).then(|| places.into())),
         ];
         let given = entries.into_iter().filter_map(|(key, value)| Some((key.to_owned(), value?)));
         NavigatorChoice { kind: KIND.to_owned(), given: given.collect() }
@@ -263,6 +282,9 @@ mod tests {
         [[task]]
         name = "kitchen"
         route = [[3, 4], [5, 6.5]]
+        [[task]]
+        name = "coffee"
+        goal = "Kitchen"
     "#;
 
     fn parse(text: &str) -> Result<SketchMission, MissionError> {
@@ -280,9 +302,11 @@ mod tests {
         assert_eq!((read.start, read.start_heading_deg), (Some([1.0, 1.0]), Some(90.0)));
         assert_eq!(read.tasks[0].aim, Aim::Goal([3.0, 4.0]));
         assert_eq!(read.tasks[1].aim.route().unwrap(), [[3.0, 4.0], [5.0, 6.5]]);
+        assert_eq!(read.tasks[2].aim, Aim::Place("Kitchen".into()));
         let mut mission = Mission::parse(MISSION).unwrap();
         let there = mission.task[0].there.clone();
-        let changed = SketchMission { method: Method::Boniardi2015, walls: WallTone::Light, ..read };
+        let places = [("Kitchen".to_owned(), [7.0, 8.0])].into();
+        let changed = SketchMission { method: Method::Boniardi2015, walls: WallTone::Light, places, ..read };
         changed.write_to(&mut mission);
         let text = toml::to_string(&mission).unwrap();
         assert_eq!(parse(&text).unwrap(), changed, "{text}");
@@ -322,6 +346,9 @@ mod tests {
             ("goal = [3, 4]", "goal = [1e300, 4]", "task 1 (hall).goal", "-100000 to 100000 px"),
             ("[5, 6.5]", "[5, -1e6]", "task 2 (kitchen).route", "-100000 to 100000 px"),
             ("goal = [3, 4]", "gaol = [3, 4]", "task 1 (hall).gaol", "goal"),
+            ("goal = [3, 4]", "goal = true", "task 1 (hall).goal", "boolean"),
+            ("drawing =", "places = { hall = [1] }\ndrawing =", "navigator.places", "2"),
+            ("drawing =", "places = { hall = [1, 1e6] }\ndrawing =", "navigator.places.hall", "100000 px"),
             ("goal = [3, 4]", "", "task 1 (hall)", "one of goal and route"),
             ("route =", "goal = [1, 1]\nroute =", "task 2 (kitchen)", "one of goal and route"),
             ("[[3, 4], [5, 6.5]]", "[[3, 4]]", "task 2 (kitchen).route", "2 points or more"),

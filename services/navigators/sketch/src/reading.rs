@@ -4,6 +4,7 @@
 //! ```text
 //! bytes ─encoding→ text ─vector (styles, pictures), raster, strokes→ tones
 //! tones ─ink→ walls ─pen→ gaps closed ─direction→ DrawnMap
+//! DrawnMap + mission ─labels→ Intent
 //! DrawnMap + Intent ─places→ Places ─publish→ SketchMap, Route
 //! DrawnMap + Places ─doubts→ warnings
 //! ```
@@ -32,6 +33,7 @@ mod error;
 mod file;
 mod hough;
 mod ink;
+mod labels;
 mod left_out;
 mod pen;
 mod places;
@@ -46,8 +48,9 @@ mod walls;
 pub use drawn_map::DrawnMap;
 pub use error::SketchError;
 pub use file::read;
+pub use labels::Label;
 pub use left_out::LeftOut;
-pub use places::{Intent, Places, route_heading_rad};
+pub use places::{ImageTask, Intent, Places, route_heading_rad};
 pub use preview::preview;
 pub use publish::{fill_cells, fill_sketch, fill_understood};
 pub use settings::{Options, Settings};

@@ -90,7 +90,7 @@ fn understand_bytes(
     bytes: &[u8],
 ) -> Result<(DrawnMap, Places), SketchError> {
     let drawing = read(bytes, &mission.drawing, options)?;
-    let intent = Intent::of_mission(mission).or(Intent::of_marks(&drawing.marks));
+    let intent = Intent::of_mission(mission, &drawing)?.or(Intent::of_marks(&drawing.marks));
     let places = intent.place(&drawing, &options.settings)?;
     Ok((drawing, places))
 }

@@ -6,35 +6,23 @@ use sketchnav_schemas::message::Text;
 
 use crate::messages::{Route, RouteTask};
 
-/// A task: a goal if it has a single point, a drawn route if it has more. `P` is a position in the frame [`Sketch`], or in
-/// image pixels.
+/// A task: a goal if it has a single point, a drawn route if it has more.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Task<P = Point<Sketch>> {
+pub struct Task {
     /// Human-readable name.
     pub name: String,
     /// The goal, or the points of the route.
-    pub points: Vec<P>,
+    pub points: Vec<Point<Sketch>>,
     /// Simulation time after which the task has failed, in seconds.
     pub time_limit_s: f64,
 }
 
-/// A task in image pixels (column, row; row 0 at the top).
-pub type ImageTask = Task<[f64; 2]>;
-
-impl<P> Task<P> {
+impl Task {
     /// Returns true if the task is to follow a drawn route.
     pub fn is_route(&self) -> bool {
         self.points.len() > 1
     }
-}
 
-impl From<&Task> for TaskInfo {
-    fn from(task: &Task) -> Self {
-        Self { name: Text::new(&task.name), time_limit_s: task.time_limit_s }
-    }
-}
-
-impl Task {
     /// Returns the tasks of a route message, in order.
     pub fn of_route(route: &Route) -> Vec<Self> {
         let task = |task: &RouteTask| Self {
@@ -48,6 +36,12 @@ impl Task {
     /// Returns the position at which the task ends, or the drawing's origin if the task has no points.
     pub fn end(&self) -> Point<Sketch> {
         self.points.last().copied().unwrap_or(Point::new(0.0, 0.0))
+    }
+}
+
+impl From<&Task> for TaskInfo {
+    fn from(task: &Task) -> Self {
+        Self { name: Text::new(&task.name), time_limit_s: task.time_limit_s }
     }
 }
 

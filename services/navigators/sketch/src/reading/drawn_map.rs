@@ -6,6 +6,7 @@ use sketchnav_schemas::seed;
 
 use super::Marks;
 use super::error::{Broken, SketchError};
+use super::labels::Label;
 use super::left_out::LeftOut;
 use super::settings::Options;
 use super::walls::{Kind, Walls, diagonal};
@@ -33,6 +34,8 @@ pub struct DrawnMap {
     pub wall_direction_rad: f64,
     /// The start, goals and route that a strokes file marks, in image pixels.
     pub marks: Marks,
+    /// The texts that are written on the drawing.
+    pub labels: Vec<Label>,
     /// Content of the file that was not read as walls.
     pub left_out: Vec<LeftOut>,
 }
@@ -53,7 +56,7 @@ impl DrawnMap {
         }
         let mut rng = seed::stream(options.seed, "sketcher/lines");
         let wall_direction_rad = direction::walls(&closed, settings, &mut rng);
-        let Walls { scale, kind, marks, left_out, .. } = walls;
+        let Walls { scale, kind, marks, labels, left_out, .. } = walls;
         let file = broken.file();
         Ok(Self {
             file,
@@ -65,6 +68,7 @@ impl DrawnMap {
             pen_width_px,
             wall_direction_rad,
             marks,
+            labels,
             left_out,
         })
     }
@@ -109,6 +113,7 @@ impl std::fmt::Debug for DrawnMap {
             .field("pen_width_px", &self.pen_width_px)
             .field("wall_direction_rad", &self.wall_direction_rad)
             .field("marks", &self.marks)
+            .field("labels", &self.labels)
             .field("left_out", &self.left_out)
             .finish_non_exhaustive()
     }

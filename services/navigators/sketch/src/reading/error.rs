@@ -167,6 +167,28 @@ pub enum SketchError {
         /// Estimated range of the laser, in image pixels.
         reach_px: f64,
     },
+    /// A goal is a name that no place has.
+    #[error("{what}: expected the name of a place, found {name:?}; {hint}")]
+    UnknownName {
+        /// The task.
+        what: String,
+        /// The name.
+        name: String,
+        /// The names that the places have, or how to name one.
+        hint: String,
+    },
+    /// A goal is a name that several places have.
+    #[error("{what}: expected the name of one place of {file}, found {name:?} at ({:.0}, {:.0}) and at ({:.0}, {:.0}); rename one, or say which in navigator.places", places[0][0], places[0][1], places[1][0], places[1][1])]
+    AmbiguousName {
+        /// The task.
+        what: String,
+        /// The name.
+        name: String,
+        /// The drawing.
+        file: String,
+        /// The first two places.
+        places: [[f64; 2]; 2],
+    },
     /// There are no tasks or points, or more than a route message holds.
     #[error("{key}: expected {expected}, found {found}")]
     Count {

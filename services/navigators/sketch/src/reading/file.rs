@@ -5,6 +5,7 @@ use image::ImageFormat;
 use super::Marks;
 use super::drawn_map::DrawnMap;
 use super::error::{Broken, SketchError};
+use super::labels::Label;
 use super::left_out::LeftOut;
 use super::raster::Tones;
 use super::settings::Options;
@@ -45,21 +46,27 @@ fn picture(
 ) -> Result<Walls, SketchError> {
     let tones = raster::tones(bytes, format, broken)?;
     let ink = ink::find(&tones, options.walls).ok_or_else(|| broken.no_walls(blank(&tones)))?;
-    Ok(walls(ink, &tones, options, Vec::new()))
+    Ok(walls(ink, &tones, options, Vec::new(), Vec::new()))
 }
 
 fn svg(text: &str, broken: &Broken, options: &Options) -> Result<Walls, SketchError> {
     let page = vector::page(text, broken)?;
     let ink = ink::find(&page.tones, options.walls).ok_or_else(|| broken.no_walls(page.blank()))?;
-    Ok(walls(ink, &page.tones, options, page.left_out))
+    Ok(walls(ink, &page.tones, options, page.labels, page.left_out))
 }
 
-fn walls(ink: ink::Ink, tones: &Tones, options: &Options, mut left_out: Vec<LeftOut>) -> Walls {
+fn walls(
+    ink: ink::Ink,
+    tones: &Tones,
+    options: &Options,
+    labels: Vec<Label>,
+    mut left_out: Vec<LeftOut>,
+) -> Walls {
     let share = ink::lost_share(tones, options.walls);
     left_out.extend((share > MOST_LOST).then_some(LeftOut::Tone { share }));
     left_out.extend((ink.faint > MOST_LOST).then_some(LeftOut::Faint { share: ink.faint }));
     let marks = Marks::default();
-    Walls { mask: ink.walls, scale: tones.scale, pen_width_px: None, kind: ink.kind, marks, left_out }
+    Walls { mask: ink.walls, scale: tones.scale, pen_width_px: None, kind: ink.kind, marks, labels, left_out }
 }
 
 /// Describes a picture in which no walls were found.

@@ -5,7 +5,7 @@ use std::fmt;
 /// Something that is left out of a drawing, or drawn differently from what the file says.
 #[derive(Debug, Clone, PartialEq)]
 pub enum LeftOut {
-    /// Texts, including HTML inside SVG. Labels are not walls.
+    /// Texts that name no place: HTML inside SVG, text along a path, remarks.
     Labels(usize),
     /// A picture that is not embedded in the drawing, or is of an unsupported type.
     Picture {
@@ -75,8 +75,8 @@ impl LeftOut {
 impl fmt::Display for LeftOut {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Labels(1) => write!(f, "one text: labels are not walls"),
-            Self::Labels(count) => write!(f, "{count} texts: labels are not walls"),
+            Self::Labels(1) => write!(f, "one text, which is neither a wall nor the name of a place"),
+            Self::Labels(count) => write!(f, "{count} texts, which are neither walls nor names of places"),
             Self::Picture { element, found } => {
                 write!(
                     f,

@@ -7,17 +7,19 @@
 
 use std::ops::Range;
 
-use crate::mission::{SketchMission, SketchTask};
+use crate::mission::{Aim, SketchMission, SketchTask};
 use sketchnav_schemas::codes::FREE;
 use sketchnav_schemas::geometry::{Point, Pose, Sketch};
 use sketchnav_schemas::message::MAX_ROUTE_POINTS;
 use sketchnav_schemas::message::MAX_TASKS;
+use sketchnav_schemas::mission::task_key;
 
 use super::Marks;
 use super::drawn_map::DrawnMap;
 use super::error::SketchError;
+use super::labels::Names;
 use super::settings::Settings;
-use crate::task::{ImageTask, Task};
+use crate::task::Task;
 
 /// Time limit for a task that only the drawing names, in seconds of simulation time.
 const MARKED_TIME_LIMIT_S: f64 = 180.0;
@@ -31,6 +33,19 @@ pub struct Intent {
     pub heading_deg: Option<f64>,
     /// The tasks, in order.
     pub tasks: Vec<ImageTask>,
+}
+
+/// A task in image pixels (column, row; row 0 at the top): a goal if it has a single point, a drawn route if it has more.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ImageTask {
+    /// Human-readable name.
+    pub name: String,
+    /// The goal, or the points of the route.
+    pub points: Vec<[f64; 2]>,
+    /// True if the point is that of a name. A name may be written across a wall; the goal is then the nearest free position.
+    pub is_named: bool,
+    /// Simulation time after which the task has failed, in seconds.
+    pub time_limit_s: f64,
 }
 
 /// A start and tasks that are valid in the drawing.
@@ -47,10 +62,15 @@ pub struct Places {
 }
 
 impl Intent {
-    /// Takes the intent from a mission.
-    pub fn of_mission(mission: &SketchMission) -> Self {
-        let tasks = mission.tasks.iter().map(image_task).collect();
-        Self { start: mission.start, heading_deg: mission.start_heading_deg, tasks }
+    /// Takes the intent from a mission. The names of its goals are looked up in the mission and in the drawing.
+    ///
+    /// # Errors
+    /// [`SketchError::UnknownName`] or [`SketchError::AmbiguousName`], with the task.
+    pub fn of_mission(mission: &SketchMission, drawing: &DrawnMap) -> Result<Self, SketchError> {
+        let names = Names::of(mission, drawing);
+        let tasks = mission.tasks.iter().enumerate().map(|(i, task)| image_task(i + 1, task, &names));
+        let tasks = tasks.collect::<Result<_, _>>()?;
+        Ok(Self { start: mission.start, heading_deg: mission.start_heading_deg, tasks })
     }
 
     /// Takes the intent from the marks in a strokes file: the goals in order, then the route.
@@ -58,11 +78,12 @@ impl Intent {
         let goals = marks.goals.iter().enumerate().map(|(i, goal)| {
             let unnamed = goal.name.is_empty();
             let name = if unnamed { format!("goal {}", i + 1) } else { goal.name.clone() };
-            ImageTask { name, points: vec![goal.at], time_limit_s: MARKED_TIME_LIMIT_S }
+            ImageTask { name, points: vec![goal.at], is_named: false, time_limit_s: MARKED_TIME_LIMIT_S }
         });
         let route = marks.route.iter().map(|points| ImageTask {
             name: "route".into(),
             points: points.clone(),
+            is_named: false,
             time_limit_s: MARKED_TIME_LIMIT_S,
         });
         let start = marks.start.as_ref();
@@ -131,19 +152,33 @@ impl Intent {
     }
 }
 
-fn image_task(task: &SketchTask) -> ImageTask {
-    let points = task.aim.points().to_vec();
-    ImageTask { name: task.name.clone(), points, time_limit_s: task.time_limit_s }
+fn image_task(number: usize, task: &SketchTask, names: &Names) -> Result<ImageTask, SketchError> {
+    let (points, is_named) = match &task.aim {
+        Aim::Place(name) => {
+            (vec![names.find(&format!("{}.goal", task_key(number, &task.name)), name)?], true)
+        }
+        aim => (aim.points().to_vec(), false),
+    };
+    Ok(ImageTask { name: task.name.clone(), points, is_named, time_limit_s: task.time_limit_s })
 }
 
 impl ImageTask {
+    /// Returns true if the task is to follow a drawn route.
+    fn is_route(&self) -> bool {
+        self.points.len() > 1
+    }
+
     fn place(&self, number: usize, drawing: &DrawnMap, reached: &Reachable) -> Result<Task, SketchError> {
         let name = format!("task {number} ({})", self.name);
         let last = self.points.len() - 1;
         let place = |(i, &at): (usize, &[f64; 2])| {
             let part = if last == 0 { "goal".into() } else { format!("route point {}", i + 1) };
             let what = format!("{name}: {part}");
-            if i > 0 && i < last { brushing(drawing, &what, at) } else { reached.free(&what, at) }
+            match (i > 0 && i < last, self.is_named) {
+                (true, _) => brushing(drawing, &what, at),
+                (false, true) => reached.near(&what, at),
+                (false, false) => reached.free(&what, at),
+            }
         };
         let points = self.points.iter().enumerate().map(place).collect::<Result<_, _>>()?;
         Ok(Task { name: self.name.clone(), points, time_limit_s: self.time_limit_s })
@@ -266,16 +301,26 @@ impl<'a> Reachable<'a> {
         Self { drawing, start: *start, cells: flood(drawing, start) }
     }
 
+    fn contains(&self, point: &Point<Sketch>) -> bool {
+        self.drawing.index(point).is_some_and(|index| self.cells[index])
+    }
+
+    /// Converts a position that must be reachable. One in a wall is replaced by the nearest one that is.
+    fn near(&self, what: &str, at: [f64; 2]) -> Result<Point<Sketch>, SketchError> {
+        let (point, index) = inside(self.drawing, what, at)?;
+        if self.drawing.cells[index] == FREE {
+            return self.free(what, at);
+        }
+        Ok(nearest(self.drawing, &point, |cell| self.contains(cell)).unwrap_or(self.start))
+    }
+
+    /// Converts a position that must be free and reachable.
     fn free(&self, what: &str, at: [f64; 2]) -> Result<Point<Sketch>, SketchError> {
         let point = free(self.drawing, what, at)?;
-        let is_reached = |point: &Point<Sketch>| {
-            let index = self.drawing.index(point);
-            index.is_some_and(|index| self.cells[index])
-        };
-        if is_reached(&point) {
+        if self.contains(&point) {
             return Ok(point);
         }
-        let nearest = nearest(self.drawing, &point, is_reached).unwrap_or(self.start);
+        let nearest = nearest(self.drawing, &point, |cell| self.contains(cell)).unwrap_or(self.start);
         Err(SketchError::Unreachable {
             nearest: self.drawing.to_image(&nearest),
             what: what.to_owned(),

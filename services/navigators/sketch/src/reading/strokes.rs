@@ -5,11 +5,12 @@
 //! { "canvas": [2540, 1252],
 //!   "strokes": [ { "points": [[100, 100], [900, 120]], "width_px": 5 } ],
 //!   "obstacles": [ { "polygon": [[300, 300], [360, 300], [330, 350]], "label": "table" } ],
+//!   "labels": [ { "text": "kitchen", "at": [760, 380] } ],
 //!   "start": { "at": [150, 200], "heading_deg": 0 },
 //!   "goals": [ { "name": "kitchen", "at": [800, 400] } ],
 //!   "route": [[150, 200], [400, 220], [800, 400]] }
 //! ```
-//! Only `canvas` and `strokes` are required. A page may keep its own data under the key `pad`. A stroke is 5 px wide unless it
+//! Only `canvas` and `strokes` are required. A label names the place where its middle is; it is not ink. A page may keep its own data under the key `pad`. A stroke is 5 px wide unless it
 //! has a `width_px`, and an obstacle is solid. Headings are in degrees, counter-clockwise from "to the right" as one looks at
 //! the drawing.
 
@@ -22,6 +23,7 @@ use sketchnav_schemas::message::MAX_DRAWN_POINTS;
 use super::budget::{MOST_OBSTACLE_CORNERS, MOST_STROKES, Outline, PIECE_CORNERS, Steps, steps_words};
 use super::error::{Broken, SketchError};
 use super::ink;
+use super::labels::{Label, MOST_LABELS};
 use super::raster::fit;
 use super::vector::gray;
 use super::walls::{Kind, Walls};
@@ -41,6 +43,8 @@ struct Page {
     strokes: Vec<Stroke>,
     #[serde(default)]
     obstacles: Vec<Obstacle>,
+    #[serde(default)]
+    labels: Vec<Label>,
     #[serde(default)]
     start: Option<StartMark>,
     #[serde(default)]
@@ -87,7 +91,8 @@ pub(crate) fn walls(text: &str, broken: &Broken) -> Result<Walls, SketchError> {
     let mask = ink::below(&gray(&page.draw(paper, scale as f32)), 128);
     let pen_width_px = page.pen_width_px().map(|width| (width * scale).max(1.0));
     let marks = Marks { start: page.start, goals: page.goals, route: page.route };
-    Ok(Walls { mask, scale, pen_width_px, kind: Kind::Strokes, marks, left_out: Vec::new() })
+    let labels = page.labels.iter().filter_map(Label::tidied).collect();
+    Ok(Walls { mask, scale, pen_width_px, kind: Kind::Strokes, marks, labels, left_out: Vec::new() })
 }
 
 impl Page {
@@ -111,8 +116,11 @@ impl Page {
                 return wrong(format!("obstacles[{i}].polygon"), "3 corners or more", found);
             }
         }
+        let labels = self.labels.iter().enumerate().map(|(i, label)| ("labels", i, &label.at));
         let far = |p: &[f64; 2]| !p.iter().all(|v| v.abs() <= MAX_COORDINATE_PX);
-        let Some((list, i, point)) = self.points().find(|(_, _, p)| far(p)) else { return Ok(()) };
+        let Some((list, i, point)) = self.points().chain(labels).find(|(_, _, p)| far(p)) else {
+            return Ok(());
+        };
         wrong(format!("{list}[{i}]"), "coordinates within 100000 px", format!("{point:?}"))
     }
 
@@ -122,6 +130,9 @@ impl Page {
             return Err(
                 broken.too_large(format!("{MOST_STROKES} strokes and obstacles"), strokes.to_string())
             );
+        }
+        if self.labels.len() > MOST_LABELS {
+            return Err(broken.too_large(format!("{MOST_LABELS} labels"), self.labels.len().to_string()));
         }
         let corners = self.points().count();
         if corners > MAX_DRAWN_POINTS {

@@ -10,7 +10,7 @@ use sketchnav_schemas::codes::WALL;
 
 use super::canvas::{Sheet, encoded, photographed};
 use super::*;
-use crate::task::{ImageTask, fill_route};
+use crate::task::fill_route;
 
 pub(super) fn read_page(page: &GrayImage) -> DrawnMap {
     read(&encoded(page, ImageFormat::Png), "page.png", &Options::default()).expect("a drawing")
@@ -149,7 +149,12 @@ fn hairline_gaps_close_and_doors_stay() {
     };
     let through = |gap: f64| {
         let drawing = read_page(&wall(gap));
-        let goal = ImageTask { name: "over".into(), points: vec![[300.0, 400.0]], time_limit_s: 60.0 };
+        let goal = ImageTask {
+            name: "over".into(),
+            points: vec![[300.0, 400.0]],
+            is_named: false,
+            time_limit_s: 60.0,
+        };
         let intent = Intent { start: Some([300.0, 100.0]), heading_deg: Some(0.0), tasks: vec![goal] };
         intent.place(&drawing, &Settings::default())
     };
@@ -179,7 +184,7 @@ fn messages_hold_what_was_drawn() {
 }
 
 fn task(name: &str, points: &[[f64; 2]]) -> ImageTask {
-    ImageTask { name: name.into(), points: points.to_vec(), time_limit_s: 60.0 }
+    ImageTask { name: name.into(), points: points.to_vec(), is_named: false, time_limit_s: 60.0 }
 }
 
 fn placed(start: Option<[f64; 2]>, tasks: Vec<ImageTask>) -> Result<Places, SketchError> {
@@ -256,9 +261,9 @@ fn pages_without_walls_or_space_are_refused() {
         white,
         "shapes of SVG that all have the colour of the paper, or nearly so: draw the walls darker"
     );
-    let text = found(&svg("<text>kitchen</text><image href='plan.png'/>"));
+    let text = found(&svg("<text><textPath>kitchen</textPath></text><image href='plan.png'/>"));
     assert!(
-        text.contains("the file \"plan.png\"; embed it as PNG; one text: labels are not walls"),
+        text.contains("the file \"plan.png\"; embed it as PNG; one text, which is neither a wall"),
         "{text}"
     );
     let card = GrayImage::from_pixel(200, 120, Luma([240]));

@@ -1,5 +1,5 @@
-//! Renders drawings in SVG as a browser would show them on white paper. Text is not drawn, because labels are not walls, and no
-//! other file is opened. Whatever this leaves out is reported.
+//! Renders drawings in SVG as a browser would show them on white paper. Text is not drawn, because labels are not walls; where it
+//! stands, it names a place. No other file is opened. Whatever this leaves out is reported.
 //!
 //! First, [`styles`] works out the styles. Then the cost is counted before it is incurred: that of references before any is
 //! followed, and that of painting before anything is painted.
@@ -18,6 +18,7 @@ use resvg::usvg::roxmltree::{Document, ParsingOptions};
 use resvg::usvg::{Group, ImageHrefResolver, ImageKind, Node, Options, Path, Tree};
 
 use super::error::{Broken, SketchError};
+use super::labels::Label;
 use super::left_out::LeftOut;
 use super::raster::{Tones, fit};
 
@@ -40,6 +41,8 @@ pub(crate) struct Page {
     pub tones: Tones,
     /// Content that was left out.
     pub left_out: Vec<LeftOut>,
+    /// The texts, with their positions in user units.
+    pub labels: Vec<Label>,
     /// Content that was drawn.
     pub content: Content,
 }
@@ -71,6 +74,7 @@ pub(crate) fn page(text: &str, broken: &Broken) -> Result<Page, SketchError> {
     seen.look(tree.root());
     left_out.extend(seen.lost(&flat.affected));
     let (width, height) = (f64::from(tree.size().width()), f64::from(tree.size().height()));
+    let labels = placed(flat.labels, &tree);
     let content = Content::of(tree.root());
     let finest = (MIN_SIDE_PX / width.max(height)).max(1.0).max(content.fineness);
     let (w, h, scale) = fit(width, height, finest);
@@ -79,7 +83,31 @@ pub(crate) fn page(text: &str, broken: &Broken) -> Result<Page, SketchError> {
     let mut page = Pixmap::new(w, h).ok_or_else(|| broken.decode("SVG", "it has no size"))?;
     resvg::render(&tree, transform, &mut page.as_mut());
     complete(&mut page, [width * scale, height * scale]);
-    Ok(Page { tones: Tones::new(gray(&page), cover(&page), scale), left_out, content })
+    Ok(Page { tones: Tones::new(gray(&page), cover(&page), scale), left_out, labels, content })
+}
+
+/// Returns the texts with the middle of their frames, which [`styles`] put in their places.
+fn placed(labels: Vec<(String, String)>, tree: &Tree) -> Vec<Label> {
+    let mut texts: BTreeMap<_, _> = labels.into_iter().collect();
+    let mut placed = Vec::new();
+    find_frames(tree.root(), &mut texts, &mut placed);
+    placed
+}
+
+/// Moves the texts whose frames are in a group from `texts` to `placed`.
+fn find_frames(group: &Group, texts: &mut BTreeMap<String, String>, placed: &mut Vec<Label>) {
+    for node in group.children() {
+        match node {
+            Node::Group(group) => find_frames(group, texts, placed),
+            Node::Path(path) => {
+                let area = path.abs_bounding_box();
+                let at = [f32::midpoint(area.left(), area.right()), f32::midpoint(area.top(), area.bottom())];
+                let text = texts.remove(path.id());
+                placed.extend(text.map(|text| Label { text, at: at.map(f64::from) }));
+            }
+            _ => {}
+        }
+    }
 }
 
 /// Parses an SVG. If the file is other XML, the error says which kind. Web pages are recognized even though they need not be

@@ -3,6 +3,7 @@
 use image::GrayImage;
 
 use super::Marks;
+use super::labels::Label;
 use super::left_out::LeftOut;
 use super::pen;
 
@@ -32,6 +33,7 @@ pub(crate) struct Walls {
     pub pen_width_px: Option<f64>,
     pub kind: Kind,
     pub marks: Marks,
+    pub labels: Vec<Label>,
     /// Content of the file that is not in the mask.
     pub left_out: Vec<LeftOut>,
 }

@@ -7,10 +7,12 @@
 //! not support it yet. If none is left, the drawing is refused with an error that names the element, the property and the
 //! value.
 //!
-//! Text, scripts, animations and descriptions are left out, and anything a person would miss is reported. Sources: CSS
+//! Scripts, animations and descriptions are left out, and anything a person would miss is reported. A text is replaced by an
+//! invisible frame around it, from which the renderer works out where it stands. Sources: CSS
 //! Cascading and Inheritance Level 4; SVG 2, 6.
 
 mod colours;
+mod labels;
 mod missed;
 mod sheet;
 mod syntax;
@@ -26,6 +28,7 @@ use std::sync::Arc;
 use resvg::usvg::roxmltree::{Document, Node};
 
 use self::colours::in_dark;
+use self::labels::{Font, LastLine};
 use self::missed::TEMPLATES;
 use self::sheet::{Rule, Seen, Written};
 use self::syntax::{Declaration, declarations, function, without_comments, words};
@@ -35,6 +38,7 @@ use super::pictures::Pictures;
 use super::references::name;
 use crate::reading::budget::MOST_DEPTH;
 use crate::reading::error::{Broken, SketchError};
+use crate::reading::labels::tidied;
 use crate::reading::left_out::LeftOut;
 
 const SVG: &str = "http://www.w3.org/2000/svg";
@@ -65,6 +69,8 @@ pub(crate) struct Flat {
     pub pictures: Vec<Arc<Vec<u8>>>,
     /// Content that is left out and that a person may miss.
     pub left_out: Vec<LeftOut>,
+    /// The texts, each with the id of its frame.
+    pub labels: Vec<(String, String)>,
     /// The ids of shapes whose strokes are painted by a gradient or a pattern, with their names for error messages.
     pub served: BTreeMap<String, String>,
     /// The ids of elements seen through a filter, a mask or a clip path, with their names for error messages.
@@ -100,12 +106,18 @@ pub(crate) fn flatten(document: &Document, broken: &Broken) -> Result<Flat, Sket
         served: BTreeMap::new(),
         affected: BTreeMap::new(),
         unscaled: BTreeMap::new(),
-        labels: 0,
+        labels: Vec::new(),
+        last_line: None,
+        nameless: 0,
     };
     walk.element(document.root_element(), &Scope::default(), 0)?;
-    let Walk { pictures, out, mut left_out, served, affected, unscaled, labels, .. } = walk;
-    left_out.extend((labels > 0).then_some(LeftOut::Labels(labels)));
-    Ok(Flat { text: out, pictures: pictures.files, left_out, served, affected, unscaled })
+    let Walk { pictures, out, mut left_out, served, affected, unscaled, labels, nameless, .. } = walk;
+    let (labels, remarks): (Vec<_>, Vec<_>) =
+        labels.into_iter().map(|(frame, text)| (frame, tidied(&text))).partition(|(_, name)| name.is_some());
+    let nameless = nameless + remarks.len();
+    let labels = labels.into_iter().filter_map(|(frame, name)| Some((frame, name?))).collect();
+    left_out.extend((nameless > 0).then_some(LeftOut::Labels(nameless)));
+    Ok(Flat { text: out, pictures: pictures.files, left_out, labels, served, affected, unscaled })
 }
 
 fn is_svg(node: Node) -> bool {
@@ -128,6 +140,7 @@ struct Scope {
     is_template: bool,
     /// True if strokes keep their width at every scale.
     keeps_width: bool,
+    font: Font,
 }
 
 /// A value that is declared for a property of an element.
@@ -345,7 +358,10 @@ struct Walk<'a, 'input> {
     served: BTreeMap<String, String>,
     affected: BTreeMap<String, String>,
     unscaled: BTreeMap<String, String>,
-    labels: usize,
+    labels: Vec<(String, String)>,
+    last_line: Option<LastLine>,
+    /// Number of texts that are left out and name no place.
+    nameless: usize,
 }
 
 impl Walk<'_, '_> {
@@ -355,7 +371,7 @@ impl Walk<'_, '_> {
             return Err(self.styles.broken.too_large(limit, format!("more around {}", name(node))));
         }
         let tag = node.tag_name().name();
-        if self.is_left_out(node, tag, scope) {
+        if self.is_left_out(node, tag, scope)? {
             return Ok(());
         }
         let style = without_comments(node.attribute("style").unwrap_or(""));
@@ -378,6 +394,7 @@ impl Walk<'_, '_> {
         inside.is_template |= TEMPLATES.contains(&tag);
         let effect = settled.get("vector-effect").map(|effect| effect.contains("non-scaling-stroke"));
         inside.keeps_width = effect.unwrap_or(false);
+        inside.font = scope.font.of(&settled);
         self.watch(node, &settled, &inside, attributes)?;
         let colours = settled.into_keys().filter(|property| is_inherited(property));
         inside

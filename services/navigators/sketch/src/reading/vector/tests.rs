@@ -424,3 +424,85 @@ fn strokes_that_are_fainter_than_the_walls_are_named() {
     let tinted = rooms.replacen("<path", "<path d='M200 200h500v400h-500z' fill='#ffc9c9'/><path", 1);
     assert_eq!(cells(tinted.as_bytes()).left_out, []);
 }
+
+/// Returns the labels of a drawing of rooms with these texts, and their positions in whole pixels.
+fn labels(texts: &str) -> Vec<(String, [i64; 2])> {
+    let walls = String::from_utf8(rooms("", "stroke='black'")).unwrap();
+    let bare = cells(walls.as_bytes());
+    let drawing = cells(walls.replace("</svg>", &format!("{texts}</svg>")).as_bytes());
+    assert!(drawing.cells == bare.cells, "{texts}: texts are not walls");
+    assert_eq!((&bare.labels[..], &drawing.left_out[..]), (&[][..], &[][..]), "{texts}");
+    drawing.labels.into_iter().map(|label| (label.text, label.at.map(|at| at.round() as i64))).collect()
+}
+
+/// A text of four characters of 20 px is taken to be 44 px wide and 14 px high.
+#[test]
+fn a_text_names_the_place_where_it_stands() {
+    for (text, at) in [
+        ("<text x='500' y='400' font-size='20'>hall</text>", [522, 393]),
+        ("<text x='500' y='400' style='font-size: 20px; text-anchor: middle'>hall</text>", [500, 393]),
+        (
+            "<g text-anchor='end' font-size='20'><text x='500' y='400'><tspan>hall</tspan></text></g>",
+            [478, 393],
+        ),
+        (
+            "<style>.r{font-size:15pt}</style><text class='r' x='500' y='400'> ha<tspan dx='0'>ll</tspan></text>",
+            [522, 393],
+        ),
+        // As Inkscape writes it.
+        (
+            "<g transform='translate(100)'><text transform='scale(2)' style='font-size:10px'><tspan x='200' y='200'>hall</tspan></text></g>",
+            [522, 393],
+        ),
+        (
+            "<svg x='400' y='300' width='200' height='200' viewBox='0 0 100 100'><text x='50' y='50' font-size='10'>hall</text></svg>",
+            [522, 393],
+        ),
+        // As draw.io writes it.
+        (
+            "<switch><foreignObject><p xmlns='http://www.w3.org/1999/xhtml'>hall</p></foreignObject><text x='500' y='400' font-size='20'>hall</text></switch>",
+            [522, 393],
+        ),
+        // The renderer cannot read these styles; a text needs none.
+        (
+            "<text x='500' y='400' font-size='20' fill='blurple' style='transform: matrix(oops)'>hall</text>",
+            [522, 393],
+        ),
+    ] {
+        assert_eq!(labels(text), [("hall".to_owned(), at)], "{text}");
+    }
+    assert_eq!(
+        labels("<g display='none'><text x='9' y='9'>a</text></g><text style='display:none'>b</text>"),
+        []
+    );
+}
+
+#[test]
+fn the_lines_of_a_text_are_one_name() {
+    let spans = "<text font-size='20'><tspan x='500' y='400'>living</tspan><tspan x='500' dy='1.2em'>room</tspan></text>";
+    assert_eq!(labels(spans), [("living room".to_owned(), [533, 405])]);
+    // As Excalidraw exports it.
+    let line = |y: i32, text: &str| {
+        format!("<text x='0' y='{y}' font-size='20px' style='white-space: pre;'>{text}</text>")
+    };
+    let group = format!(
+        "<g transform='translate(500 400) rotate(0 20 25)'>{}{}</g>",
+        line(18, "living"),
+        line(43, "room")
+    );
+    assert_eq!(labels(&group), [("living room".to_owned(), [533, 411])]);
+    // Two texts of one layer.
+    let layer = format!("<g>{}{}</g>", line(400, "hall"), line(500, "bath"));
+    let names: Vec<_> = labels(&layer).into_iter().map(|(text, _)| text).collect();
+    assert_eq!(names, ["hall", "bath"]);
+}
+
+#[test]
+fn texts_that_name_nothing_are_counted() {
+    let walls = String::from_utf8(rooms("", "stroke='black'")).unwrap();
+    let remark = "x".repeat(61);
+    let texts =
+        format!("<text>{remark}</text><text><textPath>round</textPath></text><defs><text>a</text></defs>");
+    let drawing = cells(walls.replace("</svg>", &format!("{texts}</svg>")).as_bytes());
+    assert_eq!((&drawing.labels[..], &drawing.left_out[..]), (&[][..], &[LeftOut::Labels(3)][..]));
+}

@@ -39,7 +39,10 @@ const SHOWN_POINTS: usize = 16;
 
 impl Walk<'_, '_> {
     /// Returns true if an element is not drawn at all, and records it if a person may miss it.
-    pub(super) fn is_left_out(&mut self, node: Node, tag: &str, scope: &Scope) -> bool {
+    ///
+    /// # Errors
+    /// [`SketchError`] if the drawing gets too large.
+    pub(super) fn is_left_out(&mut self, node: Node, tag: &str, scope: &Scope) -> Result<bool, SketchError> {
         let is_label = |node: Node| matches!(node.tag_name().name(), "text" | "foreignObject");
         // A browser shows the first part of a `<switch>` that it supports, and HTML is supported. Extensions are private to
         // programs, and none is supported here.
@@ -47,18 +50,18 @@ impl Walk<'_, '_> {
         if node.parent_element().is_some_and(|parent| parent.tag_name().name() == "switch")
             && is_extended(&node)
         {
-            return true;
+            return Ok(true);
         }
         let first = || node.children().find(|child| is_svg(*child) && !is_extended(child));
         let shown = if tag == "switch" { first() } else { Some(node) };
-        let Some(label) = shown.filter(|shown| is_label(*shown)) else { return SILENT.contains(&tag) };
+        let Some(label) = shown.filter(|shown| is_label(*shown)) else { return Ok(SILENT.contains(&tag)) };
         let is_shape = |inside: Node| is_svg(inside) && STROKED.contains(&inside.tag_name().name());
         if !scope.is_hidden && label.descendants().any(is_shape) {
             self.miss(LeftOut::Foreign(name(label)));
-        } else {
-            self.labels += usize::from(!scope.is_hidden);
+        } else if !scope.is_hidden {
+            self.label(label, scope)?;
         }
-        true
+        Ok(true)
     }
 
     /// Remembers an element that the renderer may silently draw differently, and gives it an id if it has none.

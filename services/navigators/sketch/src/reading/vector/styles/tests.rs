@@ -173,7 +173,10 @@ fn what_is_left_out_is_named() {
     };
     assert_eq!(names("<path d='M0 0'/><title>a</title><desc>b</desc>"), "");
     let label = "<switch><foreignObject><p xmlns='http://www.w3.org/1999/xhtml'>a</p></foreignObject><path/></switch>";
-    assert_eq!(names(&format!("<text>a</text>{label}")), "2 texts: labels are not walls");
+    assert_eq!(
+        names(&format!("<text><textPath>a</textPath></text>{label}")),
+        "2 texts, which are neither walls nor names of places"
+    );
     assert!(!flat(label).unwrap().text.contains("path"));
     let picture = names("<image href='plan.png'/><image href='data:image/tiff;base64,SUkqAA=='/>");
     assert!(

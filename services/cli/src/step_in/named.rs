@@ -1,0 +1,87 @@
+//! Finds the task that a person means by a name.
+
+use anyhow::anyhow;
+use sketchnav_schemas::mission::{Mission, Task, task_key};
+use sketchnav_schemas::nearest::nearest;
+
+use crate::failure::Failure;
+
+/// Returns the index of the task that has this name or, if there is none, whose goal is the place of this name. Case and spaces
+/// make no difference.
+///
+/// # Errors
+/// [`Failure::Input`] if there is no such task, with the name that was probably meant, or if there are several.
+pub fn task(mission: &Mission, name: &str) -> Result<usize, Failure> {
+    let of_goals = mission.task.iter().map(|task| goal(task).unwrap_or_default()).collect::<Vec<_>>();
+    let of_tasks = mission.task.iter().map(|task| task.name.as_str()).collect::<Vec<_>>();
+    let wanted = folded(name);
+    let found =
+        |names: &[&str]| -> Vec<usize> { (0..names.len()).filter(|&i| folded(names[i]) == wanted).collect() };
+    let found = [&of_tasks, &of_goals].into_iter().map(|names| found(names)).find(|found| !found.is_empty());
+    match found.as_deref() {
+        Some([index]) => Ok(*index),
+        Some([first, second, ..]) => {
+            let key = |i: usize| task_key(i + 1, &mission.task[i].name);
+            Err(Failure::Input(anyhow!(
+                "{name}: expected one task, found {} and {}; say which with --task",
+                key(*first),
+                key(*second)
+            )))
+        }
+        _ => Err(Failure::Input(unknown(name, &[of_tasks, of_goals].concat()))),
+    }
+}
+
+/// Returns the place that is a task's goal, if the goal is a name.
+fn goal(task: &Task) -> Option<&str> {
+    task.given.get("goal")?.as_str()
+}
+
+fn unknown(name: &str, names: &[&str]) -> anyhow::Error {
+    let names: Vec<_> = names.iter().filter(|name| !name.is_empty()).collect();
+    let all: Vec<_> = names.iter().map(|name| folded(name)).collect();
+    let meant = nearest(&folded(name), all.iter().map(String::as_str));
+    let expected = "expected the name of a task, or of the place that is its goal";
+    match meant.and_then(|meant| all.iter().position(|name| name == meant)) {
+        Some(i) => anyhow!("{name}: {expected}; did you mean {:?}?", names[i]),
+        None => anyhow!("{name}: {expected}; the mission has none that is similar"),
+    }
+}
+
+/// Returns the form of a name in which names are compared.
+fn folded(name: &str) -> String {
+    name.split_whitespace().collect::<Vec<_>>().join(" ").to_lowercase()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn index(name: &str) -> Result<usize, String> {
+        let mission = "name = 'm'\nrobot = 'robotino'\nworld = { map = 'm.yaml' }\nnavigator = { kind = 'sketch' }\n\
+             start = { world = [0, 0], world_heading_deg = 0 }\n\
+             [[task]]\nname = 'Coffee'\ngoal = 'kitchen'\n[[task]]\nname = 'hall'\ngoal = [1, 2]\n\
+             [[task]]\nname = 'office'\ngoal = 'office 3'\n[[task]]\nname = 'washing up'\ngoal = 'Kitchen'\n\
+             [[task]]\nname = 'home'\ngoal = 'hall'\n";
+        let mission = Mission::parse(mission).unwrap();
+        task(&mission, name).map_err(|error| error.into_error().to_string())
+    }
+
+    #[test]
+    fn a_task_is_found_by_its_name_or_by_its_goal() {
+        assert_eq!(index("coffee"), Ok(0));
+        assert_eq!(index(" Office  3 "), Ok(2));
+        assert_eq!(index("hall"), Ok(1), "the task of this name precedes the one that leads there");
+    }
+
+    #[test]
+    fn a_name_that_is_no_task_s_or_several_tasks_is_refused() {
+        let error = index("kitchen").unwrap_err();
+        assert_eq!(
+            error,
+            "kitchen: expected one task, found task 1 (Coffee) and task 4 (washing up); say which with --task"
+        );
+        assert!(index("ofice 3").unwrap_err().ends_with("did you mean \"office 3\"?"));
+        assert!(index("library").unwrap_err().ends_with("the mission has none that is similar"));
+    }
+}

@@ -1,0 +1,231 @@
+//! Texts on a drawing. They are not walls; each names the place where it stands.
+//!
+//! A goal may be given by name. Names in the mission (`navigator.places`) take precedence over the goals that a strokes file
+//! marks, and these over texts, so that a mission can always say what a drawing leaves open.
+
+use serde::{Deserialize, Serialize};
+use sketchnav_schemas::nearest::nearest;
+
+use super::drawn_map::DrawnMap;
+use super::error::SketchError;
+use crate::mission::SketchMission;
+
+/// Maximum number of labels of a drawing.
+pub(crate) const MOST_LABELS: usize = 10_000;
+/// Maximum number of characters of a label that is a name. Longer texts are remarks.
+const MOST_CHARACTERS: usize = 60;
+/// Maximum number of names in an error.
+const MOST_LISTED: usize = 8;
+
+/// A text on a drawing.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Label {
+    /// The text.
+    pub text: String,
+    /// Middle of the text, in image pixels.
+    pub at: [f64; 2],
+}
+
+impl Label {
+    /// Returns the label with single spaces between its words, or `None` if it is no name.
+    pub(crate) fn tidied(&self) -> Option<Self> {
+        Some(Self { text: tidied(&self.text)?, at: self.at })
+    }
+}
+
+/// Returns a text with single spaces between its words, or `None` if it is empty, too long for a name or has control characters.
+pub(crate) fn tidied(text: &str) -> Option<String> {
+    let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let is_name = (1..=MOST_CHARACTERS).contains(&words.chars().count()) && !words.contains(char::is_control);
+    is_name.then_some(words)
+}
+
+/// The named places of a mission.
+#[derive(Debug)]
+pub(crate) struct Names<'a> {
+    file: &'a str,
+    /// Names with their positions in image pixels, by decreasing precedence.
+    by_precedence: [Vec<(&'a str, [f64; 2])>; 3],
+}
+
+impl<'a> Names<'a> {
+    /// Collects the names of a mission and of its drawing.
+    pub fn of(mission: &'a SketchMission, drawing: &'a DrawnMap) -> Self {
+        let declared = mission.places.iter().map(|(name, at)| (name.as_str(), *at)).collect();
+        let goals = drawing.marks.goals.iter().filter(|goal| !goal.name.is_empty());
+        let goals = goals.map(|goal| (goal.name.as_str(), goal.at)).collect();
+        let written = drawing.labels.iter().map(|label| (label.text.as_str(), label.at)).collect();
+        Self { file: &drawing.file, by_precedence: [declared, goals, written] }
+    }
+
+    /// Returns the position of the place with this name, in image pixels. Case and spaces make no difference.
+    ///
+    /// # Errors
+    /// [`SketchError::UnknownName`], or [`SketchError::AmbiguousName`] if several places have the name. `what` is the task, for
+    /// the error.
+    pub fn find(&self, what: &str, name: &str) -> Result<[f64; 2], SketchError> {
+        let wanted = folded(name);
+        let found = |names: &Vec<(&str, [f64; 2])>| -> Vec<_> {
+            names.iter().filter(|(other, _)| folded(other) == wanted).map(|(_, at)| *at).collect()
+        };
+        let found = self.by_precedence.iter().map(found).find(|places| !places.is_empty());
+        match found.as_deref() {
+            Some([at]) => Ok(*at),
+            Some([first, second, ..]) => Err(SketchError::AmbiguousName {
+                what: what.to_owned(),
+                name: name.to_owned(),
+                file: self.file.to_owned(),
+                places: [*first, *second],
+            }),
+            _ => Err(SketchError::UnknownName {
+                what: what.to_owned(),
+                name: name.to_owned(),
+                hint: self.hint(&wanted),
+            }),
+        }
+    }
+
+    /// Returns what a person may have meant by an unknown name.
+    fn hint(&self, wanted: &str) -> String {
+        let mut names: Vec<_> = self.by_precedence.iter().flatten().map(|(name, _)| *name).collect();
+        names.sort_unstable();
+        names.dedup();
+        let folded: Vec<_> = names.iter().map(|name| folded(name)).collect();
+        let meant = nearest(wanted, folded.iter().map(String::as_str));
+        let meant = meant.and_then(|meant| folded.iter().position(|name| name == meant));
+        match (meant, names.len()) {
+            (Some(i), _) => format!("did you mean {:?}?", names[i]),
+            (None, 0) => format!(
+                "{} has no names: write them on it as text, or add them to navigator.places",
+                self.file
+            ),
+            (None, count) => {
+                let more = if count > MOST_LISTED { ", …" } else { "" };
+                names.truncate(MOST_LISTED);
+                format!("there are {}{more}", names.join(", "))
+            }
+        }
+    }
+}
+
+/// Returns the form of a name in which names are compared.
+fn folded(name: &str) -> String {
+    name.split_whitespace().collect::<Vec<_>>().join(" ").to_lowercase()
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+    use crate::reading::{Intent, Options, Places, Settings, read};
+
+    /// Two rooms of 400 x 600 px with a door between them, and labels in them.
+    fn drawing(labels: serde_json::Value) -> DrawnMap {
+        let page = json!({
+            "canvas": [1000, 800],
+            "strokes": [
+                { "points": [[100, 100], [900, 100], [900, 700], [100, 700], [100, 100]] },
+                { "points": [[500, 100], [500, 350]] }, { "points": [[500, 450], [500, 700]] },
+                { "points": [[700, 500], [800, 500], [800, 600], [700, 600], [700, 500]] },
+            ],
+            "labels": labels,
+        });
+        read(page.to_string().as_bytes(), "rooms.json", &Options::default()).unwrap()
+    }
+
+    fn mission(goal: &str, more: &str) -> SketchMission {
+        let text = format!(
+            "name = 'm'\nrobot = 'robotino'\nworld = {{ map = 'm.yaml' }}\n\
+             start = {{ world = [0, 0], world_heading_deg = 0 }}\n\
+             [navigator]\nkind = 'sketch'\ndrawing = 'rooms.json'\nstart = [200, 400]\nstart_heading_deg = 0\n{more}\n\
+             [[task]]\nname = 'coffee'\ngoal = '{goal}'\n"
+        );
+        SketchMission::of(&sketchnav_schemas::mission::Mission::parse(&text).unwrap()).unwrap()
+    }
+
+    fn placed(drawing: &DrawnMap, goal: &str, more: &str) -> Result<Places, SketchError> {
+        Intent::of_mission(&mission(goal, more), drawing)?.place(drawing, &Settings::default())
+    }
+
+    /// Returns the goal in image pixels.
+    fn goal(drawing: &DrawnMap, name: &str, more: &str) -> [f64; 2] {
+        drawing.to_image(&placed(drawing, name, more).unwrap().tasks[0].end())
+    }
+
+    fn refusal(drawing: &DrawnMap, name: &str) -> String {
+        placed(drawing, name, "").unwrap_err().to_string()
+    }
+
+    fn rooms() -> DrawnMap {
+        drawing(json!([
+            { "text": "Dining  room", "at": [300, 200] },
+            { "text": "kitchen", "at": [700, 200] },
+            { "text": "WC", "at": [150, 650] },
+            { "text": "WC", "at": [850, 650] },
+            { "text": "door", "at": [500.4, 340] },
+            { "text": "table", "at": [750, 550] },
+        ]))
+    }
+
+    #[test]
+    fn a_goal_is_where_its_name_is_written() {
+        let drawing = rooms();
+        let without = super::tests::drawing(json!([]));
+        assert!(drawing.cells == without.cells, "a name is no wall");
+        assert_eq!(goal(&drawing, "kitchen", ""), [700.0, 200.0]);
+        assert_eq!(goal(&drawing, " dining Room", ""), [300.0, 200.0]);
+        let places = placed(&drawing, "kitchen", "").unwrap();
+        assert_eq!(places.tasks[0].name, "coffee");
+    }
+
+    #[test]
+    fn a_name_across_a_wall_means_the_free_place_beside_it() {
+        let drawing = rooms();
+        let [x, y] = goal(&drawing, "door", "");
+        assert!((x - 500.0).abs() < 5.0 && (y - 340.0).abs() < 5.0, "({x}, {y})");
+        assert_eq!(drawing.cell(&drawing.from_image([x, y])), Some(sketchnav_schemas::codes::FREE));
+        let error = refusal(&drawing, "table");
+        assert!(
+            error.starts_with("task 1 (coffee): goal at (750, 550) of rooms.json: expected a free path"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn a_wrong_name_is_answered_with_the_right_one() {
+        let drawing = rooms();
+        assert_eq!(
+            refusal(&drawing, "kichen"),
+            "task 1 (coffee).goal: expected the name of a place, found \"kichen\"; did you mean \"kitchen\"?"
+        );
+        let error = refusal(&drawing, "library");
+        assert!(error.ends_with("; there are Dining room, WC, door, kitchen, table"), "{error}");
+        let error = refusal(&super::tests::drawing(json!([])), "kitchen");
+        assert!(
+            error.ends_with(
+                "rooms.json has no names: write them on it as text, or add them to navigator.places"
+            ),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn two_places_with_one_name_are_both_named_and_the_mission_can_say_which() {
+        let drawing = rooms();
+        assert_eq!(
+            refusal(&drawing, "wc"),
+            "task 1 (coffee).goal: expected the name of one place of rooms.json, found \"wc\" at (150, 650) and at (850, 650); \
+             rename one, or say which in navigator.places"
+        );
+        assert_eq!(goal(&drawing, "wc", "places = { WC = [850, 640] }"), [850.0, 640.0]);
+    }
+
+    #[test]
+    fn labels_that_are_no_names_name_nothing() {
+        let drawing =
+            drawing(json!([{ "text": " ", "at": [300, 200] }, { "text": "x".repeat(61), "at": [300, 200] }]));
+        assert_eq!(drawing.labels, []);
+    }
+}

@@ -20,6 +20,11 @@ pub(crate) fn without_list(message: &str) -> String {
     }
 }
 
+/// Returns the form in which names that people write are compared: in lower case, with single spaces.
+pub fn folded(name: &str) -> String {
+    name.split_whitespace().collect::<Vec<_>>().join(" ").to_lowercase()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

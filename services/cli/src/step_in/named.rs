@@ -2,7 +2,7 @@
 
 use anyhow::anyhow;
 use sketchnav_schemas::mission::{Mission, Task, task_key};
-use sketchnav_schemas::nearest::nearest;
+use sketchnav_schemas::nearest::{folded, nearest};
 
 use crate::failure::Failure;
 
@@ -46,11 +46,6 @@ fn unknown(name: &str, names: &[&str]) -> anyhow::Error {
         Some(i) => anyhow!("{name}: {expected}; did you mean {:?}?", names[i]),
         None => anyhow!("{name}: {expected}; the mission has none that is similar"),
     }
-}
-
-/// Returns the form of a name in which names are compared.
-fn folded(name: &str) -> String {
-    name.split_whitespace().collect::<Vec<_>>().join(" ").to_lowercase()
 }
 
 #[cfg(test)]

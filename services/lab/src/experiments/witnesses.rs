@@ -48,7 +48,7 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
         title: TITLE.into(),
         repetitions: 1,
         lines: Some("drawings"),
-        tells: Some(tables::sections),
+        sections: Some(tables::sections),
         ..Suite::default()
     };
     let sites = deformed::sites(folders, &mut suite.notices)?;

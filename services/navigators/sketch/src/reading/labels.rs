@@ -4,7 +4,7 @@
 //! marks, and these over texts, so that a mission can always say what a drawing leaves open.
 
 use serde::{Deserialize, Serialize};
-use sketchnav_schemas::nearest::nearest;
+use sketchnav_schemas::nearest::{folded, nearest};
 
 use super::drawn_map::DrawnMap;
 use super::error::SketchError;
@@ -107,11 +107,6 @@ impl<'a> Names<'a> {
             }
         }
     }
-}
-
-/// Returns the form of a name in which names are compared.
-fn folded(name: &str) -> String {
-    name.split_whitespace().collect::<Vec<_>>().join(" ").to_lowercase()
 }
 
 #[cfg(test)]

@@ -621,12 +621,35 @@ async function drawsNoMoreThanItMust(me) {
   assert.equal(await work() - strokesBefore, 2, "the pen draws its own segments and nothing else");
 }
 
+/** Texts name places: written, changed, moved and taken back. */
+async function writesTexts(me) {
+  const texts = async () => ((await me.drawing()).labels ?? []).map(({ text, at }) => [text, ...at.map((c) => Math.round(c / 20) * 20)]);
+  await me.room();
+  await me.keys("t");
+  await me.click([800, 300]);
+  await me.page.fill("#label-text", "kitchen");
+  await me.keys("Enter");
+  assert.deepEqual(await texts(), [["kitchen", 800, 300]]);
+  await me.undone("a text");
+  await me.keys("Control+Shift+z", "v");
+  await me.click([800, 300]);
+  await me.selected(1);
+  await me.keys("F2");
+  await me.page.fill("#label-text", "pantry");
+  await me.keys("Enter");
+  await me.drag([[800, 300], [900, 260], [1000, 300]]);
+  assert.deepEqual(await texts(), [["pantry", 1000, 300]], "changed and moved");
+  await me.keys("Control+z", "Control+z");
+  assert.deepEqual(await texts(), [["kitchen", 800, 300]], "one step each");
+  await me.undone("all of it");
+}
+
 async function main() {
   const context = await browser.newContext({ viewport: SCREEN, hasTouch: true, acceptDownloads: true });
   await context.addInitScript(inkWork);
   const me = await opened(context);
   for (const step of [
-    looksRight, tapsAndDrags, marquees, copies, sizesAndTurns, byKeys, editsPoints, groupsAndAligns, snapsAndCloses, opensDoorsAndBends, drawsBoxesGoalsAndAStart, isReached,
+    looksRight, tapsAndDrags, marquees, copies, sizesAndTurns, byKeys, editsPoints, groupsAndAligns, snapsAndCloses, opensDoorsAndBends, drawsBoxesGoalsAndAStart, writesTexts, isReached,
     drawsNoMoreThanItMust, sendsWhatWasChanged, changesWhileItDrives, byFingersAndPen,
   ]) {
     try {

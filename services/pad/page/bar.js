@@ -27,7 +27,8 @@ const DOES = {
 
 /** Binds the bar to `desk.selecting`. `sheet` gets the focus back after a click, so that keys go on with what is selected. */
 export function bindBar(desk, sheet) {
-  at("arrange").addEventListener("toggle", (event) => event.newState === "open" && placeArrange());
+  // The event comes after the choice is shown, so until then it is at the left edge, which is on every screen.
+  at("arrange").addEventListener("toggle", (event) => (event.newState === "open" ? placeArrange() : at("arrange").style.left = "8px"));
   for (const button of at("selection").querySelectorAll("[data-does]")) {
     button.addEventListener("click", (event) => {
       const [name, value] = button.dataset.does.split(" ");

@@ -18,7 +18,7 @@ const MAX_RATIO = 2;
 /** Colours by name, as the style sheet has them for the sheet's element. */
 export function palette(element) {
   const style = getComputedStyle(element);
-  const names = ["paper", "ink", "edge", "obstacle", "obstacle-text", "text", "route", "goal", "goal-text", "start", "robot", "particle", "scan", "plan", "seen", "hidden", "trail", "rubber", "walls", "select", "guide"];
+  const names = ["paper", "ink", "edge", "obstacle", "obstacle-text", "place", "route", "goal", "goal-text", "start", "robot", "particle", "scan", "plan", "seen", "hidden", "trail", "rubber", "walls", "select", "guide"];
   return Object.fromEntries(names.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
 }
 
@@ -142,7 +142,7 @@ export class Sheet {
   drawMarks({ obstacles, labels, route, goals, start }, draft = null) {
     const context = this.wipe("marks");
     obstacles.forEach((obstacle) => this.#drawObstacle(context, obstacle));
-    labels.forEach(({ text, at }) => this.#write(context, text, at, this.colors.text, MARK_PX.text));
+    labels.forEach(({ text, at }) => this.#write(context, text, at, this.colors.place, MARK_PX.text));
     if (route) this.#drawRoute(context, route);
     goals.forEach((goal, i) => this.#drawGoal(context, goal.at, i));
     if (start) this.#drawStart(context, start);

@@ -402,8 +402,8 @@ pub struct Switching {
     near: f64,
 }
 
-/// Maximum distance, in metres, at which QSRlib's QTC_BC has the side signs. It is the limit of personal space of Hall
-/// 1966.
+/// Maximum distance, in metres, at which QSRlib's QTC_BC includes the signs of the sides. It is the limit of personal space of
+/// Hall 1966.
 pub const PERSONAL_SPACE_M: f64 = 1.22;
 
 impl Switching {

@@ -270,7 +270,7 @@ pub fn doors(partition: &Partition) -> (Vec<Door>, BTreeMap<usize, u16>) {
     (doors, door_at)
 }
 
-/// Takes the cells that are at most two columns and rows apart from each other, beginning with `first`.
+/// Takes the cells that lie within two columns and two rows of one another, starting from `first`.
 fn connected(first: usize, cells: &mut Vec<usize>, width: usize) -> Vec<usize> {
     let mut found = vec![first];
     let mut next = 0;

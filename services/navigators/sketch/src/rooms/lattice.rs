@@ -126,7 +126,7 @@ fn price_of(share: f64) -> Option<f32> {
     (share >= WEAK).then(|| (LEAST + 3.0 * (0.75 - share)).clamp(LEAST, MOST) as f32)
 }
 
-/// Returns the indices of the stretches of an outline after a door, up to the door again.
+/// Returns the indices of an outline's stretches, starting just after a door and ending at that door.
 fn after_door(tokens: &[Token], door: u16) -> Option<Vec<usize>> {
     let at = tokens.iter().position(|token| matches!(token.kind, Kind::Door { door: d, .. } if d == door))?;
     Some((1..tokens.len()).map(|k| (at + k) % tokens.len()).collect())

@@ -41,7 +41,7 @@ static mut DEFINITION: ffi::PyModuleDef = ffi::PyModuleDef {
 /// # Safety
 /// Called by the interpreter, once, as it imports the module.
 #[unsafe(no_mangle)]
-#[allow(non_snake_case)] // The interpreter looks for this name.
+#[expect(non_snake_case, reason = "the interpreter looks for this name")]
 pub unsafe extern "C" fn PyInit__core() -> *mut ffi::PyObject {
     // SAFETY: the interpreter calls this function from a thread that is attached.
     let py = unsafe { Python::assume_attached() };

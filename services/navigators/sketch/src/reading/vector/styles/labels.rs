@@ -114,7 +114,7 @@ impl Walk<'_, '_> {
         Ok(())
     }
 
-    /// Returns the properties of a text that say where it stands. One that cannot be read is left out, since a text is no wall.
+    /// Returns the properties that position a text. Properties that cannot be read are ignored, because a text is not a wall.
     fn of_text(&self, text: Node, scope: &Scope) -> Result<BTreeMap<String, String>, SketchError> {
         let style = without_comments(text.attribute("style").unwrap_or(""));
         let declared = self.styles.declared(text, &style)?;

@@ -5,30 +5,8 @@
 
 use std::process::Command;
 
+use support::room::ALONG_THE_WALL;
 use support::{Ended, Place, repository, room};
-
-const MISSION: &str = r#"name = "along the wall"
-robot = "nomad200"
-
-[world]
-floor_plan = "room.floor.toml"
-
-[start]
-world = [1.0, 1.0]
-world_heading_deg = 0
-
-[navigator]
-kind = "wall-follower"
-
-[[task]]
-name = "there"
-seconds = 60.0
-there = { polygon = [[0, 0], [6, 0], [6, 4], [0, 4]] }
-
-[[task]]
-name = "and on"
-seconds = 40
-"#;
 
 /// Creates a place in which `sketchnav` is the wall follower with these parts replaced, or returns `None` without a Python that has
 /// the wheel.
@@ -41,7 +19,7 @@ fn place_with(changes: &[(&str, &str)]) -> Option<Place> {
     }
     let place = Place::of_script(python, &text);
     room::write(place.files());
-    std::fs::write(place.files().join("wall.toml"), MISSION).unwrap();
+    std::fs::write(place.files().join("wall.toml"), ALONG_THE_WALL).unwrap();
     Some(place)
 }
 
@@ -87,12 +65,12 @@ fn it_drives_in_real_time() {
 fn what_its_mission_lacks_is_said_before_anything_starts() {
     let Some(place) = place() else { return };
     let path = place.files().join("wall.toml");
-    std::fs::write(&path, MISSION.replace("seconds = 40\n", "")).unwrap();
+    std::fs::write(&path, ALONG_THE_WALL.replace("seconds = 40\n", "")).unwrap();
     let ended = place.run("run wall.toml");
     assert_eq!(ended.code, Some(2), "{ended}");
     assert!(ended.err.contains("error: wall.toml: task 2.seconds: expected a number of seconds"), "{ended}");
     assert!(!ended.err.contains("Traceback"), "{ended}");
-    std::fs::write(&path, MISSION.replace("nomad200", "robotino")).unwrap();
+    std::fs::write(&path, ALONG_THE_WALL.replace("nomad200", "robotino")).unwrap();
     let ended = place.run("run wall.toml");
     assert!(ended.code == Some(2) && ended.err.contains("[sonar]"), "{ended}");
 }

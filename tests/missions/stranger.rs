@@ -3,36 +3,14 @@
 use nix::sys::signal::Signal;
 use serde_json::Value;
 use support::page::{Page, free_port, wait_for};
+use support::room::ALONG_THE_WALL;
 use support::{Place, room};
-
-const MISSION: &str = r#"name = "along the wall"
-robot = "nomad200"
-
-[world]
-floor_plan = "room.floor.toml"
-
-[start]
-world = [1.0, 1.0]
-world_heading_deg = 0
-
-[navigator]
-kind = "wall-follower"
-
-[[task]]
-name = "there"
-seconds = 60.0
-there = { polygon = [[0, 0], [6, 0], [6, 4], [0, 4]] }
-
-[[task]]
-name = "and on"
-seconds = 40
-"#;
 
 /// Creates a place in which `sketchnav` is the program with that navigator.
 fn place() -> Place {
     let place = Place::of_program("wall_follower");
     room::write(place.files());
-    std::fs::write(place.files().join("wall.toml"), MISSION).unwrap();
+    std::fs::write(place.files().join("wall.toml"), ALONG_THE_WALL).unwrap();
     place
 }
 
@@ -78,16 +56,16 @@ fn twenty_kills_leave_the_same_bytes() {
 fn errors_in_its_mission_are_reported_before_the_start() {
     let place = place();
     let path = place.files().join("wall.toml");
-    std::fs::write(&path, MISSION.replace("seconds = 40\n", "")).unwrap();
+    std::fs::write(&path, ALONG_THE_WALL.replace("seconds = 40\n", "")).unwrap();
     let ended = place.run("run wall.toml");
     assert_eq!(ended.code, Some(2), "{ended}");
     assert!(ended.err.contains("task 2.seconds: expected a number of seconds"), "{ended}");
-    std::fs::write(&path, MISSION.replace("nomad200", "robotino")).unwrap();
+    std::fs::write(&path, ALONG_THE_WALL.replace("nomad200", "robotino")).unwrap();
     let ended = place.run("run wall.toml");
     assert!(ended.code == Some(2) && ended.err.contains("[sonar]"), "{ended}");
     // The project's own program doesn't know this navigator, and lists the ones that it does know.
     let ours = Place::new();
-    std::fs::write(ours.files().join("wall.toml"), MISSION).unwrap();
+    std::fs::write(ours.files().join("wall.toml"), ALONG_THE_WALL).unwrap();
     room::write(ours.files());
     let ended = ours.run("run wall.toml");
     assert!(ended.code == Some(2) && ended.err.contains("expected one of sketch"), "{ended}");

@@ -63,6 +63,30 @@ at = [3, 2]
 width_m = 1.2
 "#;
 
+/// A mission in this room for the wall followers of `tests/stranger`.
+pub const ALONG_THE_WALL: &str = r#"name = "along the wall"
+robot = "nomad200"
+
+[world]
+floor_plan = "room.floor.toml"
+
+[start]
+world = [1.0, 1.0]
+world_heading_deg = 0
+
+[navigator]
+kind = "wall-follower"
+
+[[task]]
+name = "there"
+seconds = 60.0
+there = { polygon = [[0, 0], [6, 0], [6, 4], [0, 4]] }
+
+[[task]]
+name = "and on"
+seconds = 40
+"#;
+
 /// Writes the mission and its files into a folder.
 pub fn write(folder: &Path) {
     for (file, text) in [(MISSION, MISSION_TEXT), (DRAWING, DRAWING_TEXT), (FLOOR, FLOOR_TEXT)] {

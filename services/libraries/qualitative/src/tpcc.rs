@@ -193,6 +193,10 @@ pub enum Permutation {
 }
 
 impl Permutation {
+    /// All permutations other than the identity.
+    pub const ALL: [Self; 5] =
+        [Self::Inverse, Self::ShortCut, Self::InverseShortCut, Self::Homing, Self::InverseHoming];
+
     /// Returns the three values in this order.
     pub fn apply<T>(self, [a, b, c]: [T; 3]) -> [T; 3] {
         match self {

@@ -256,18 +256,10 @@ fn projections_agree_with_patil_2019() {
     assert_eq!(qrpc(at(3.0, 0.0, 90.0), east), "[X 0 (0,+) +]");
 }
 
-const PERMUTATIONS: [Permutation; 5] = [
-    Permutation::Inverse,
-    Permutation::ShortCut,
-    Permutation::InverseShortCut,
-    Permutation::Homing,
-    Permutation::InverseHoming,
-];
-
 #[test]
 fn a_permutation_of_three_points_is_undone_by_its_inverse() {
-    let sets =
-        PERMUTATIONS.map(|permutation| Tpcc::all().map(|of| of.permuted(permutation)).collect::<Vec<_>>());
+    let sets = Permutation::ALL
+        .map(|permutation| Tpcc::all().map(|of| of.permuted(permutation)).collect::<Vec<_>>());
     // The inverse of the short cut is the other cyclic order here, which homing undoes.
     let undone_by = [0, 1, 3, 2, 4];
     for (sets_there, back) in sets.iter().zip(undone_by) {
@@ -287,8 +279,8 @@ fn a_permutation_of_three_points_is_undone_by_its_inverse() {
 
 #[test]
 fn three_points_have_one_of_the_permuted_relations() {
-    let sets =
-        PERMUTATIONS.map(|permutation| Tpcc::all().map(|of| of.permuted(permutation)).collect::<Vec<_>>());
+    let sets = Permutation::ALL
+        .map(|permutation| Tpcc::all().map(|of| of.permuted(permutation)).collect::<Vec<_>>());
     let relate = |[a, b, c]: [Point; 3]| Tpcc::of(a, b, c, Configurations::TOLERANCE_RAD);
     let mut state = 1_u64;
     let mut next = || {
@@ -300,7 +292,7 @@ fn three_points_have_one_of_the_permuted_relations() {
         let mut at = || if i % 2 == 0 { next() % 7.0 } else { next() / 1e4 };
         let points = [0; 3].map(|_| point([at(), at()]));
         let own = relate(points);
-        for (permutation, sets) in PERMUTATIONS.iter().zip(&sets) {
+        for (permutation, sets) in Permutation::ALL.iter().zip(&sets) {
             let other = relate(permutation.apply(points));
             assert!(sets[own.index()].contains(other), "{permutation:?} of {own}: {other}, {points:?}");
         }

@@ -9,14 +9,6 @@ use sketchnav_qualitative::tpcc::Permutation;
 use crate::point;
 use crate::scenes::{anywhere, somewhere};
 
-const PERMUTATIONS: [Permutation; 5] = [
-    Permutation::Inverse,
-    Permutation::ShortCut,
-    Permutation::InverseShortCut,
-    Permutation::Homing,
-    Permutation::InverseHoming,
-];
-
 fn of([a, b, c]: [Point; 3]) -> FlipFlop {
     FlipFlop::of(a, b, c, 1e-9)
 }
@@ -52,7 +44,7 @@ proptest! {
         d in somewhere(),
     ) {
         let [a, b, c] = points;
-        for by in PERMUTATIONS {
+        for by in Permutation::ALL {
             prop_assert_eq!(of(points).permuted(by), of(by.apply(points)), "{:?}", by);
         }
         prop_assert!(of(points).compose(of([b, c, d])).contains(of([a, b, d])));

@@ -8,6 +8,7 @@ use sketchnav_directions::CustomMap;
 use sketchnav_directions::messages::PlannedJourney;
 use sketchnav_directions::stages::belief::Charts;
 use sketchnav_directions::stages::mission::{self, KIND};
+use sketchnav_directions::stages::settings;
 use sketchnav_directions::stages::sketcher::{self, Made};
 use sketchnav_directions::survey::{Cost, Parkways, Survey};
 use sketchnav_lab::picture::map_graph;
@@ -106,7 +107,7 @@ fn draw(file: &Path, run: &RunConfig, made: &Made) -> anyhow::Result<()> {
 /// Formats each task's landmarks as in figure 30, with the costs of its path and its map. A map that was written by hand has no
 /// costs.
 fn itineraries(run: &RunConfig, made: &Made, options: &DirectionsOptions) -> Result<String, String> {
-    let settings = mission::settings(&run.mission, &run.robot).map_err(|error| error.to_string())?;
+    let settings = settings::settings(&run.mission, &run.robot).map_err(|error| error.to_string())?;
     if let Some(charts) = &made.charts {
         return Ok(charted(run, made, charts));
     }

@@ -9,7 +9,7 @@ use std::f64::consts::FRAC_1_SQRT_2;
 use rand_distr::{Distribution, StandardNormal};
 use sketchnav_directions::path::{Atlas, Measure, Objective, Start, best};
 use sketchnav_directions::reliability::Reliability;
-use sketchnav_directions::stages::mission as keys;
+use sketchnav_directions::stages::{mission as keys, settings};
 use sketchnav_directions::transitions::Kinds;
 use sketchnav_directions::{Plane, Point};
 use sketchnav_schemas::codes::Process;
@@ -120,7 +120,7 @@ fn trial(folders: &Folders, number: u64) -> Result<Option<Trial>, EvalError> {
 
 /// Returns true if isolated landmarks join the start and the goal.
 fn is_joined(trial: &Trial, field: &[[f64; 2]], goal: [f64; 2]) -> Result<bool, EvalError> {
-    let pilot = keys::pilot(&trial.mission, &trial.robot, 0.0).map_err(|error| EvalError::Trial {
+    let pilot = settings::pilot(&trial.mission, &trial.robot, 0.0).map_err(|error| EvalError::Trial {
         trial: trial.name.clone(),
         cause: Box::new(sketchnav_rehearsal::RehearsalError::Stage(error.into())),
     })?;

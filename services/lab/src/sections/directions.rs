@@ -15,7 +15,9 @@ use sketchnav_directions::arrival::WORDS;
 use sketchnav_directions::custom_map::graph::Node;
 use sketchnav_directions::messages::Activity;
 use sketchnav_directions::stages::mission::{self, DirectionsMission};
-use sketchnav_directions::stages::sketcher::{self, BETWEEN, maps_of, pillars};
+use sketchnav_directions::stages::settings;
+use sketchnav_directions::stages::sketcher::{BETWEEN, maps_of};
+use sketchnav_directions::stages::survey::{self, pillars};
 use sketchnav_directions::transitions::{Kinds, Movement, Transitions};
 use sketchnav_directions::walls::Walls;
 use sketchnav_directions::{Plane, Point as Place, Window};
@@ -59,7 +61,7 @@ fn floor(run: &RunConfig, files: &dyn Files) -> anyhow::Result<Option<(FloorPlan
 /// Returns the obstacles on the floor of a run other than its landmarks. There are none if the run is above a plane.
 fn walls(run: &RunConfig, files: &dyn Files) -> anyhow::Result<Arc<Walls>> {
     let Some((plan, radius_m)) = floor(run, files)? else { return Ok(Arc::default()) };
-    Ok(Arc::new(sketcher::walls(&plan, radius_m, mission::body(&run.mission, &run.robot)?)))
+    Ok(Arc::new(survey::walls(&plan, radius_m, settings::body(&run.mission, &run.robot)?)))
 }
 
 /// Returns the verdicts on a run's journeys, or nothing if its world has no dots or landmarks.
@@ -95,7 +97,7 @@ pub fn plane_picture(
     verdict: &Verdict,
 ) -> anyhow::Result<Option<String>> {
     let Some(dots) = dots(run, files)? else { return Ok(None) };
-    let (window, _) = mission::sight(&run.mission, &run.robot)?;
+    let (window, _) = settings::sight(&run.mission, &run.robot)?;
     let walls = walls(run, files)?;
     let (parkways, trajectories) = joined(log, window, &walls);
     let walls: Vec<_> = walls.lines().map(|line| line.map(|at| Point::new(at.x, at.y))).collect();

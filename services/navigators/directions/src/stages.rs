@@ -1,7 +1,8 @@
 //! The stages of the navigator `directions`.
 //!
-//! - [`mission`] reads the keys of a mission of this kind.
-//! - [`sketcher`] is the map-maker, which sees the whole plane as the global camera does and writes the custom maps.
+//! - [`mission`] reads the keys of a mission of this kind; [`settings`] derives from its parameters and its robot what the stages
+//!   need.
+//! - [`sketcher`] is the map-maker, which sees the whole plane as the global camera does ([`survey`]) and writes the custom maps.
 //! - [`localizer`] describes what is in view.
 //! - [`planner`] is the navigator, which has nothing but the custom map and the description. On land, [`guard`] keeps the robot
 //!   away from everything that isn't a landmark.
@@ -21,7 +22,9 @@ pub mod mission;
 mod navigator;
 pub mod planner;
 pub mod reference;
+pub mod settings;
 pub mod sketcher;
+pub mod survey;
 
 pub use error::DirectionsError;
 pub use navigator::NAVIGATOR;

@@ -11,7 +11,7 @@ use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::{Denied, Instant, Outbox, Stage, StageError};
 
 use super::error::DirectionsError;
-use super::mission;
+use super::settings;
 use crate::description::Descriptor;
 use crate::geometry::{Corner, Point, Window};
 use crate::isolation::c_value;
@@ -35,8 +35,8 @@ impl Localizer {
     /// # Errors
     /// [`DirectionsError`] if the robot lacks the sensor.
     pub fn new(run: &RunConfig) -> Result<Self, DirectionsError> {
-        let (window, _) = mission::sight(&run.mission, &run.robot)?;
-        Ok(Self { window, finder: mission::finder(&run.mission, &run.robot)? })
+        let (window, _) = settings::sight(&run.mission, &run.robot)?;
+        Ok(Self { window, finder: settings::finder(&run.mission, &run.robot)? })
     }
 }
 

@@ -7,7 +7,8 @@ use sketchnav_stage::doubts::Doubts;
 use sketchnav_stage::{Navigator, StageError};
 use toml::Table;
 
-use super::mission::{self, Method, PlannerParameters, SketcherParameters};
+use super::mission::{self, Method};
+use super::settings::{self, PlannerParameters, SketcherParameters};
 use super::{account, localizer, lookout, planner, sketcher};
 use crate::arrival::Effort;
 use crate::belief::policy::Policy;
@@ -49,12 +50,12 @@ pub const NAVIGATOR: Navigator = Navigator {
 };
 
 fn map_maker(mission: &Mission) -> Result<SketcherParameters, StageError> {
-    let Effort { trials, trial_journeys, journeys } = mission::effort(mission)?;
+    let Effort { trials, trial_journeys, journeys } = settings::effort(mission)?;
     Ok(SketcherParameters { trials, trial_journeys, journeys })
 }
 
 fn pilot(mission: &Mission, robot: &Robot) -> Result<PlannerParameters, StageError> {
-    let settings = mission::settings(mission, robot)?;
+    let settings = settings::settings(mission, robot)?;
     Ok(PlannerParameters {
         looks: settings.looks,
         patience: settings.patience,

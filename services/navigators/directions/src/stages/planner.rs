@@ -18,8 +18,8 @@ use sketchnav_stage::{Heard, Instant, Outbox, Remains, Stage, StageError};
 
 use super::error::DirectionsError;
 use super::guard::{Guard, Last};
-use super::mission;
 use super::sketcher::maps_of;
+use super::{mission, settings};
 use crate::arrival::Pilot;
 use crate::custom_map::CustomMap;
 use crate::error::Error;
@@ -73,8 +73,8 @@ impl Simulation {
     /// # Errors
     /// [`DirectionsError`] with the invalid key or the missing sensor.
     pub fn of(run: &RunConfig) -> Result<Self, DirectionsError> {
-        let pilot = mission::pilot(&run.mission, &run.robot, 0.0)?;
-        Ok(Self { pilot, trials: mission::effort(&run.mission)?.trials, seed: run.seed })
+        let pilot = settings::pilot(&run.mission, &run.robot, 0.0)?;
+        Ok(Self { pilot, trials: settings::effort(&run.mission)?.trials, seed: run.seed })
     }
 }
 

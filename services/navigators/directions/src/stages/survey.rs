@@ -1,0 +1,162 @@
+//! What the map-maker sees before it plans: the dots of a picture, or the landmarks and the walls of a floor plan.
+
+use std::sync::Arc;
+
+use sketchnav_dots::DotsError;
+use sketchnav_dots::alike::{Odd, alike};
+use sketchnav_dots::calibration::Review;
+use sketchnav_dots::camera::{Camera, Known};
+use sketchnav_dots::picture::{self, Reading};
+use sketchnav_schemas::floor_plan::{FloorPlan, Furniture};
+use sketchnav_schemas::run::RunConfig;
+use sketchnav_stage::Files;
+
+use super::error::DirectionsError;
+use super::mission::{DirectionsMission, LandKeys, Source};
+use super::settings;
+use crate::geometry::{Point, Window};
+use crate::plane::Plane;
+use crate::walls::{Body, Walls};
+
+/// The dots, or the landmarks on a floor, as the map-maker sees them.
+pub(super) struct Seen {
+    pub plane: Plane,
+    /// Standard deviation of a position on each axis, in metres.
+    pub noise_m: f64,
+    pub notices: Vec<String>,
+}
+
+/// Returns what the map-maker sees, or `None` if the map was written by hand.
+pub(super) fn seen(
+    run: &RunConfig,
+    read: &DirectionsMission,
+    files: &Files<'_>,
+) -> Result<Option<Seen>, DirectionsError> {
+    let (window, sigma_m) = settings::sight(&run.mission, &run.robot)?;
+    match &read.source {
+        Source::Picture { file, calibration, noise_m } => {
+            let (plane, spread_m, notices) =
+                see(&bytes("navigator.plane_file", file, files)?, file, calibration, window)?;
+            // If the mission doesn't state the error, it is estimated from the residuals of the known points. With four points
+            // there are none, since a transform always fits four points exactly.
+            let noise_m = noise_m.or(spread_m).unwrap_or(sigma_m);
+            Ok(Some(Seen { plane, noise_m, notices }))
+        }
+        Source::Floor { file, noise_m } => {
+            let (bytes, body) =
+                (bytes("navigator.floor_file", file, files)?, settings::body(&run.mission, &run.robot)?);
+            let plane = floor(&bytes, file, read.land, body)?;
+            Ok(Some(Seen { plane, noise_m: noise_m.unwrap_or(sigma_m), notices: Vec::new() }))
+        }
+        Source::Map { .. } => Ok(None),
+    }
+}
+
+/// Returns a file that a key of the mission names.
+pub(super) fn bytes(key: &'static str, file: &str, files: &Files<'_>) -> Result<Vec<u8>, DirectionsError> {
+    let wrong = |reason: std::io::Error| DirectionsError::File {
+        key,
+        file: file.to_owned(),
+        reason: reason.to_string(),
+    };
+    files(file).map_err(wrong)
+}
+
+/// Reads a floor plan and returns its landmarks, among the floor's walls.
+fn floor(bytes: &[u8], file: &str, land: Option<LandKeys>, body: Body) -> Result<Plane, DirectionsError> {
+    let wrong =
+        |reason: String| DirectionsError::File { key: "navigator.floor_file", file: file.to_owned(), reason };
+    let text =
+        std::str::from_utf8(bytes).map_err(|_| wrong("expected UTF-8, found other bytes".to_owned()))?;
+    let plan: FloorPlan = toml::from_str(text).map_err(|error| wrong(error.message().to_owned()))?;
+    let radius_m = land.map_or(0.0, |land| land.radius_m);
+    let places: Vec<_> = pillars(&plan, radius_m).map(|[x, y]| Point::new(x, y)).collect();
+    if places.is_empty() {
+        return Err(wrong(format!("expected round furniture with a radius of {radius_m} m, found none")));
+    }
+    let walls = walls(&plan, radius_m, body);
+    if let Some(end) = walls.lines().flatten().find(|end| !(end.x.is_finite() && end.y.is_finite())) {
+        return Err(wrong(format!("expected walls and furniture in metres, found ({}, {})", end.x, end.y)));
+    }
+    let plane = Plane::new(places).map_err(|cause| DirectionsError::Map { file: file.to_owned(), cause })?;
+    Ok(plane.among(Arc::new(walls)))
+}
+
+/// Returns the landmarks of a floor, which are the pieces of round furniture whose radius differs from this one by at most 10
+/// %.
+pub fn pillars(plan: &FloorPlan, radius_m: f64) -> impl Iterator<Item = [f64; 2]> + '_ {
+    plan.furniture.iter().filter(move |piece| is_pillar(piece, radius_m)).filter_map(|piece| piece.center)
+}
+
+/// Returns the walls of a floor and all furniture that isn't a landmark.
+pub fn walls(plan: &FloorPlan, radius_m: f64, body: Body) -> Walls {
+    Walls::of_floor(plan, |piece| is_pillar(piece, radius_m), body)
+}
+
+fn is_pillar(piece: &Furniture, radius_m: f64) -> bool {
+    piece.radius_m.is_some_and(|own| (own - radius_m).abs() <= 0.1 * radius_m)
+}
+
+/// Reads a picture. Returns the plane, the standard deviation of a position in metres if the known points reveal it, and
+/// notices about anything suspicious.
+fn see(
+    bytes: &[u8],
+    file: &str,
+    known: &[Known],
+    window: Window,
+) -> Result<(Plane, Option<f64>, Vec<String>), DirectionsError> {
+    let in_picture = |cause| DirectionsError::Picture { file: file.to_owned(), cause };
+    let (camera, review) = camera(known, window)?;
+    let Reading { spots, uneven, dust, .. } = picture::read(bytes).map_err(in_picture)?;
+    let usual = camera.area(known[0].pixel).unwrap_or(1.0);
+    let (dots, odd) = alike(spots, |at| camera.area(at).unwrap_or(usual).abs());
+    let places = dots.iter().map(|dot| camera.place(dot.at).map(|[x, y]| Point::new(x, y)));
+    let places = places.collect::<Result<_, _>>().map_err(in_picture)?;
+    let mut notices = calibration_notices(&review);
+    notices.extend(uneven.map(|light| format!("{file}: {light}")));
+    notices
+        .extend(left_out(&odd, dust).map(|words| format!("{file}: {words}; {} dots are left", dots.len())));
+    let plane = Plane::new(places).map_err(|cause| DirectionsError::Map { file: file.to_owned(), cause })?;
+    Ok((plane, camera.spread(known), notices))
+}
+
+/// Calibrates the camera from known points, and reviews whether these agree.
+fn camera(known: &[Known], window: Window) -> Result<(Camera, Review), DirectionsError> {
+    let review = Review::of(known);
+    let disagree = || DirectionsError::Calibration(DotsError::Disagree(review.to_string()));
+    let camera = match Camera::calibrated(known) {
+        Err(DotsError::Behind { .. }) if !review.agrees() => return Err(disagree()),
+        camera => camera.map_err(DirectionsError::Calibration)?,
+    };
+    // If positions are off by half a window, every dot may be mistaken for another.
+    let is_useless = camera.spread(known).is_some_and(|spread_m| spread_m >= window.side / 2.0);
+    if !review.agrees() && is_useless {
+        return Err(disagree());
+    }
+    Ok((camera, review))
+}
+
+fn calibration_notices(review: &Review) -> Vec<String> {
+    let disagree = (!review.agrees()).then(|| format!("navigator.calibration: {review}"));
+    let mirrored = review.is_mirrored.then(|| {
+        "navigator.calibration: the picture shows the plane as if from below; rows are counted from its top".to_owned()
+    });
+    let unchecked = review.is_unchecked().then(|| format!("navigator.calibration: {review}"));
+    disagree.into_iter().chain(mirrored).chain(unchecked).collect()
+}
+
+/// Maximum number of odd spots that a notice describes one by one.
+const DESCRIBED: usize = 3;
+
+/// Returns a notice about the spots that are not dots, or `None` if there are none.
+fn left_out(odd: &[Odd], dust: usize) -> Option<String> {
+    if odd.is_empty() {
+        return (dust > 0).then(|| format!("left out {dust} specks of less than three pixels"));
+    }
+    let mut words: Vec<String> = odd.iter().take(DESCRIBED).map(Odd::to_string).collect();
+    if odd.len() > DESCRIBED {
+        words.push("…".to_owned());
+    }
+    let specks = if dust > 0 { format!(", and {dust} specks") } else { String::new() };
+    Some(format!("left out spots that are no dots: {}{specks} ({})", odd.len(), words.join("; ")))
+}

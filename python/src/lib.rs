@@ -36,12 +36,11 @@ static mut DEFINITION: ffi::PyModuleDef = ffi::PyModuleDef {
     m_free: None,
 };
 
-/// Creates the module.
+/// Creates the module. The interpreter looks for this name.
 ///
 /// # Safety
 /// Called by the interpreter, once, as it imports the module.
 #[unsafe(no_mangle)]
-#[expect(non_snake_case, reason = "the interpreter looks for this name")]
 pub unsafe extern "C" fn PyInit__core() -> *mut ffi::PyObject {
     // SAFETY: the interpreter calls this function from a thread that is attached.
     let py = unsafe { Python::assume_attached() };

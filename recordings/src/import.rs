@@ -173,15 +173,17 @@ impl Clock {
 }
 
 /// The messages that are recorded for a scan.
-struct Messages {
+pub struct Messages {
     truth: Option<GroundTruth>,
     odometry: Odometry,
-    scan: Box<LaserScan>,
+    /// What the laser measured.
+    pub scan: Box<LaserScan>,
     tick: Tick,
 }
 
 impl Messages {
-    fn of(scan: &CarmenScan, header: Header, rules: &Rules) -> Self {
+    /// Returns the messages of a scan.
+    pub fn of(scan: &CarmenScan, header: Header, rules: &Rules) -> Self {
         let twist = Twist::zeroed();
         let truth = |pose| GroundTruth { header, pose: PoseM::new(pose), twist };
         Self {
@@ -194,7 +196,10 @@ impl Messages {
 
     /// Checks the messages. Readers would reject invalid ones, so nothing could be localized by them and they are not
     /// recorded.
-    fn check(&self) -> Result<(), Fault> {
+    ///
+    /// # Errors
+    /// [`Fault::Invalid`] if the odometry or the scan is invalid.
+    pub fn check(&self) -> Result<(), Fault> {
         self.odometry.check().and_then(|()| self.scan.check()).map_err(Fault::Invalid)
     }
 
@@ -214,7 +219,7 @@ impl Messages {
 }
 
 /// Returns the message of a scan. Each scan states the directions of its own beams.
-pub fn laser_scan(scan: &CarmenScan, header: Header, rules: &Rules) -> LaserScan {
+fn laser_scan(scan: &CarmenScan, header: Header, rules: &Rules) -> LaserScan {
     let (beams, count) = (&scan.beams, scan.ranges_m.len());
     let range_max_m = scan.range_max_m.map_or(rules.range_max_m, |stated_m| stated_m.min(rules.range_max_m));
     let mut message = LaserScan { header, ..LaserScan::zeroed() };

@@ -543,6 +543,8 @@ async function isAtHand({ page }, words) {
   assert.deepEqual(small, [], `${words}: buttons below 44 px, without a name, or beside the screen`);
   const wide = await page.evaluate(() => document.documentElement.scrollWidth) - page.viewportSize().width;
   assert.ok(wide <= 0, `${words}: the page is ${wide} px wider than the screen`);
+  const hidden = await page.evaluate(() => document.querySelector("#tools").scrollHeight - document.querySelector("#tools").clientHeight);
+  assert.ok(hidden <= 0, `${words}: ${hidden} px of the tools are beyond the screen`);
 }
 
 /** Light and dark, on a desk and on a phone: pictures for people, and what holds in all of them. */
@@ -557,7 +559,11 @@ async function looksRight(me) {
       await isAtHand(me, name);
       await me.hush();
       await picture("select");
-      await me.keys("Escape");
+      await me.keys("Escape", "t");
+      await me.click([700, 400]);
+      await isAtHand(me, `${name}, a text`);
+      await picture("text");
+      await me.keys("Enter", "v");
       await me.click([700, 750]);
       await me.keys("Enter");
       await isAtHand(me, `${name}, points`);

@@ -310,8 +310,9 @@ impl<G: Guide> Navigator<G> {
 
     /// Returns the initial state of a journey that follows another one. The estimate of the heading is kept, as is what the guide
     /// keeps.
-    pub fn start_behind(&self, last: &State<G::Memory>) -> State<G::Memory> {
-        State { heading: last.heading, ..self.start_with(self.guide.begin_behind(&last.memory)) }
+    pub fn start_after(&self, last: &State<G::Memory>) -> State<G::Memory> {
+        let arrived = (last.outcome() == Some(Outcome::Arrived)).then_some(&last.memory);
+        State { heading: last.heading, ..self.start_with(self.guide.begin_after(arrived)) }
     }
 
     /// Performs one step, given what the window shows now and the time since the last step. For the first step, that time is 0.

@@ -3,8 +3,8 @@
 //! The free space of the drawing, and of what the robot has seen, is divided into regions at its narrow passages (`partition`).
 //! The outline of a region is a sequence of walls, doors and gaps (`floor`). Regions of the two floors are aligned by dynamic
 //! programming, and a pair of doors costs as much as the regions beyond them (`joint`). The order of doors around a region is
-//! kept, lengths count little, and a door that was forgotten or is closed has a price. Alignments drawn at random say where the goal
-//! lies and how certain that is (`answer`).
+//! kept, lengths count little, and a door that was forgotten or is closed has a price. Alignments drawn at random say where the
+//! goal lies and how certain that is (`answer`).
 //!
 //! Everything here is a pure function of the drawing and the map. Memory is bounded by the size of the two and by a maximum for the
 //! alignments.

@@ -12,7 +12,7 @@ use bytemuck::Zeroable;
 use sketchnav_deform::{DeformedDrawing, Floor};
 use sketchnav_mapping::{self as mapping, CellGrid, Mapper};
 use sketchnav_recordings::carmen::{self, CarmenError, CarmenLog, CarmenScan, Entry, Survey};
-use sketchnav_recordings::import::{Rules, laser_scan};
+use sketchnav_recordings::import::{Messages, Rules};
 use sketchnav_schemas::geometry::{Odom, Point, Pose, Sketch, World};
 use sketchnav_schemas::message::{Header, LaserScan};
 use sketchnav_schemas::robot::Drive;
@@ -125,13 +125,14 @@ fn values(drawings: &[Vec<Located>]) -> Vec<f64> {
 }
 
 impl Driven {
-    /// Reads a log and draws the floor that its scans show.
+    /// Reads a log and draws the floor that its scans show. Scans that an import would leave out are left out.
     fn open(path: &Path) -> Result<Self, EvalError> {
         let in_log = |cause| EvalError::Log { path: path.to_owned(), cause };
         let header = Header { seq: 1, stamp_ns: 0, source_seq: 1 };
         let scan = |scan: CarmenScan| {
-            let message = Box::new(laser_scan(&scan, header, &Rules::default()));
-            Some(Scan { odometry: scan.odometry, truth: scan.reference?, message })
+            let messages = Messages::of(&scan, header, &Rules::default());
+            messages.check().ok()?;
+            Some(Scan { odometry: scan.odometry, truth: scan.reference?, message: messages.scan })
         };
         let scans: Vec<_> = scans(path).map_err(in_log)?.into_iter().filter_map(scan).collect();
         if scans.is_empty() {

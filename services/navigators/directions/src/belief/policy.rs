@@ -214,8 +214,7 @@ impl Policy {
         let after = self.predicted(&belief.weights, action);
         let mut to: ArrayVec<(usize, f32), MOST_AFTER> = ArrayVec::new();
         for (place, &p) in after.iter().enumerate().filter(|(_, p)| **p > RARE) {
-            // So many landmarks are only possible if each is improbable.
-            let _ = to.try_push((place, p));
+            keep_likeliest(&mut to, (place, p));
         }
         let seen: f32 = (0..PANORAMAS).map(|code| self.worth_of_view(&to, code)).sum();
         DISCOUNT as f32 * (seen + NOTHING as f32 * self.worth_of_nothing(belief, action))
@@ -259,6 +258,16 @@ impl Policy {
     }
 }
 
+/// Adds a landmark with its probability. If there is no room, it replaces the least probable one, provided that is less probable.
+fn keep_likeliest<const N: usize>(kept: &mut ArrayVec<(usize, f32), N>, landmark: (usize, f32)) {
+    if let Err(full) = kept.try_push(landmark)
+        && let Some(least) = kept.iter_mut().min_by(|a, b| a.1.total_cmp(&b.1))
+        && least.1 < landmark.1
+    {
+        *least = full.element();
+    }
+}
+
 fn greatest(bounds: &Worths) -> Option<(usize, f32)> {
     let all = bounds.iter().copied().enumerate();
     all.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)))
@@ -272,9 +281,16 @@ impl Guide for Policy {
         Belief { weights, action: None, tried: 0, made: ArrayVec::new(), accepted: 0, recoveries: 0 }
     }
 
-    /// The last journey ended over the landmark at hand, which the belief is about.
-    fn begin_behind(&self, last: &Belief) -> Belief {
-        Belief { weights: last.weights.clone(), ..self.begin() }
+    /// A journey that arrived ended over the landmark at hand, which its belief is about. After any other one, the navigator may
+    /// be anywhere.
+    fn begin_after(&self, last: Option<&Belief>) -> Belief {
+        let begun = self.begin();
+        let even = 1.0 / begun.weights.len() as f32;
+        let weights = match last {
+            Some(last) => last.weights.clone(),
+            None => begun.weights.iter().map(|_| even).collect(),
+        };
+        Belief { weights, ..begun }
     }
 
     fn order(&self, belief: &Belief) -> Order {
@@ -335,5 +351,20 @@ impl Guide for Policy {
 
     fn is_planned(&self, attained: &[DotId], meant: &[DotId], _entries: &[u16]) -> bool {
         attained == meant
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The likeliest landmark may have the highest number.
+    #[test]
+    fn when_there_is_no_room_the_least_probable_landmark_goes() {
+        let mut kept: ArrayVec<(usize, f32), 2> = ArrayVec::new();
+        for landmark in [(0, 0.1), (1, 0.05), (2, 0.8), (3, 0.01)] {
+            keep_likeliest(&mut kept, landmark);
+        }
+        assert_eq!(kept[..], [(0, 0.1), (2, 0.8)]);
     }
 }

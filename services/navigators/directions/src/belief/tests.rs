@@ -49,7 +49,11 @@ fn without_errors_every_journey_arrives_directly() {
     let (atlas, pilot) = world(700_000, 0.0);
     let (charted, model, journey) = charted(&atlas, &pilot, 4, 1);
     // The start used to be unknown, because the probabilities were divided by an error of 0.
-    let begins = navigator(&charted.chart, &pilot, &model, journey).unwrap().guide().begin();
+    let navigator = super::navigator(&charted.chart, &pilot, &model, journey).unwrap();
+    let begins = navigator.guide().begin();
+    assert_eq!(navigator.guide().begin_after(Some(&begins)), begins);
+    let astray = navigator.guide().begin_after(None);
+    assert!(astray.weights().iter().all(|weight| *weight == astray.weights()[0]), "it may be anywhere");
     assert_eq!((begins.most_probable(), begins.weights()[0]), (0, 1.0));
     let tally = charted.simulate(&atlas, &pilot, (&model, journey), 5, (1, "test")).unwrap();
     assert_eq!(tally.counts, [5, 0, 0, 0, 0, 0]);
@@ -91,7 +95,7 @@ fn a_goal_outside_the_chart_is_rejected() {
 fn a_state_survives_a_checkpoint_at_every_step() {
     let (atlas, pilot) = world(700_001, 5.0);
     let (charted, model, journey) = charted(&atlas, &pilot, 16, 1);
-    let navigator = navigator(&charted.chart, &pilot, &model, journey).unwrap();
+    let navigator = super::navigator(&charted.chart, &pilot, &model, journey).unwrap();
     let mut helicopter = Helicopter { centre: journey.start, heading_rad: 0.0 };
     let (mut state, mut rng, mut view) = (navigator.start(), stream(3, "journey"), Vec::new());
     while state.outcome().is_none() {
@@ -113,7 +117,7 @@ proptest! {
     fn a_belief_stays_a_distribution(views in prop::collection::vec(prop::option::of(any::<u8>()), 1..80)) {
         let (atlas, pilot) = world(700_002, 5.0);
         let (charted, model, journey) = charted(&atlas, &pilot, 2, 1);
-        let navigator = navigator(&charted.chart, &pilot, &model, journey).unwrap();
+        let navigator = super::navigator(&charted.chart, &pilot, &model, journey).unwrap();
         let policy = navigator.guide();
         let mut belief: Belief = policy.begin();
         for view in views {

@@ -23,8 +23,8 @@ pub trait Guide {
     /// Returns the memory at the start of a journey.
     fn begin(&self) -> Self::Memory;
 
-    /// Returns the memory at the start of a journey that follows another one.
-    fn begin_behind(&self, _last: &Self::Memory) -> Self::Memory {
+    /// Returns the memory at the start of a journey that follows another one. `last` is the memory of that journey if it arrived.
+    fn begin_after(&self, _last: Option<&Self::Memory>) -> Self::Memory {
         self.begin()
     }
 

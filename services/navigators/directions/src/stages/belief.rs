@@ -7,6 +7,7 @@ use sketchnav_stage::{Heard, Outbox, StageError};
 
 use super::planner::{Instructed, Simulation, code};
 use super::sketcher::dots_of;
+use crate::arrival::Effort;
 use crate::belief::policy::{Belief, Policy};
 use crate::belief::{Chart, Charted, Journey, navigator};
 use crate::error::Error;
@@ -15,6 +16,10 @@ use crate::messages::{BelievedLandmark, CHART, ChartedJourney, WHEREABOUTS, Wher
 use crate::navigator::{Navigator, Outcome, Output};
 use crate::path::{Atlas, Measure, Objective, Path, Start, best};
 use crate::plane::DotId;
+
+/// Number of simulations of each movement. The map-maker and the navigator each make the model from the chart, so both take the
+/// same number, and the navigator's is done before its supervisor could take it for stuck.
+const TRIALS: u32 = Effort::USUAL.trials;
 
 /// The chart of a mission, with its journeys.
 #[derive(Debug, Clone)]
@@ -48,8 +53,7 @@ impl Charts {
         let in_first = |error| (0, error);
         let sigma = simulation.pilot.noise.map_sigma;
         let charted = Charted::new(atlas, &paths.iter().collect::<Vec<_>>(), sigma).map_err(in_first)?;
-        let model =
-            charted.chart.model(&simulation.pilot, simulation.trials, simulation.seed).map_err(in_first)?;
+        let model = charted.chart.model(&simulation.pilot, TRIALS, simulation.seed).map_err(in_first)?;
         let (model, mut all, mut probabilities) = (Arc::new(model), Vec::new(), Vec::new());
         for (task, &(start, goal)) in tasks.iter().enumerate() {
             let journey = charted.journey(start, goal).ok_or((task, Error::NoDots))?;
@@ -96,7 +100,7 @@ impl Instructed for Policy {
     ) -> Result<Option<Vec<Navigator<Self>>>, StageError> {
         let Some(sent) = message.on(CHART)? else { return Ok(None) };
         let chart = Chart::new(dots_of(message.cells()), sent.sigma_m)?;
-        let model = Arc::new(chart.model(&simulation.pilot, simulation.trials, simulation.seed)?);
+        let model = Arc::new(chart.model(&simulation.pilot, TRIALS, simulation.seed)?);
         let by = |journey: &ChartedJourney| {
             let start = Point::new(journey.start_x_m.into(), journey.start_y_m.into());
             let journey = Journey { start, goal: u16::try_from(journey.goal).unwrap_or(u16::MAX) };

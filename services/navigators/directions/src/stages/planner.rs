@@ -61,8 +61,6 @@ pub trait Instructed: Guide + Sized {
 pub struct Simulation {
     /// The navigator's settings and its errors.
     pub pilot: Pilot,
-    /// Number of simulations of each movement.
-    pub trials: u32,
     /// The seed of these simulations.
     pub seed: u64,
 }
@@ -73,8 +71,7 @@ impl Simulation {
     /// # Errors
     /// [`DirectionsError`] with the invalid key or the missing sensor.
     pub fn of(run: &RunConfig) -> Result<Self, DirectionsError> {
-        let pilot = settings::pilot(&run.mission, &run.robot, 0.0)?;
-        Ok(Self { pilot, trials: settings::effort(&run.mission)?.trials, seed: run.seed })
+        Ok(Self { pilot: settings::pilot(&run.mission, &run.robot, 0.0)?, seed: run.seed })
     }
 }
 
@@ -130,7 +127,7 @@ impl<G: Instructed> Planner<G> {
     fn begin(&mut self) {
         let last = self.memory.journey.take();
         self.memory.journey = self.navigators.get(self.agenda.task()).map(|navigator| match &last {
-            Some(last) => navigator.start_behind(last),
+            Some(last) => navigator.start_after(last),
             None => navigator.start(),
         });
         (self.memory.hovers, self.memory.seen) = (false, None);

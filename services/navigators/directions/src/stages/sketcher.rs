@@ -204,9 +204,8 @@ fn charted(
         tasks.push((start, goal));
         start = Start::over(&atlas.plane, goal).map_err(in_task(task))?;
     }
-    let effort = settings::effort(&run.mission)?;
-    let simulation = Simulation { pilot: *pilot, trials: effort.trials, seed: run.seed };
-    let charts = Charts::new(atlas, &tasks, &simulation, effort.journeys);
+    let simulation = Simulation { pilot: *pilot, seed: run.seed };
+    let charts = Charts::new(atlas, &tasks, &simulation, settings::effort(&run.mission)?.journeys);
     let charts = charts.map_err(|(task, cause)| in_task(task)(cause))?;
     let landmarks =
         |path: &Path| path.landmarks().into_iter().map(|dot| (dot, atlas.plane.dot(dot))).collect();

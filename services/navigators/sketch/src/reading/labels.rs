@@ -67,7 +67,14 @@ impl<'a> Names<'a> {
     pub fn find(&self, what: &str, name: &str) -> Result<[f64; 2], SketchError> {
         let wanted = folded(name);
         let found = |names: &Vec<(&str, [f64; 2])>| -> Vec<_> {
-            names.iter().filter(|(other, _)| folded(other) == wanted).map(|(_, at)| *at).collect()
+            let named = names.iter().filter(|(other, _)| folded(other) == wanted).map(|(_, at)| *at);
+            // A text is drawn twice at the same place to give it an outline.
+            named.fold(Vec::new(), |mut places, at| {
+                if !places.contains(&at) {
+                    places.push(at);
+                }
+                places
+            })
         };
         let found = self.by_precedence.iter().map(found).find(|places| !places.is_empty());
         match found.as_deref() {
@@ -161,6 +168,9 @@ mod tests {
             { "text": "WC", "at": [850, 650] },
             { "text": "door", "at": [500.4, 340] },
             { "text": "table", "at": [750, 550] },
+            { "text": "edge", "at": [704, 550] },
+            { "text": "twice", "at": [300, 600] },
+            { "text": "Twice", "at": [300, 600] },
         ]))
     }
 
@@ -181,6 +191,9 @@ mod tests {
         let [x, y] = goal(&drawing, "door", "");
         assert!((x - 500.0).abs() < 5.0 && (y - 340.0).abs() < 5.0, "({x}, {y})");
         assert_eq!(drawing.cell(&drawing.from_image([x, y])), Some(sketchnav_schemas::codes::FREE));
+        assert_eq!(goal(&drawing, "twice", ""), [300.0, 600.0], "a text that is drawn twice is one place");
+        let error = refusal(&drawing, "edge");
+        assert!(error.contains("expected a free path"), "not moved to the other side: {error}");
         let error = refusal(&drawing, "table");
         assert!(
             error.starts_with("task 1 (coffee): goal at (750, 550) of rooms.json: expected a free path"),
@@ -196,7 +209,10 @@ mod tests {
             "task 1 (coffee).goal: expected the name of a place, found \"kichen\"; did you mean \"kitchen\"?"
         );
         let error = refusal(&drawing, "library");
-        assert!(error.ends_with("; there are Dining room, WC, door, kitchen, table"), "{error}");
+        assert!(
+            error.ends_with("; there are Dining room, Twice, WC, door, edge, kitchen, table, twice"),
+            "{error}"
+        );
         let error = refusal(&super::tests::drawing(json!([])), "kitchen");
         assert!(
             error.ends_with(

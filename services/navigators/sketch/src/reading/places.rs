@@ -42,7 +42,8 @@ pub struct ImageTask {
     pub name: String,
     /// The goal, or the points of the route.
     pub points: Vec<[f64; 2]>,
-    /// True if the point is that of a name. A name may be written across a wall; the goal is then the nearest free position.
+    /// True if the point is that of a name. A name may be written across a wall; the goal is then the nearest free position, which
+    /// must be reachable.
     pub is_named: bool,
     /// Simulation time after which the task has failed, in seconds.
     pub time_limit_s: f64,
@@ -305,13 +306,14 @@ impl<'a> Reachable<'a> {
         self.drawing.index(point).is_some_and(|index| self.cells[index])
     }
 
-    /// Converts a position that must be reachable. One in a wall is replaced by the nearest one that is.
+    /// Converts the position of a name. If that is in a wall, the nearest free position counts, which must be reachable.
     fn near(&self, what: &str, at: [f64; 2]) -> Result<Point<Sketch>, SketchError> {
         let (point, index) = inside(self.drawing, what, at)?;
         if self.drawing.cells[index] == FREE {
             return self.free(what, at);
         }
-        Ok(nearest(self.drawing, &point, |cell| self.contains(cell)).unwrap_or(self.start))
+        let beside = nearest_free(self.drawing, &point).unwrap_or(self.start);
+        self.free(what, self.drawing.to_image(&beside))
     }
 
     /// Converts a position that must be free and reachable.

@@ -64,7 +64,7 @@ pub struct Answer {
     pub hypotheses: Vec<Hypothesis>,
     /// Amount by which the best alignment that has the goal elsewhere costs more. `None` if the goal has no place.
     pub margin: Option<f64>,
-    /// The doors in the best alignment.
+    /// The doors in one alignment, whose outlines of the first regions are aligned best and whose rest is drawn at random.
     pub doors: Doors,
     /// The goal's place in the map according to each of the alignments that have one, in metres.
     pub places: Vec<Place>,
@@ -87,8 +87,8 @@ enum Found {
     Gap { room: u16, gap: Place },
 }
 
-/// Aligns a map with a drawing and says where a goal of the drawing, given in its pixels, lies in the map. `None` if the goal cannot
-/// be reached through doors of the drawing.
+/// Aligns a map with a drawing and says where a goal of the drawing, given in its pixels, lies in the map. `None` if the goal
+/// cannot be reached through doors of the drawing.
 pub fn locate(drawing: &Floor, map: &Floor, goal: Place) -> Option<Answer> {
     let room = drawing.room_at(goal)?;
     let way = drawing.way_to(room)?;

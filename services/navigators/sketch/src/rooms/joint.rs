@@ -13,7 +13,8 @@ use super::pairing::{self, NEVER, Pairing, Problem, misfit, passages};
 const DEPTH: u32 = 7;
 /// Number of ways in which the outlines of the two first regions are turned against each other.
 const TURNS: usize = 8;
-/// Maximum number of energies that are kept. Regions beyond that cost nothing.
+/// Number of energies after which no further regions are aligned. What is beyond them costs nothing. The first regions are always
+/// aligned.
 pub const MOST_ENERGIES: usize = 4_000_000;
 /// Difference in direction of two doors, as 1 − cos, up to which they may be the same.
 const MOST_TURNED: f32 = 0.6;
@@ -131,7 +132,8 @@ impl<'a> Joint<'a> {
         index
     }
 
-    /// Returns the energy of the regions beyond two doors.
+    /// Returns the energy of the regions beyond two doors. It is kept as it was first needed, although it would be another one if
+    /// fewer doors had been passed before, or others.
     fn pass(&mut self, doors: Beyond, depth: u32) -> f32 {
         if let Some(index) = self.beyond.get(&doors) {
             return self.aligned[*index].pairing.energy();

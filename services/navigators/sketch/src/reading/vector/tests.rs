@@ -425,14 +425,21 @@ fn strokes_that_are_fainter_than_the_walls_are_named() {
     assert_eq!(cells(tinted.as_bytes()).left_out, []);
 }
 
-/// Returns the labels of a drawing of rooms with these texts, and their positions in whole pixels.
-fn labels(texts: &str) -> Vec<(String, [i64; 2])> {
+/// Returns the labels of a drawing of rooms with these texts, with their positions in whole pixels, and what was left out.
+fn labels_and_rest(texts: &str) -> (Vec<(String, [i64; 2])>, Vec<LeftOut>) {
     let walls = String::from_utf8(rooms("", "stroke='black'")).unwrap();
     let bare = cells(walls.as_bytes());
     let drawing = cells(walls.replace("</svg>", &format!("{texts}</svg>")).as_bytes());
     assert!(drawing.cells == bare.cells, "{texts}: texts are not walls");
-    assert_eq!((&bare.labels[..], &drawing.left_out[..]), (&[][..], &[][..]), "{texts}");
-    drawing.labels.into_iter().map(|label| (label.text, label.at.map(|at| at.round() as i64))).collect()
+    assert_eq!(bare.labels, [], "{texts}");
+    let labels = drawing.labels.into_iter().map(|label| (label.text, label.at.map(|at| at.round() as i64)));
+    (labels.collect(), drawing.left_out)
+}
+
+fn labels(texts: &str) -> Vec<(String, [i64; 2])> {
+    let (labels, left_out) = labels_and_rest(texts);
+    assert_eq!(left_out, [], "{texts}");
+    labels
 }
 
 /// A text of four characters of 20 px is taken to be 44 px wide and 14 px high.
@@ -475,6 +482,15 @@ fn a_text_names_the_place_where_it_stands() {
         labels("<g display='none'><text x='9' y='9'>a</text></g><text style='display:none'>b</text>"),
         []
     );
+}
+
+/// Outside of a switch, a text after HTML is a text of its own. It used to be read twice, so that its name was ambiguous.
+#[test]
+fn a_text_beside_html_is_read_once() {
+    let html = "<foreignObject><p xmlns='http://www.w3.org/1999/xhtml'>note</p></foreignObject>";
+    let group = format!("<g>{html}<text x='500' y='400' font-size='20'>hall</text></g>");
+    let hall = vec![("hall".to_owned(), [522, 393])];
+    assert_eq!(labels_and_rest(&group), (hall, vec![LeftOut::Labels(1)]));
 }
 
 #[test]

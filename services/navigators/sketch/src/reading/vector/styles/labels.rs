@@ -74,8 +74,10 @@ struct Line {
 impl Walk<'_, '_> {
     /// Writes an invisible frame in place of a text and records the text, or counts what names no place.
     pub(super) fn label(&mut self, label: Node, scope: &Scope) -> Result<(), SketchError> {
-        // For programs that cannot show HTML, draw.io writes a text beside it.
-        let text = label.next_siblings().find(|node| is_svg(*node) && node.tag_name().name() == "text");
+        // For programs that cannot show HTML, draw.io offers a text as the other case of a switch.
+        let is_case = label.parent().is_some_and(|parent| parent.tag_name().name() == "switch");
+        let mut others = label.next_siblings().filter(|_| is_case);
+        let text = others.find(|node| is_svg(*node) && node.tag_name().name() == "text");
         let text = if label.tag_name().name() == "text" { Some(label) } else { text };
         let on_path = |text: &Node| text.descendants().any(|node| node.tag_name().name() == "textPath");
         let named = text.filter(|text| !scope.is_template && !on_path(text));

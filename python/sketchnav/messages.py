@@ -41,7 +41,10 @@ class Text:
 
 
 class Array:
-    """An array: `at_m: Annotated[memoryview, Array(f64, 2)]`. With `count`, a list of which that field counts the entries in use."""
+    """An array: `at_m: Annotated[memoryview, Array(f64, 2)]`.
+
+    With `count`, it is a list, and the field of that name is the number of entries in use.
+    """
 
     def __init__(self, element: Any, length: int, count: str | None = None):
         self.element, self.length, self.count = element, length, count

@@ -71,7 +71,10 @@ class Outbox:
     def send(
         self, channel: Channel[_M], fill: Callable[[_M], None] | None = None, *, cells: bytes | memoryview = b"", **fields: Any
     ) -> int:
-        """Sends a message with these fields and returns its number. `fill` gets the message, which is zero, and may fill it, too."""
+        """Sends a message with these fields and returns its number. `fill` gets the message with the fields set, and may set more.
+
+        Everything else is zero, except for the header. If `fill` raises an exception, nothing is sent.
+        """
         message = channel.message
 
         def write(memory, behind):
@@ -165,7 +168,7 @@ class Agenda:
         return _core.agenda_due(self._agenda, missing)
 
     def go_on(self, reason: str) -> bool:
-        """Goes on with the task, and returns True, or ends it because its time limit has passed."""
+        """Continues the task and returns True, or ends it and returns False if its time limit has passed."""
         return _core.agenda_go_on(self._agenda, reason)
 
     def end(self, state: str, reason: str) -> None:
@@ -246,8 +249,11 @@ def main(navigators: Iterable[Navigator] = (), arguments: Iterable[str] | None =
 
     Processes of a system are started as this one was: the same interpreter, the same script.
     """
-    if sys.flags.hash_randomization and "PYTHONHASHSEED" not in os.environ:
-        # The order of a set of texts would be another one in each process.
+    if sys.flags.ignore_environment:
+        print("error: python: expected no option -E or -I, because PYTHONHASHSEED must be 0 in every process", file=sys.stderr)
+        return 2
+    if os.environ.get("PYTHONHASHSEED") != "0":
+        # The order of a set of texts would be another one in each process, or in a process of another run.
         os.execve(sys.executable, [sys.executable, *sys.orig_argv[1:]], {**os.environ, "PYTHONHASHSEED": "0"})
     given = sys.argv[1:] if arguments is None else list(arguments)
     first = sys.orig_argv[1 : len(sys.orig_argv) - (len(sys.argv) - 1)]

@@ -5,13 +5,14 @@
 
 use std::cell::RefCell;
 
-use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
+use pyo3::exceptions::{PyBaseException, PyOSError, PyRuntimeError, PyValueError};
+use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use sketchnav_stage::{Denied, Files, Heard, Instant, Outbox, Remains, StageError};
 
 use crate::function;
-use crate::memory::Memory;
+use crate::memory::{self, Memory};
 use crate::table;
 
 /// What is lent for a call. The pointers are valid while it lasts.
@@ -23,8 +24,10 @@ pub struct Lent {
     remains: Option<*const (dyn Remains + 'static)>,
     files: Option<*const Files<'static>>,
     memories: Vec<Memory>,
-    /// An error of the host's that Python passes on.
-    error: Option<StageError>,
+    /// True if Python kept a view of a message that was to be sent. Nothing more is sent then.
+    is_kept: bool,
+    /// Errors of the host's, each with the exception that carries it through Python.
+    errors: Vec<(Py<PyBaseException>, StageError)>,
 }
 
 thread_local! {
@@ -81,12 +84,18 @@ impl Lent {
         let mut before = Before(Some(LENT.replace(self)));
         let result = call();
         let lent = LENT.replace(before.0.take().unwrap_or_default());
-        let value = match (result, lent.error) {
-            (Err(_), Some(error)) => return Err(error),
+        let value = match result {
+            Ok(value) => value,
             // What the exception refers to may look at messages until it is reported; the stage has failed, and with it the host.
-            (Err(error), None) => return Ok(Err(error)),
-            (Ok(value), _) => value,
+            Err(exception) => {
+                let mut errors = lent.errors.into_iter();
+                let passed_on = errors.find(|(carrier, _)| carrier.is(exception.value(py)));
+                return passed_on.map_or(Ok(Err(exception)), |(_, error)| Err(error));
+            }
         };
+        if lent.is_kept {
+            return Ok(Err(memory::kept()));
+        }
         let taken = lent.memories.into_iter().try_for_each(|memory| memory.take_back(py));
         Ok(taken.map(|()| value))
     }
@@ -120,6 +129,9 @@ pub fn with_instant<R>(use_it: impl FnOnce(&Instant<'_>) -> R) -> PyResult<R> {
 
 /// Passes the outbox to a function. It is not there for others meanwhile.
 pub fn with_out<R>(use_it: impl FnOnce(&mut Outbox<'_>) -> Result<R, StageError>) -> PyResult<R> {
+    if LENT.with_borrow(|lent| lent.is_kept) {
+        return Err(memory::kept());
+    }
     let out = LENT.with_borrow_mut(|lent| lent.out.take()).ok_or_else(|| missing("an outbox"))?;
     // SAFETY: the pointer is valid during the call, and was taken, so that this is the only reference.
     let result = use_it(unsafe { &mut *out });
@@ -134,10 +146,15 @@ pub fn with_remains<R>(use_it: impl FnOnce(&dyn Remains) -> R) -> PyResult<R> {
     Ok(use_it(unsafe { &*remains }))
 }
 
-/// Keeps an error of the host's, and returns the exception that carries it through Python.
+/// Returns an exception as it is. Keeps an error of the host's, and returns the exception that carries it through Python.
 fn passed_on(error: StageError) -> PyErr {
+    let error = match error.downcast::<PyErr>() {
+        Ok(exception) => return *exception,
+        Err(error) => error,
+    };
     let exception = PyRuntimeError::new_err(error.to_string());
-    LENT.with_borrow_mut(|lent| lent.error = Some(error));
+    let carrier = Python::attach(|py| exception.value(py).clone().unbind());
+    LENT.with_borrow_mut(|lent| lent.errors.push((carrier, error)));
     exception
 }
 
@@ -153,16 +170,37 @@ fn view<'py>(py: Python<'py>, bytes: &[u8]) -> PyResult<Bound<'py, PyAny>> {
     Ok(view)
 }
 
-/// Has Python fill a message and its cells in place.
+/// Has Python fill a message and its cells in place. If Python keeps a view of them, that is noted in `LENT`.
 fn fill(fill: &Bound<'_, PyAny>, message: &mut [u8], cells: &mut [u8]) -> PyResult<()> {
     let py = fill.py();
-    // SAFETY: the slices are used by nothing else, and both memories are taken back before this returns.
+    // SAFETY: the slices are used by nothing else. If a memory cannot be taken back, the message is not sent, and neither is
+    // another one that could lie in the same place.
     let (message, view) = unsafe { Memory::lend(py, (message.as_mut_ptr(), message.len()), false) }?;
     // SAFETY: as above.
     let (cells, cells_view) = unsafe { Memory::lend(py, (cells.as_mut_ptr(), cells.len()), false) }?;
-    fill.call1((view, cells_view))?;
-    message.take_back(py)?;
-    cells.take_back(py)
+    let filled = fill.call1((view, cells_view)).map(drop);
+    if let Err(exception) = &filled {
+        // If this fails, the views are found below.
+        let _ = clear_frames(py, exception);
+    }
+    let taken = [message, cells].map(|memory| memory.take_back(py));
+    if taken.iter().any(Result::is_err) {
+        LENT.with_borrow_mut(|lent| lent.is_kept = true);
+    }
+    taken.into_iter().fold(filled, Result::and)
+}
+
+/// Clears the local variables of the calls that an exception, and those before it, came from. They may be views of a message.
+fn clear_frames(py: Python<'_>, exception: &PyErr) -> PyResult<()> {
+    let module = py.import(intern!(py, "traceback"))?;
+    let clear = |calls| module.call_method1(intern!(py, "clear_frames"), (calls,)).map(drop);
+    clear(exception.traceback(py).map(Bound::into_any))?;
+    let mut before = exception.value(py).getattr(intern!(py, "__context__"))?;
+    while !before.is_none() {
+        clear(Some(before.getattr(intern!(py, "__traceback__"))?))?;
+        before = before.getattr(intern!(py, "__context__"))?;
+    }
+    Ok(())
 }
 
 /// Adds the functions of this module.
@@ -184,12 +222,7 @@ pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     function(module, c"send", |arguments| {
         let (channel, cells, filler) = arguments.extract::<(usize, usize, Bound<'_, PyAny>)>()?;
         let spec = table::spec(channel)?;
-        let mut filled = Ok(());
-        let sent = with_out(|out| {
-            out.send_bytes(spec, cells, |message, cells| filled = fill(&filler, message, cells))
-        });
-        filled?;
-        sent
+        with_out(|out| out.send_bytes(spec, cells, |message, cells| Ok(fill(&filler, message, cells)?)))
     })?;
     function(module, c"file", |arguments| {
         let (name,) = arguments.extract::<(String,)>()?;

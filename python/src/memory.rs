@@ -34,8 +34,8 @@ unsafe extern "C" fn get_buffer(
     flags: c_int,
 ) -> c_int {
     let object = exporter.cast::<Object>();
-    // SAFETY: the slot belongs to objects of this type alone, and the interpreter calls it from an attached thread. A memory that has
-    // been taken back is empty.
+    // SAFETY: only `type_object` uses this function, so that `exporter` is an `Object`, and the interpreter calls it from an
+    // attached thread. A memory that has been taken back is empty.
     unsafe {
         let (start, length) = ((*object).start, (*object).length);
         let filled =
@@ -71,6 +71,14 @@ fn type_object(py: Python<'_>) -> PyResult<*mut ffi::PyTypeObject> {
     // SAFETY: the specification is complete, and the interpreter copies what it keeps of it.
     let found = unsafe { Bound::from_owned_ptr_or_err(py, ffi::PyType_FromSpec(&raw mut spec)) }?;
     Ok(TYPE.get_or_init(|| TypeOf(found.unbind())).0.as_ptr().cast())
+}
+
+/// The error that Python still has a view of a message.
+pub fn kept() -> PyErr {
+    PyRuntimeError::new_err(
+        "a message, or an array of one, was kept beyond the call that it belongs to: expected a copy, as from message.copy() or \
+         numpy.array(message.ranges_m)",
+    )
 }
 
 impl Memory {
@@ -111,10 +119,7 @@ impl Memory {
             py.import("gc")?.call_method0("collect")?;
         }
         if views() > 0 {
-            return Err(PyRuntimeError::new_err(
-                "a message, or an array of one, was kept beyond the call that it belongs to: expected a copy, as from \
-                 message.copy() or numpy.array(message.ranges_m)",
-            ));
+            return Err(kept());
         }
         // SAFETY: as above. Whoever keeps the object itself finds it empty.
         unsafe {

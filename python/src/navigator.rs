@@ -8,7 +8,7 @@ use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyCapsule;
 use sketchnav_schemas::mission::Mission;
-use sketchnav_schemas::robot::{Robot, RobotError};
+use sketchnav_schemas::robot::{Robot, SENSORS};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::{Files, Hosted, Make, Navigator, StageError};
 
@@ -19,7 +19,7 @@ use crate::{agenda, function, table};
 /// A navigator, as an object of the class `Navigator`.
 struct PythonNavigator {
     kind: &'static str,
-    sensors: Vec<String>,
+    sensors: Vec<&'static str>,
     object: Py<PyAny>,
 }
 
@@ -27,8 +27,8 @@ static KNOWN: OnceLock<Vec<PythonNavigator>> = OnceLock::new();
 
 const STAGES: [Make; 3] = [make::<0>, make::<1>, make::<2>];
 
-/// Returns the navigator of this kind. The functions of a [`Navigator`] are those of all navigators in Python, and find their own by
-/// the kind that the mission names.
+/// Returns the navigator of this kind. All navigators in Python have the same functions in their [`Navigator`], which look up the
+/// one that the mission names.
 fn known(kind: &str) -> Result<&'static PythonNavigator, StageError> {
     let found = KNOWN.get().into_iter().flatten().find(|known| known.kind == kind);
     found.ok_or_else(|| {
@@ -54,7 +54,7 @@ fn make<const STAGE: usize>(run: &RunConfig, files: &Files<'_>) -> Result<Box<dy
 fn check(mission: &Mission, robot: &Robot) -> Result<(), StageError> {
     let navigator = known(mission.navigator_kind())?;
     for sensor in &navigator.sensors {
-        has(robot, sensor).ok_or_else(|| unknown(sensor))??;
+        robot.require(sensor)?;
     }
     let (mission, robot) = (serde_json::to_string(mission)?, serde_json::to_string(robot)?);
     Python::attach(|py| {
@@ -69,21 +69,10 @@ fn check(mission: &Mission, robot: &Robot) -> Result<(), StageError> {
     })
 }
 
-const SENSORS: &str = "laser, sonar, odometry, camera, view";
-
-fn unknown(sensor: &str) -> String {
-    format!("sensors: expected one of {SENSORS}, found {sensor:?}")
-}
-
-/// Checks that a robot has a sensor. Returns `None` for a word that is no sensor.
-fn has(robot: &Robot, sensor: &str) -> Option<Result<(), RobotError>> {
-    Some(match sensor {
-        "laser" => robot.laser().map(drop),
-        "sonar" => robot.sonar().map(drop),
-        "odometry" => robot.odometry().map(drop),
-        "camera" => robot.camera().map(drop),
-        "view" => robot.view().map(drop),
-        _ => return None,
+/// Returns the table of a sensor in a robot file.
+fn sensor(word: &str) -> PyResult<&'static str> {
+    SENSORS.into_iter().find(|table| *table == word).ok_or_else(|| {
+        PyValueError::new_err(format!("sensors: expected one of {}, found {word:?}", SENSORS.join(", ")))
     })
 }
 
@@ -92,6 +81,7 @@ fn read(object: &Bound<'_, PyAny>) -> PyResult<(PythonNavigator, Navigator)> {
     let kind = table::interned(&object.getattr("kind")?.extract::<String>()?);
     let about = table::interned(&object.getattr("about")?.extract::<String>()?);
     let sensors = object.getattr("sensors")?.extract::<Vec<String>>()?;
+    let sensors = sensors.iter().map(|word| sensor(word)).collect::<PyResult<Vec<_>>>()?;
     let channels = object.call_method0("_channels")?.extract::<Vec<usize>>()?;
     let channels = channels.into_iter().map(table::spec).collect::<PyResult<Vec<_>>>()?;
     let navigator = Navigator { check, channels: channels.leak(), ..Navigator::new(kind, about, STAGES) };

@@ -5,7 +5,7 @@ use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use sketchnav_schemas::say;
-use sketchnav_stage::{Heard, Hosted, Instant, Outbox, Remains, StageError};
+use sketchnav_stage::{Heard, Hosted, Instant, Outbox, Remains, SaveError, StageError};
 
 use crate::lent::Lent;
 
@@ -82,12 +82,10 @@ impl Hosted for PythonStage {
         })
     }
 
-    fn is_ready(&self) -> bool {
-        let asked = self.call(Lent::default(), "is_ready", |stage| {
+    fn is_ready(&self) -> Result<bool, StageError> {
+        self.call(Lent::default(), "is_ready", |stage| {
             stage.call_method0(intern!(stage.py(), "is_ready"))?.is_truthy()
-        });
-        // A stage that cannot say so takes its step, and fails there.
-        asked.unwrap_or(true)
+        })
     }
 
     fn step(&mut self, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError> {
@@ -96,7 +94,7 @@ impl Hosted for PythonStage {
         })
     }
 
-    fn save(&self, room: &mut [u8]) -> Result<usize, postcard::Error> {
+    fn save(&self, room: &mut [u8]) -> Result<usize, SaveError> {
         let saved = self.call(Lent::default(), "save", |stage| {
             let state = stage.call_method0(intern!(stage.py(), "save"))?;
             let state = state.cast::<PyBytes>().map_err(|_| {
@@ -109,14 +107,7 @@ impl Hosted for PythonStage {
                 state.len()
             }))
         });
-        match saved {
-            Ok(Some(length)) => Ok(length),
-            Ok(None) => Err(postcard::Error::SerializeBufferFull),
-            Err(error) => {
-                say!("{error}");
-                Err(postcard::Error::SerdeSerCustom)
-            }
-        }
+        saved.map_err(SaveError::Stage)?.ok_or(SaveError::Full)
     }
 
     fn load(&mut self, state: &[u8]) -> Result<(), StageError> {
@@ -126,12 +117,9 @@ impl Hosted for PythonStage {
         })
     }
 
-    fn recover(&mut self, remains: &dyn Remains) {
-        let recovered = self.call(Lent::default().remains(remains), "recover", |stage| {
+    fn recover(&mut self, remains: &dyn Remains) -> Result<(), StageError> {
+        self.call(Lent::default().remains(remains), "recover", |stage| {
             stage.call_method0(intern!(stage.py(), "recover")).map(drop)
-        });
-        if let Err(error) = recovered {
-            say!("{error}");
-        }
+        })
     }
 }

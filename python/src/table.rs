@@ -26,7 +26,7 @@ pub fn spec(number: usize) -> PyResult<&'static ChannelSpec> {
 
 fn number(spec: &'static ChannelSpec) -> usize {
     let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
-    known.iter().position(|known| *known == spec).unwrap_or_else(|| {
+    known.iter().position(|known| std::ptr::eq(*known, spec)).unwrap_or_else(|| {
         known.push(spec);
         known.len() - 1
     })

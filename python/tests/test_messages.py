@@ -1,9 +1,12 @@
 """Messages and channels as classes: declared, filled and read. Run by `tests/missions/python.rs` with the wheel."""
 
+import ast
 import enum
 import json
+import pathlib
 from typing import Annotated
 
+import sketchnav
 from sketchnav import Array, Channel, Code, Count, Message, Part, PoseM, Text, Zero, f32, f64, u32, u64
 from sketchnav.channels import SONAR
 
@@ -80,3 +83,7 @@ refused(lambda: Channel("gap", Room, role="detail", writer="nobody", readers=[])
 scan = SONAR.message._of(memoryview(bytearray(SONAR.message._layout["size"])))
 scan.ranges_m = [1.0, 2.0]
 assert scan.sonar_count == 2 and json.dumps(scan.ranges_m.tolist()) == "[1.0, 2.0]"
+
+stub = ast.parse(pathlib.Path(sketchnav.__file__).with_suffix(".pyi").read_text())
+names = {alias.asname for line in stub.body if isinstance(line, ast.ImportFrom) for alias in line.names}
+assert names == set(sketchnav.__all__), names ^ set(sketchnav.__all__)

@@ -175,7 +175,7 @@ impl Declaration {
     /// Declares the message.
     ///
     /// # Errors
-    /// [`DeclareError`] if the declaration is none that `messages!` takes.
+    /// [`DeclareError`] if `messages!` would reject the declaration.
     pub fn declare(&self) -> Result<MessageType, DeclareError> {
         let Self { body, version, frame, has_slice } = self;
         let is_frame = frame.bytes().all(|b| b.is_ascii_alphanumeric() || b"_/".contains(&b));
@@ -352,7 +352,7 @@ impl Row {
     /// Declares the channel for messages of this type, of this kind of navigator.
     ///
     /// # Errors
-    /// [`DeclareError`] if the name is none, or a number is out of bounds.
+    /// [`DeclareError`] if the name is invalid, or a number is out of bounds.
     pub fn declare(
         &self,
         kind: &'static str,

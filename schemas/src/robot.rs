@@ -110,6 +110,9 @@ pub enum RobotError {
     },
 }
 
+/// The tables of sensors in a robot file.
+pub const SENSORS: [&str; 5] = ["laser", "sonar", "camera", "view", "odometry"];
+
 /// A sensor that a robot has.
 #[derive(Debug, Clone, Copy)]
 pub struct Fitted {
@@ -166,21 +169,29 @@ impl Robot {
     /// Returns the sensors that the robot has.
     pub fn sensors(&self) -> impl Iterator<Item = Fitted> {
         let tick_hz = self.tick_hz();
-        let fitted = |table, rate_key, rate_hz, channel| Fitted { table, rate_key, rate_hz, channel };
-        [
-            self.laser.as_ref().map(|laser| fitted("laser", "laser.rate_hz", laser.rate_hz, SCAN.spec)),
-            self.sonar.as_ref().map(|sonar| fitted("sonar", "sonar.rate_hz", sonar.rate_hz, SONAR.spec)),
-            self.camera
-                .as_ref()
-                .map(|camera| fitted("camera", "camera.rate_hz", camera.rate_hz, MARKERS.spec)),
-            self.view.as_ref().map(|view| fitted("view", "view.rate_hz", view.rate_hz, VIEW.spec)),
-            self.odometry.map(|odometry| {
-                let rate_hz = odometry.rate_hz.unwrap_or(tick_hz);
-                fitted("odometry", "odometry.rate_hz", rate_hz, ODOMETRY.spec)
-            }),
-        ]
-        .into_iter()
-        .flatten()
+        let sensors = [
+            (self.laser.as_ref().map(|laser| laser.rate_hz), "laser.rate_hz", SCAN.spec),
+            (self.sonar.as_ref().map(|sonar| sonar.rate_hz), "sonar.rate_hz", SONAR.spec),
+            (self.camera.as_ref().map(|camera| camera.rate_hz), "camera.rate_hz", MARKERS.spec),
+            (self.view.as_ref().map(|view| view.rate_hz), "view.rate_hz", VIEW.spec),
+            (
+                self.odometry.map(|odometry| odometry.rate_hz.unwrap_or(tick_hz)),
+                "odometry.rate_hz",
+                ODOMETRY.spec,
+            ),
+        ];
+        SENSORS.into_iter().zip(sensors).filter_map(|(table, (rate_hz, rate_key, channel))| {
+            rate_hz.map(|rate_hz| Fitted { table, rate_key, rate_hz, channel })
+        })
+    }
+
+    /// Checks that the robot has the sensor of a table in the robot file.
+    ///
+    /// # Errors
+    /// [`RobotError::Lacks`] if the robot has no such sensor.
+    pub fn require(&self, table: &'static str) -> Result<(), RobotError> {
+        let is_fitted = self.sensors().any(|sensor| sensor.table == table);
+        if is_fitted { Ok(()) } else { Err(self.lacks(table)) }
     }
 
     /// Returns the laser, or an error for callers that cannot do without one.

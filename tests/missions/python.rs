@@ -5,6 +5,7 @@
 
 use std::process::Command;
 
+use sketchnav_recordings::Recording;
 use support::room::ALONG_THE_WALL;
 use support::{Ended, Place, repository, room};
 
@@ -40,10 +41,34 @@ fn it_drives_a_mission_and_its_recording_is_replayed_executed_again_and_judged()
     assert_eq!(judged[0]["method"], "wall-follower", "{judged}");
     assert!(judged.to_string().contains("\"reached\":true"), "{judged}");
     // The messages are those of the navigator in Rust, whose program reads and judges the recording as its own.
-    let rust = Place::of_program("wall_follower");
+    let rust = rust_place();
     let judged = rust.fine(&format!("judge {} --json", place.files().join(recording).display())).json();
     let nearest = judged[0]["account"]["nearest wall on the right"].as_str().unwrap();
     assert!(nearest.ends_with(" m") && !nearest.starts_with("inf"), "{nearest}");
+}
+
+/// Creates a place in which `sketchnav` is the same navigator in Rust.
+fn rust_place() -> Place {
+    let place = Place::of_program("wall_follower");
+    room::write(place.files());
+    std::fs::write(place.files().join("wall.toml"), ALONG_THE_WALL).unwrap();
+    place
+}
+
+/// Their comments had become different.
+#[test]
+fn the_definition_of_its_message_is_that_of_the_navigator_in_rust() {
+    let main = "    raise SystemExit(sketchnav.main([NAVIGATOR]))\n";
+    let prints = "    sketchnav.main([NAVIGATOR])\n    print('defined:', WALLS.definition, sep='\\n')\n";
+    let Some(place) = place_with(&[(main, prints)]) else { return };
+    let ended = place.fine("channels --json");
+    let (_, definition) = ended.out.split_once("defined:\n").unwrap();
+    let rust = rust_place();
+    let report = rust.fine("run wall.toml --out out --json").json();
+    let recording = Recording::open(&rust.files().join(report["recording"].as_str().unwrap())).unwrap();
+    let topics = recording.topics().unwrap();
+    let walls = topics.iter().find(|topic| topic.name == "/walls").unwrap();
+    assert_eq!(definition.trim_end(), std::str::from_utf8(&walls.schema.data).unwrap().trim_end());
 }
 
 #[test]
@@ -76,6 +101,60 @@ fn what_its_mission_lacks_is_said_before_anything_starts() {
 }
 
 #[test]
+fn a_sensor_that_no_robot_has_is_refused() {
+    let Some(place) = place_with(&[("sensors=[\"sonar\",", "sensors=[\"nose\",")]) else { return };
+    let ended = place.run("channels");
+    assert_ne!(ended.code, Some(0), "{ended}");
+    let expected = "sensors: expected one of laser, sonar, camera, view, odometry, found \"nose\"";
+    assert!(ended.err.contains(expected), "{ended}");
+}
+
+/// The second channel silently became the first one, with its messages.
+#[test]
+fn a_channel_with_the_name_of_another_one_is_refused() {
+    let (navigator, channels) = ("NAVIGATOR = Navigator(\n", "    channels=[WALLS],\n");
+    let other = format!("class Other(Message):\n    far_m: f64\n\n\n{navigator}");
+    let twice = "    channels=[WALLS, Channel('walls', Other, role='detail', writer='localizer', readers=['pad'])],\n";
+    let Some(place) = place_with(&[(navigator, &other), (channels, twice)]) else { return };
+    let ended = place.run("channels");
+    assert_ne!(ended.code, Some(0), "{ended}");
+    assert!(ended.err.contains("channel \"walls\": expected a name that no other channel has"), "{ended}");
+}
+
+#[test]
+fn the_doctor_names_the_script_and_its_interpreter() {
+    let Some(place) = place() else { return };
+    let ended = place.run("doctor --json");
+    assert!(ended.out.contains("python") && ended.out.contains("/navigator.py)"), "{ended}");
+}
+
+/// A seed from the environment, or options that make Python ignore it, left each process with an order of its own.
+#[test]
+fn hashes_are_the_same_in_all_processes() {
+    let shows = "import json\nimport sys\n\nprint('hash', hash('wall'), file=sys.stderr)\n";
+    let Some(place) = place_with(&[("import json\n", shows)]) else { return };
+    let hash = |seed: Option<&str>| {
+        let mut command = place.command("channels");
+        command.env_remove("PYTHONHASHSEED").envs(seed.map(|seed| ("PYTHONHASHSEED", seed)));
+        let ended: Ended = command.output().unwrap().into();
+        assert_eq!(ended.code, Some(0), "{ended}");
+        ended.err.lines().rfind(|line| line.starts_with("hash ")).unwrap().to_owned()
+    };
+    let fixed = hash(Some("0"));
+    for seed in [None, Some("7"), Some("random")] {
+        assert_eq!(hash(seed), fixed, "{seed:?}");
+    }
+    for option in ["-E", "-I"] {
+        let mut command = Command::new(place.command("").get_program());
+        command.arg(option).arg(place.files().join("navigator.py")).arg("channels");
+        place.settle(&mut command);
+        let ended: Ended = command.env("PYTHONHASHSEED", "0").output().unwrap().into();
+        assert_eq!(ended.code, Some(2), "{ended}");
+        assert!(ended.err.contains("expected no option -E or -I"), "{ended}");
+    }
+}
+
+#[test]
 fn an_exception_is_an_error_of_the_stage_and_its_traceback_is_in_the_log() {
     let step = "        walls = instant.newest(WALLS)\n";
     let fails =
@@ -92,6 +171,61 @@ fn an_exception_is_an_error_of_the_stage_and_its_traceback_is_in_the_log() {
     place.assert_nothing_left("walls");
 }
 
+/// Exceptions in `save` restarted the process until it was given up, and those in `is_ready` and `recover` were ignored.
+#[test]
+fn an_exception_in_any_method_is_an_error_of_the_stage() {
+    let raises = "raise ArithmeticError('no wall')";
+    let ready = "return self.agenda.is_ready()";
+    // A successor that can use no checkpoint recovers without one.
+    let restore = "        self.walls_m = json.loads(state)\n";
+    let refuses =
+        format!("        raise ValueError('not this state')\n\n    def recover(self):\n        {raises}\n");
+    for (method, old, new) in [
+        ("localizer: Ears.save", "return json.dumps(self.walls_m).encode()", raises),
+        ("planner: Driver.is_ready", ready, raises),
+        ("localizer: Ears.recover", restore, &refuses),
+    ] {
+        let Some(place) = place_with(&[(old, new)]) else { return };
+        let kill = "[[fault]]\nchannel = \"walls\"\nmessage = 20\ndo = \"kill\"\n";
+        std::fs::write(place.files().join("plan.toml"), kill).unwrap();
+        let ended = place.run("run wall.toml --faults plan.toml");
+        assert_eq!(ended.code, Some(2), "{ended}");
+        let error = format!("error: {method}: ArithmeticError: no wall (");
+        assert!(ended.err.contains(&error) && ended.err.contains("navigator.py, line "), "{ended}");
+    }
+}
+
+/// The exception that ended the step was reported as the earlier one, which had been dealt with.
+#[test]
+fn an_error_of_the_host_that_was_caught_does_not_hide_a_later_exception() {
+    let step = "        walls = instant.newest(WALLS)\n";
+    let fails = format!(
+        "{step}        try:\n            out.send(SONAR)\n        except RuntimeError:\n            pass\n        \
+         raise ArithmeticError('no wall')\n"
+    );
+    let Some(place) = place_with(&[(step, &fails)]) else { return };
+    let ended = place.run("run wall.toml");
+    assert_eq!(ended.code, Some(2), "{ended}");
+    assert!(ended.err.contains("error: planner: Driver.step: ArithmeticError: no wall ("), "{ended}");
+    let passes_on = format!("{step}        out.send(SONAR)\n");
+    let Some(place) = place_with(&[(step, &passes_on)]) else { return };
+    let ended = place.run("run wall.toml");
+    assert_eq!(ended.code, Some(2), "{ended}");
+    assert!(ended.err.contains("sonar") && !ended.err.contains("RuntimeError"), "{ended}");
+}
+
+/// It was sent as far as it had been filled.
+#[test]
+fn a_message_whose_filling_failed_is_not_sent() {
+    let send = "        out.send(WALLS, ahead_m=ahead_m, right_m=right_m)\n";
+    let fails = "        try:\n            out.send(WALLS, ahead_m=ahead_m, right_m='near')\n        except ValueError:\n    ";
+    let Some(place) = place_with(&[(send, &format!("{fails}{send}"))]) else { return };
+    let recording = place.driven("wall.toml");
+    let messages = place.messages(&recording);
+    assert_eq!(messages["/walls"], messages["/tick"], "{messages:?}");
+    place.is_reproduced(&recording, &["localizer", "planner"]);
+}
+
 /// The memory of a message belongs to the host once the step is over.
 #[test]
 fn what_is_kept_of_a_message_without_a_copy_is_an_error() {
@@ -105,6 +239,16 @@ fn what_is_kept_of_a_message_without_a_copy_is_an_error() {
             ended.err.contains("kept beyond the call") && ended.err.contains("message.copy()"),
             "{ended}"
         );
+    }
+    // A message that is to be sent, whose sender takes the error lightly.
+    let send = "        out.send(WALLS, ahead_m=ahead_m, right_m=right_m)\n";
+    let keeps = "        try:\n            out.send(WALLS, lambda walls: setattr(self, 'kept', walls))\n        \
+                 except RuntimeError:\n";
+    for then in [&format!("    {send}"), "            pass\n", &format!("            pass\n{send}")] {
+        let Some(place) = place_with(&[(send, &format!("{keeps}{then}"))]) else { return };
+        let ended = place.run("run wall.toml");
+        assert_eq!(ended.code, Some(2), "{ended}");
+        assert!(ended.err.contains("localizer: Ears.step: RuntimeError: a message"), "{ended}");
     }
     let copies = format!("{step}        self.kept = walls.copy() if walls else None\n");
     if let Some(place) = place_with(&[(step, &copies)]) {
@@ -142,6 +286,24 @@ fn messages_are_declared_filled_and_read() {
     let tests = repository().join("python/tests/test_messages.py");
     let ended: Ended = Command::new(python).arg(tests).output().unwrap().into();
     assert_eq!(ended.code, Some(0), "{ended}");
+}
+
+/// To a type checker, a navigator's messages had no fields and no version.
+#[test]
+fn a_type_checker_accepts_the_package_and_the_navigator() {
+    let Some(python) = needs::python("wheel", "SKETCHNAV_WHEEL_PYTHON", "mypy, sketchnav._core") else {
+        return;
+    };
+    let place = Place::new();
+    let navigator = repository().join("tests/stranger/wall_follower.py").display().to_string();
+    for checked in [["--check-untyped-defs", &navigator], ["--package", "sketchnav"]] {
+        let mut command = Command::new(&python);
+        // What the package needs for live systems and recordings may be missing.
+        command.args(["-m", "mypy", "--ignore-missing-imports", "--cache-dir", "cache"]).args(checked);
+        place.settle(&mut command);
+        let ended: Ended = command.output().unwrap().into();
+        assert_eq!(ended.code, Some(0), "{ended}");
+    }
 }
 
 /// The page's code is that of the file.

@@ -27,7 +27,7 @@ MEMORY = 0.5
 
 
 class Walls(Message, version=1, frame="base_link"):
-    """The walls around the robot, as its sonars hear them."""
+    """The walls around the robot, as its sonars measure them."""
 
     ahead_m: Annotated[f64, "The nearest echo ahead, metres from the robot's centre."]
     right_m: Annotated[f64, "The nearest echo to the right, metres from the robot's centre."]
@@ -64,22 +64,22 @@ class Ears(Stage):
     form = "wall-follower localizer 1"
 
     def __init__(self, run):
-        self.heard = None
+        self.walls_m = None
 
     def step(self, instant, out):
         scan = instant.fresh(SONAR)
         if scan is not None:
             now = [nearest(scan, 0.0), nearest(scan, -math.pi / 2)]
-            before = self.heard or now
-            self.heard = [MEMORY * b + (1.0 - MEMORY) * n for b, n in zip(before, now)]
-        ahead_m, right_m = self.heard or [0.0, 0.0]
+            before = self.walls_m or now
+            self.walls_m = [MEMORY * b + (1.0 - MEMORY) * n for b, n in zip(before, now)]
+        ahead_m, right_m = self.walls_m or [0.0, 0.0]
         out.send(WALLS, ahead_m=ahead_m, right_m=right_m)
 
     def save(self):
-        return json.dumps(self.heard).encode()
+        return json.dumps(self.walls_m).encode()
 
     def restore(self, state):
-        self.heard = json.loads(state)
+        self.walls_m = json.loads(state)
 
 
 class Driver(Stage):

@@ -182,7 +182,7 @@ impl Rehearsal {
         world.observe(tap)?;
         let instant = (world.tick(), world.stamp_ns());
         for (process, part) in [(Process::Localizer, &*localizer), (Process::Planner, planner)] {
-            if !part.is_ready() {
+            if !part.is_ready()? {
                 return Err(format!("the {process} is not ready, although it has received everything").into());
             }
         }

@@ -114,7 +114,7 @@ impl Part {
         Ok(stage.map(|stage| Self { access, stage, memory, spent: began.elapsed() }))
     }
 
-    pub(crate) fn is_ready(&self) -> bool {
+    pub(crate) fn is_ready(&self) -> Result<bool, StageError> {
         self.stage.is_ready()
     }
 

@@ -19,11 +19,12 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use sketchnav_schemas::codes::{FaultKind, Process};
 use sketchnav_schemas::message::fingerprint;
+use sketchnav_stage::SaveError;
 
 use crate::mapping::{Mapping, WORD};
 use crate::node::Node;
 use crate::system::System;
-use crate::{Error, Result};
+use crate::{Error, HostError, Result};
 
 /// Number of steps after which a process that is driven by ticks writes a checkpoint.
 pub const CHECKPOINT_EVERY: u32 = 16;
@@ -204,15 +205,21 @@ impl<T> Checkpoints<T> {
     /// # Errors
     /// [`Error::File`] if the state has outgrown its slot and shared memory is full. The previous content is kept in this case.
     pub fn write(&mut self, state: &impl Serialize) -> Result<()> {
-        self.write_with(|room| Ok(postcard::to_slice(state, room)?.len()))
+        let written = self.write_with(|room| Ok(postcard::to_slice(state, room)?.len()));
+        written.map_err(|error| match error {
+            HostError::Runtime(error) => error,
+            HostError::Stage(error) => {
+                self.refusal(self.next, format!("the state cannot be written: {error}"))
+            }
+        })
     }
 
     /// Like [`Checkpoints::write`], but `save` writes the state to the beginning of the given buffer and returns its length in
     /// bytes. If the buffer is too small, `save` is called again with a larger one.
     pub(crate) fn write_with(
         &mut self,
-        save: impl FnMut(&mut [u8]) -> postcard::Result<usize>,
-    ) -> Result<()> {
+        save: impl FnMut(&mut [u8]) -> Result<usize, SaveError>,
+    ) -> Result<(), HostError> {
         let length = self.fill(save)?;
         let (number, slot) = (self.number + 1, &mut self.slots[self.next]);
         let state = &self.room[..length.div_ceil(WORD)];
@@ -232,14 +239,15 @@ impl<T> Checkpoints<T> {
     }
 
     /// Makes `save` write the state to [`Self::room`], and returns its length in bytes.
-    fn fill(&mut self, mut save: impl FnMut(&mut [u8]) -> postcard::Result<usize>) -> Result<usize> {
+    fn fill(
+        &mut self,
+        mut save: impl FnMut(&mut [u8]) -> Result<usize, SaveError>,
+    ) -> Result<usize, HostError> {
         loop {
             match save(bytemuck::cast_slice_mut(&mut self.room)) {
                 Ok(length) => return Ok(length),
-                Err(postcard::Error::SerializeBufferFull) => self.room.resize(2 * self.room.len(), 0),
-                Err(error) => {
-                    return Err(self.refusal(self.next, format!("the state cannot be written: {error}")));
-                }
+                Err(SaveError::Full) => self.room.resize(2 * self.room.len(), 0),
+                Err(SaveError::Stage(error)) => return Err(error.into()),
             }
         }
     }

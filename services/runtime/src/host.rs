@@ -127,7 +127,7 @@ impl Host<'_> {
     fn serve(&mut self) -> Result<(), HostError> {
         loop {
             self.hear_all()?;
-            while self.stage.is_ready() && self.inputs.next_instant(self.node)? {
+            while self.stage.is_ready()? && self.inputs.next_instant(self.node)? {
                 self.step()?;
                 self.health.report_if_due(self.stamp_ns)?;
                 if self.node.end_requested() {
@@ -213,10 +213,10 @@ impl Host<'_> {
         let Self { inputs, outputs, spoken_from, stage, attempts, stamp_ns, .. } = self;
         let (inputs, outputs) = (inputs.positions(), outputs.positions());
         let head = HeadView { inputs, outputs, spoken_from, attempts: *attempts, stamp_ns: *stamp_ns };
-        Ok(self.checkpoints.write_with(|room| {
+        self.checkpoints.write_with(|room| {
             let used = postcard::to_slice(&head, room)?.len();
             Ok(used + stage.save(&mut room[used..])?)
-        })?)
+        })
     }
 
     /// Continues from where the predecessor stopped. Returns false if the process is asked to end first.
@@ -284,7 +284,6 @@ impl Host<'_> {
         );
         self.spoken_from.clone_from(self.outputs.positions());
         self.inputs.resume_after(answered, self.node)?;
-        self.stage.recover(&self.outputs);
-        Ok(())
+        Ok(self.stage.recover(&self.outputs)?)
     }
 }

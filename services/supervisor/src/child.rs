@@ -30,9 +30,10 @@ use crate::{Death, Error, Result};
 const LOOK_EVERY: Duration = Duration::from_millis(100);
 /// `F_SETSIG` of `fcntl.h` (Linux), which the libc crate lacks. It selects a signal other than SIGIO.
 const F_SETSIG: libc::c_int = 10;
-/// How much of the end of a log is shown in an error, in bytes and in lines.
-const LAST_BYTES: u64 = 2000;
+/// How much of the end of a log is shown in an error, in lines, or more if the program's own error begins before them.
 const LAST_LINES: usize = 12;
+/// Maximum of what is shown, in bytes.
+const LAST_BYTES: u64 = 8000;
 /// Space that a log reserves for the last words of its process, in bytes: one page of shared memory.
 const RESERVED_BYTES: i64 = 4096;
 
@@ -301,12 +302,14 @@ fn reserve(log: &File) {
     }
 }
 
-/// Returns the last lines of a log, or an empty string if it cannot be read.
+/// Returns the last lines of a log, with all of the error in which the program ended, or an empty string if the log cannot be read.
 fn last_lines(log: &Path) -> String {
     let text = last_bytes(log).unwrap_or_default();
     let text = String::from_utf8_lossy(&text);
     let lines: Vec<_> = text.trim_end().lines().collect();
-    lines[lines.len().saturating_sub(LAST_LINES)..].join("\n")
+    let last = lines.len().saturating_sub(LAST_LINES);
+    let error = lines.iter().rposition(|line| line.starts_with("error: ")).unwrap_or(last);
+    lines[last.min(error)..].join("\n")
 }
 
 fn last_bytes(log: &Path) -> io::Result<Vec<u8>> {
@@ -323,6 +326,22 @@ mod tests {
     use std::os::unix::fs::MetadataExt;
 
     use super::*;
+
+    /// The line that named an exception was lost if more than eleven lines followed.
+    #[test]
+    fn the_last_lines_of_a_log_include_the_whole_error() {
+        let folder = tempfile::tempdir().unwrap();
+        let log = folder.path().join("planner.log");
+        let calls: String = (1..=40).map(|i| format!("  call {i}\n")).collect();
+        let printed: String = (1..=40).map(|i| format!("printed {i}\n")).collect();
+        let error = format!("error: no wall\n{calls}");
+        std::fs::write(&log, format!("error: an earlier one\n{printed}{error}")).unwrap();
+        assert_eq!(last_lines(&log), error.trim_end());
+        std::fs::write(&log, &printed).unwrap();
+        assert_eq!(last_lines(&log), printed.trim_end().lines().skip(28).collect::<Vec<_>>().join("\n"));
+        std::fs::write(&log, format!("error: no wall\n{}", printed.repeat(100))).unwrap();
+        assert_eq!(last_lines(&log).lines().count(), LAST_LINES);
+    }
 
     /// A process that had died of full shared memory was said to have "printed nothing", because its log was in that memory.
     #[test]

@@ -1,6 +1,7 @@
 //! The checks of `sketchnav doctor`.
 
 use std::collections::BTreeSet;
+use std::ffi::OsStr;
 use std::fs;
 use std::io::Write;
 use std::os::unix::fs::MetadataExt;
@@ -11,7 +12,7 @@ use std::time::{Duration, Instant};
 use nix::sys::resource::{Resource, getrlimit};
 use nix::sys::statvfs::statvfs;
 use sketchnav_runtime::{NEEDED_FILES, Room, System};
-use sketchnav_supervisor::check_file_limit;
+use sketchnav_supervisor::{check_file_limit, this_program};
 
 use super::{Finding, Level};
 
@@ -49,7 +50,13 @@ pub fn all() -> impl Iterator<Item = Finding> {
 }
 
 fn version() -> Finding {
-    let program = std::env::current_exe().map_or_else(|_| "?".into(), |path| path.display().to_string());
+    let program = this_program().map_or_else(
+        |_| "?".into(),
+        |command| {
+            let words = std::iter::once(command.get_program()).chain(command.get_args());
+            words.map(OsStr::to_string_lossy).collect::<Vec<_>>().join(" ")
+        },
+    );
     Finding::fine("version", format!("{} {} ({program})", env!("CARGO_PKG_NAME"), env!("CARGO_PKG_VERSION")))
 }
 

@@ -69,6 +69,26 @@ pub trait Stage {
     }
 }
 
+/// Reasons why [`Hosted::save`] has not written the state.
+#[derive(Debug, thiserror::Error)]
+pub enum SaveError {
+    /// There is not enough room.
+    #[error("the state needs more room")]
+    Full,
+    /// The stage cannot be saved.
+    #[error("{0}")]
+    Stage(#[source] StageError),
+}
+
+impl From<postcard::Error> for SaveError {
+    fn from(error: postcard::Error) -> Self {
+        match error {
+            postcard::Error::SerializeBufferFull => Self::Full,
+            error => Self::Stage(error.into()),
+        }
+    }
+}
+
 /// A stage as a trait object, as its hosts store it. Every [`Stage`] implements this.
 pub trait Hosted {
     /// Returns [`Stage::FORM`].
@@ -78,21 +98,27 @@ pub trait Hosted {
     /// See [`Stage::speak`].
     fn speak(&mut self, out: &mut Outbox<'_>) -> Result<(), StageError>;
     /// See [`Stage::is_ready`].
-    fn is_ready(&self) -> bool;
+    ///
+    /// # Errors
+    /// Returns an error if the stage cannot say whether it is ready.
+    fn is_ready(&self) -> Result<bool, StageError>;
     /// See [`Stage::step`].
     fn step(&mut self, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError>;
     /// Writes the state to the beginning of `room` and returns its length in bytes. Allocates nothing.
     ///
     /// # Errors
-    /// [`postcard::Error::SerializeBufferFull`] if there is not enough room.
-    fn save(&self, room: &mut [u8]) -> Result<usize, postcard::Error>;
+    /// [`SaveError::Full`] if there is not enough room, and [`SaveError::Stage`] if the stage failed.
+    fn save(&self, room: &mut [u8]) -> Result<usize, SaveError>;
     /// Resumes from a state that [`Hosted::save`] wrote.
     ///
     /// # Errors
     /// Returns an error if the bytes are not such a state, or an error of [`Stage::restore`].
     fn load(&mut self, state: &[u8]) -> Result<(), StageError>;
     /// See [`Stage::recover`].
-    fn recover(&mut self, remains: &dyn Remains);
+    ///
+    /// # Errors
+    /// Returns an error if the stage failed.
+    fn recover(&mut self, remains: &dyn Remains) -> Result<(), StageError>;
 }
 
 impl<S: Stage> Hosted for S {
@@ -108,15 +134,15 @@ impl<S: Stage> Hosted for S {
         Stage::speak(self, out)
     }
 
-    fn is_ready(&self) -> bool {
-        Stage::is_ready(self)
+    fn is_ready(&self) -> Result<bool, StageError> {
+        Ok(Stage::is_ready(self))
     }
 
     fn step(&mut self, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError> {
         Stage::step(self, instant, out)
     }
 
-    fn save(&self, room: &mut [u8]) -> Result<usize, postcard::Error> {
+    fn save(&self, room: &mut [u8]) -> Result<usize, SaveError> {
         Ok(postcard::to_slice(&self.state(), room)?.len())
     }
 
@@ -124,7 +150,8 @@ impl<S: Stage> Hosted for S {
         self.restore(postcard::from_bytes(state)?)
     }
 
-    fn recover(&mut self, remains: &dyn Remains) {
+    fn recover(&mut self, remains: &dyn Remains) -> Result<(), StageError> {
         Stage::recover(self, remains);
+        Ok(())
     }
 }

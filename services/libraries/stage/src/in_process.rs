@@ -12,8 +12,8 @@ pub trait Tap {
     fn see(&mut self, spec: &'static ChannelSpec, message: &[u8], cells: &[u8]);
 }
 
-/// The newest message of each channel that a process writes or reads. Each message of a channel reuses the memory of the one
-/// before. A stage can send its messages here.
+/// The newest message of each channel that a process writes or reads. Each message of a channel reuses the memory of an earlier
+/// one. A stage can send its messages here.
 #[derive(Debug, Clone, Default)]
 pub struct InProcess {
     slots: Vec<Slot>,
@@ -23,6 +23,8 @@ pub struct InProcess {
 struct Slot {
     spec: &'static ChannelSpec,
     newest: Owned,
+    /// Memory for the next message, which becomes the newest one once it is filled.
+    next: Owned,
     seq: u64,
     is_fresh: bool,
 }
@@ -39,7 +41,8 @@ impl InProcess {
     }
 
     fn of(specs: impl Iterator<Item = &'static ChannelSpec>) -> Self {
-        let slot = |spec| Slot { spec, newest: Owned::default(), seq: 0, is_fresh: false };
+        let slot =
+            |spec| Slot { spec, newest: Owned::default(), next: Owned::default(), seq: 0, is_fresh: false };
         Self { slots: specs.map(slot).collect() }
     }
 
@@ -91,14 +94,15 @@ impl Sink for InProcess {
                 format!("channel {name:?} takes at most {max_cells} cells, found {}", put.cells).into()
             );
         }
-        let (message, cells) = slot.newest.blank(put.spec.message.size, put.cells);
-        (put.fill)(message, cells);
+        let (message, cells) = slot.next.blank(put.spec.message.size, put.cells);
+        (put.fill)(message, cells)?;
         slot.seq += u64::from(!put.is_repeated);
         let header = erased::header_mut(message);
         header.seq = slot.seq;
         if put.spec.is_sensed() {
             header.source_seq = slot.seq;
         }
+        std::mem::swap(&mut slot.newest, &mut slot.next);
         slot.is_fresh = true;
         Ok(slot.seq)
     }

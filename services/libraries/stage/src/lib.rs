@@ -80,11 +80,11 @@ mod navigator;
 mod output;
 
 pub use access::{Access, Denied};
-pub use hosted::{Hosted, Stage};
+pub use hosted::{Hosted, SaveError, Stage};
 pub use in_process::{InProcess, Tap};
 pub use input::{Heard, Inputs, Instant, Reading, Remains};
 pub use navigator::{Files, Make, Navigator, Review, Watch};
-pub use output::{Outbox, Put, Sink};
+pub use output::{Fill, Outbox, Put, Sink};
 
 /// The reason that a stage cannot continue, such as a parameter, a drawing or a message that it cannot work with.
 pub type StageError = Box<dyn std::error::Error + Send + Sync>;

@@ -6,6 +6,9 @@ use sketchnav_schemas::message::{Header, Message};
 
 use crate::{Denied, StageError};
 
+/// Fills a message and its cells.
+pub type Fill<'a> = dyn FnMut(&mut [u8], &mut [u8]) -> Result<(), StageError> + 'a;
+
 /// A message to be sent.
 pub struct Put<'a> {
     /// Channel of the message.
@@ -14,8 +17,8 @@ pub struct Put<'a> {
     pub cells: usize,
     /// True if the message repeats the last one of the channel, with the same number. See [`Outbox::repeat`].
     pub is_repeated: bool,
-    /// Fills the message and its cells, which are all zero before.
-    pub fill: &'a mut dyn FnMut(&mut [u8], &mut [u8]),
+    /// Fills the message and its cells, which are all zero before. If it fails, nothing is sent.
+    pub fill: &'a mut Fill<'a>,
 }
 
 /// The place where a host takes a stage's messages.
@@ -23,7 +26,8 @@ pub trait Sink {
     /// Has the message filled in place, numbers it, sends it and returns its number.
     ///
     /// # Errors
-    /// Returns an error if the process may not write the channel, or if the channel fails.
+    /// Returns an error if the process may not write the channel, or if the channel fails, and any error of `fill`. The message is
+    /// not sent then.
     fn put(&mut self, put: Put<'_>) -> Result<u64, StageError>;
 
     /// Returns the number of the last message of a channel, or 0 before the first.
@@ -77,15 +81,16 @@ impl<'a> Outbox<'a> {
         self.put(channel, cells, false, fill)
     }
 
-    /// Like [`Outbox::send_with`], but for a channel whose message is declared at run time, so that `fill` gets bytes.
+    /// Like [`Outbox::send_with`], but for a channel whose message is declared at run time, so that `fill` gets bytes. `fill`
+    /// may fail.
     ///
     /// # Errors
-    /// Like [`Outbox::send_with`].
+    /// Any error of [`Outbox::send_with`], and any error of `fill`, after which nothing is sent.
     pub fn send_bytes(
         &mut self,
         spec: &'static ChannelSpec,
         cells: usize,
-        fill: impl FnOnce(&mut [u8], &mut [u8]),
+        fill: impl FnOnce(&mut [u8], &mut [u8]) -> Result<(), StageError>,
     ) -> Result<u64, StageError> {
         self.put_bytes(spec, cells, false, fill)
     }
@@ -122,7 +127,10 @@ impl<'a> Outbox<'a> {
         is_repeated: bool,
         fill: impl FnOnce(&mut T, &mut [u8]),
     ) -> Result<u64, StageError> {
-        let fill = |message: &mut [u8], cells: &mut [u8]| fill(bytemuck::from_bytes_mut(message), cells);
+        let fill = |message: &mut [u8], cells: &mut [u8]| {
+            fill(bytemuck::from_bytes_mut(message), cells);
+            Ok(())
+        };
         self.put_bytes(channel.spec, cells, is_repeated, fill)
     }
 
@@ -131,14 +139,12 @@ impl<'a> Outbox<'a> {
         spec: &'static ChannelSpec,
         cells: usize,
         is_repeated: bool,
-        fill: impl FnOnce(&mut [u8], &mut [u8]),
+        fill: impl FnOnce(&mut [u8], &mut [u8]) -> Result<(), StageError>,
     ) -> Result<u64, StageError> {
         let (header, mut fill) = (self.header, Some(fill));
         let mut fill = |message: &mut [u8], cells: &mut [u8]| {
             *erased::header_mut(message) = header;
-            if let Some(fill) = fill.take() {
-                fill(message, cells);
-            }
+            fill.take().map_or(Ok(()), |fill| fill(message, cells))
         };
         self.sink.put(Put { spec, cells, is_repeated, fill: &mut fill })
     }

@@ -147,7 +147,7 @@ impl Staged {
     fn answer(&mut self, spec: &ChannelSpec, cause: Header, tap: &mut impl Tap) -> Result<(), StageError> {
         let tick = if spec.role == Role::Tick { cause.seq } else { cause.source_seq };
         let is_left_out = self.answered.as_ref().is_some_and(|ticks| !ticks.contains(&tick));
-        if self.part.is_ready() && !is_left_out {
+        if self.part.is_ready()? && !is_left_out {
             let before = self.part.spent;
             self.part.step((tick, cause.stamp_ns), &self.inputs, tap)?;
             self.steps.push(self.part.spent - before);

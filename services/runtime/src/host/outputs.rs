@@ -69,7 +69,7 @@ impl Sink for Outputs {
         }
         let mut loan = writer.loan(put.cells)?;
         let (message, cells) = loan.parts_mut();
-        (put.fill)(message, cells);
+        (put.fill)(message, cells)?;
         Ok(if put.spec.role == Role::Detail { loan.send_quietly()? } else { loan.send()? })
     }
 

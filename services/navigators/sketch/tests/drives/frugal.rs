@@ -15,7 +15,7 @@ static ALLOCATOR: CountingAllocator = CountingAllocator;
 /// Makes the host reserve room for all messages before the first step.
 fn make_room(drive: &mut Drive) {
     for spec in channels::written_by(Process::Planner, "sketch") {
-        let put = Put { spec, cells: 0, is_repeated: true, fill: &mut |_, _| {} };
+        let put = Put { spec, cells: 0, is_repeated: true, fill: &mut |_, _| Ok(()) };
         drive.sent.put(put).unwrap();
     }
 }

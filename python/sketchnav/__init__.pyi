@@ -1,0 +1,36 @@
+"""What the package offers, for type checkers. `__init__.py` imports each name when it is first used."""
+
+from .live import NotRunning as NotRunning
+from .live import System as System
+from .live import TooManyReaders as TooManyReaders
+from .live import WrongType as WrongType
+from .live import connect as connect
+from .live import systems as systems
+from .messages import Array as Array
+from .messages import Channel as Channel
+from .messages import Code as Code
+from .messages import Count as Count
+from .messages import Header as Header
+from .messages import Message as Message
+from .messages import Part as Part
+from .messages import PoseM as PoseM
+from .messages import PosePx as PosePx
+from .messages import Text as Text
+from .messages import Twist as Twist
+from .messages import Zero as Zero
+from .messages import f32 as f32
+from .messages import f64 as f64
+from .messages import u32 as u32
+from .messages import u64 as u64
+from .navigator import Agenda as Agenda
+from .navigator import Heard as Heard
+from .navigator import Instant as Instant
+from .navigator import Navigator as Navigator
+from .navigator import Outbox as Outbox
+from .navigator import Run as Run
+from .navigator import Stage as Stage
+from .navigator import main as main
+from .navigator import program as program
+from .recordings import Recording as Recording
+from .recordings import open_recording as open
+from .recordings import open_recording as open_recording

@@ -12,11 +12,13 @@ use crate::support::*;
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
-/// Makes the host reserve room for all messages before the first step.
+/// Makes the host reserve room for the newest and the next message of each channel before the first step.
 fn make_room(drive: &mut Drive) {
     for spec in channels::written_by(Process::Planner, "sketch") {
-        let put = Put { spec, cells: 0, is_repeated: true, fill: &mut |_, _| Ok(()) };
-        drive.sent.put(put).unwrap();
+        for _ in 0..2 {
+            let put = Put { spec, cells: 0, is_repeated: true, fill: &mut |_, _| Ok(()) };
+            drive.sent.put(put).unwrap();
+        }
     }
 }
 

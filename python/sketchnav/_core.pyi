@@ -1,9 +1,10 @@
 """The program as a library. Its functions are used by `sketchnav.navigator`; those of a call raise RuntimeError outside of it."""
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, TypeAlias
 
-from typing_extensions import Buffer
+# NumPy's arrays are buffers to type checkers only since Python 3.12.
+Buffer: TypeAlias = Any
 
 def main(navigators: list[Any], program: str, first: list[str], words: list[str], /) -> int: ...
 def declare(text: str, /) -> int: ...

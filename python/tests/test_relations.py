@@ -3,11 +3,12 @@
 import copy
 import itertools
 import math
+import pathlib
 import pickle
 
 import numpy as np
 from sketchnav import relations
-from sketchnav.relations import forces
+from sketchnav.relations import _calculus, forces
 
 RANDOM = np.random.default_rng(7)
 
@@ -59,11 +60,12 @@ def test_arrays_are_read_where_they_are():
         assert qtc.relate(a, b).tolist() == expected
     backwards = qtc.relate(k[::-2], l[::-2])
     assert backwards.tolist() == qtc.relate(k[::-2].copy(), l[::-2].copy()).tolist()
-    # The array itself is read, not a copy: what does not fit into memory can be mapped.
+    for part in (table[:, 2:4], k[::-2], np.broadcast_to(k, (3, 500, 2)).swapaxes(0, 1)):
+        _, [array] = _calculus.aligned("a", [part], "point")
+        assert np.shares_memory(array, part), part.strides
     still = np.broadcast_to(np.array([3.0, 4.0]), (500, 2))
-    assert not still.flags.owndata
     assert qtc.relate(k, still).tolist() == qtc.relate(k, [3.0, 4.0]).tolist()
-    assert k.astype(np.float32).tolist() == k.tolist() and qtc.relate(k.astype(np.float32), l).tolist() == expected
+    assert qtc.relate(k.astype(np.float32), l.astype(">f8")).tolist() == expected
 
 
 def test_tracks_are_broadcast():
@@ -210,6 +212,15 @@ def test_errors_name_the_argument_and_the_row():
     refused(lambda: relations.Argd({}), ValueError, "expected 1 to 64 thresholds, found 0")
     refused(lambda: relations.Argd({"near": 1.0}, "middle"), ValueError, "bound: expected upper or lower, found 'middle'")
     refused(lambda: qtc.code("towards"), ValueError, "qtcbs: expected one of -,-")
+
+
+def test_the_code_of_the_page_runs():
+    page = pathlib.Path(__file__).parents[2] / "docs/relations.md"
+    blocks = page.read_text().split("```python\n")[1:]
+    assert len(blocks) >= 5
+    names: dict = {}
+    for block in blocks:
+        exec(block.split("```")[0], names)
 
 
 def test_forces_between_squares_are_those_of_the_formula():

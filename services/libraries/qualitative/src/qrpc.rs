@@ -222,20 +222,25 @@ const SIGNS: [Sign; 3] = [Minus, Zero, Plus];
 /// Number of combinations of the five parts.
 const COMBINATIONS: usize = Disposition::COUNT * 81;
 
-/// The existing relations among all combinations of the five parts.
-static EXISTING: LazyLock<Vec<Qrpc>> = LazyLock::new(|| {
-    let relation = |code: usize| {
-        let sign = |place: usize| SIGNS[code / 3_usize.pow(place as u32) % 3];
-        Qrpc::new(Disposition::from_index(code / 81)?, sign(3), [sign(2), sign(1)], sign(0))
-    };
-    (0..COMBINATIONS).filter_map(relation).collect()
-});
+/// The existing relations among all combinations of the five parts, and the index of each combination among them.
+struct Existing {
+    relations: [Option<Qrpc>; Qrpc::COUNT],
+    indices: [usize; COMBINATIONS],
+}
 
-/// The index of each combination among the existing relations.
-static INDICES: LazyLock<[usize; COMBINATIONS]> = LazyLock::new(|| {
-    let mut indices = [0; COMBINATIONS];
-    EXISTING.iter().enumerate().for_each(|(index, relation)| indices[relation.code()] = index);
-    indices
+static EXISTING: LazyLock<Existing> = LazyLock::new(|| {
+    let mut existing = Existing { relations: [None; Qrpc::COUNT], indices: [0; COMBINATIONS] };
+    let mut index = 0;
+    for code in 0..COMBINATIONS {
+        let sign = |place: usize| SIGNS[code / 3_usize.pow(place as u32) % 3];
+        let disposition = Disposition::ALL[code / 81];
+        if let Some(relation) = Qrpc::new(disposition, sign(3), [sign(2), sign(1)], sign(0)) {
+            existing.relations[index] = Some(relation);
+            existing.indices[code] = index;
+            index += 1;
+        }
+    }
+    existing
 });
 
 impl Qrpc {
@@ -251,11 +256,11 @@ impl Relation for Qrpc {
     const COUNT: usize = 41;
 
     fn index(self) -> usize {
-        INDICES[self.code()]
+        EXISTING.indices[self.code()]
     }
 
     fn from_index(index: usize) -> Option<Self> {
-        EXISTING.get(index).copied()
+        EXISTING.relations.get(index).copied().flatten()
     }
 
     fn limits_to(self, instant: Self) -> bool {

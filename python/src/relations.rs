@@ -29,8 +29,7 @@ fn calculus<'a>(arguments: &'a Bound<'_, PyTuple>) -> PyResult<&'a dyn Related> 
     let capsule = arguments.get_item(0)?.cast_into::<PyCapsule>()?;
     let pointer = capsule.pointer_checked(Some(CALCULUS))?.cast::<Box<dyn Related>>();
     // SAFETY: capsules of this name hold a calculus. The arguments own a reference to the capsule for as long as they are borrowed.
-    let calculus: &'a Box<dyn Related> = unsafe { pointer.as_ref() };
-    Ok(calculus.as_ref())
+    Ok(unsafe { pointer.as_ref() }.as_ref())
 }
 
 fn rejected(error: Error) -> PyErr {

@@ -99,6 +99,7 @@ pub trait Related: Send + Sync {
 }
 
 type Unary<R> = Box<dyn Fn(R) -> RelationSet<R> + Send + Sync>;
+type Permuted<R> = fn(R, Permutation) -> RelationSet<R>;
 type Binary<R> = Box<dyn Fn(R, R) -> RelationSet<R> + Send + Sync>;
 
 /// A calculus, with what is known about its relations.
@@ -110,7 +111,7 @@ pub struct Of<C: Calculus> {
     has_own_words: bool,
     converse: Option<Unary<C::Relation>>,
     compose: Option<Binary<C::Relation>>,
-    permuted: Option<fn(C::Relation, Permutation) -> RelationSet<C::Relation>>,
+    permuted: Option<Permuted<C::Relation>>,
     make_table: Option<Box<dyn Fn() -> Table<C::Relation> + Send + Sync>>,
     table: OnceLock<Table<C::Relation>>,
 }
@@ -145,7 +146,7 @@ impl<C: Calculus> Of<C> {
     }
 
     /// Takes what the same objects are in another order.
-    pub fn permuted(self, permuted: fn(C::Relation, Permutation) -> RelationSet<C::Relation>) -> Self {
+    pub fn permuted(self, permuted: Permuted<C::Relation>) -> Self {
         Self { permuted: Some(permuted), ..self }
     }
 

@@ -10,6 +10,7 @@ mod agenda;
 mod lent;
 mod memory;
 mod navigator;
+mod relations;
 mod stage;
 mod table;
 
@@ -52,6 +53,7 @@ pub unsafe extern "C" fn PyInit__core() -> *mut ffi::PyObject {
         table::add(&module)?;
         lent::add(&module)?;
         agenda::add(&module)?;
+        relations::add(&module)?;
         Ok(module)
     });
     match filled {

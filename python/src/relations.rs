@@ -6,6 +6,7 @@
 mod arrays;
 mod calculi;
 mod forces;
+mod qsrlib;
 mod related;
 
 use std::ffi::CStr;
@@ -144,7 +145,8 @@ pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
             Err(found) => (false, vec![contradiction(found)]),
         }))
     })?;
-    forces::add(module)
+    forces::add(module)?;
+    qsrlib::add(module)
 }
 
 /// Fills an array with the relations of other arrays.

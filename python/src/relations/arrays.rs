@@ -3,6 +3,7 @@
 use pyo3::buffer::PyBuffer;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use sketchnav_qualitative::qsrlib::Box2;
 use sketchnav_qualitative::{Error, Interval, Oriented, Point, Rect};
 
 /// An object as a row of numbers.
@@ -46,6 +47,16 @@ impl Row for Rect {
 
     fn of([x_low, y_low, x_high, y_high]: [f64; 4]) -> Result<Self, Error> {
         Self::new([x_low, y_low], [x_high, y_high])
+    }
+}
+
+/// A rectangle that may have no extent.
+impl Row for Box2 {
+    type Numbers = Self;
+
+    fn of(corners: Self) -> Result<Self, Error> {
+        let [x_low, y_low, x_high, y_high] = corners;
+        Point::new(x_low, y_low).and(Point::new(x_high, y_high)).map(|_| corners)
     }
 }
 
@@ -132,6 +143,19 @@ impl Array {
             return Ok(None);
         }
         T::of(numbers).map(Some).map_err(|error| self.rejected(time, track, &error))
+    }
+
+    /// Reads an object of the first track that must not be missing.
+    ///
+    /// # Errors
+    /// If the row is none of an object, or one of its numbers is NaN.
+    pub fn present<T: Row>(&self, time: usize) -> PyResult<T> {
+        self.object(time, 0)?.ok_or_else(|| {
+            PyValueError::new_err(format!(
+                "{}: expected finite numbers, found NaN at sample {time}",
+                self.name
+            ))
+        })
     }
 
     #[cold]

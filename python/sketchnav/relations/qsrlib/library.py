@@ -246,6 +246,9 @@ def _qtc(which: str, world: _World, arguments: Arguments) -> World_QSR_Trace:
         is_there = k.is_there & l.is_there
         is_step = np.concatenate([[False], is_there[1:] & is_there[:-1]])
         rows = np.flatnonzero(is_step & is_alike if which == "qtcbcs" else is_step)
+        if not is_plain and (np.diff(rows) > 1).any():
+            time = world.times[int(rows[np.argmax(np.diff(rows) > 1)])]
+            raise KeyError(f"{which}: expected the same objects at all times once both are there, found others after {time}")
         steps = [track.numbers[at, :2][:, None] for track in (k, l) for at in (rows - 1, rows)]
         words = _core.qsrlib_steps(
             which,
@@ -258,7 +261,8 @@ def _qtc(which: str, world: _World, arguments: Arguments) -> World_QSR_Trace:
                 bool(parameters["validate"]),
             ),
         )
-        times = [world.times[row] for row in rows] if is_plain else range(1, len(words) + 1)
+        is_timed = is_plain and which != "qtcbcs"
+        times = [world.times[row] for row in rows] if is_timed else range(1, len(words) + 1)
         between = ",".join(names)
         for time, word in zip(times, words, strict=True):
             found.add_qsr(QSR(time, between, {which: word}), time)

@@ -124,9 +124,11 @@ fn errors_in_tables_and_options_name_the_line_and_the_expectation() {
 fn the_relations_of_arrays_in_python_are_those_of_their_definitions() {
     let modules = "numpy, sketchnav._core";
     let Some(python) = needs::python("wheel", "SKETCHNAV_WHEEL_PYTHON", modules) else { return };
-    let tests = repository().join("python/tests/test_relations.py");
-    let ended: Ended = Command::new(python).arg(tests).output().unwrap().into();
-    assert_eq!(ended.code, Some(0), "{ended}");
+    for tests in ["test_relations.py", "test_qsrlib.py"] {
+        let tests = repository().join("python/tests").join(tests);
+        let ended: Ended = Command::new(&python).arg(tests).output().unwrap().into();
+        assert_eq!(ended.code, Some(0), "{ended}");
+    }
 }
 
 /// The command and the package compute with the same library, and read the same table alike.

@@ -261,8 +261,7 @@ def _qtc(which: str, world: _World, arguments: Arguments) -> World_QSR_Trace:
                 bool(parameters["validate"]),
             ),
         )
-        is_timed = is_plain and which != "qtcbcs"
-        times = [world.times[row] for row in rows] if is_timed else range(1, len(words) + 1)
+        times = [world.times[row] for row in rows] if is_plain else range(1, len(words) + 1)
         between = ",".join(names)
         for time, word in zip(times, words, strict=True):
             found.add_qsr(QSR(time, between, {which: word}), time)

@@ -100,7 +100,11 @@ mod built {
         };
         let system = systems::find(options.system.as_deref())?;
         let run = system.run_config().or_input()?;
-        if options.drive { drive(&system, &run, &settings) } else { publish(system, &run, options, &settings) }
+        if options.drive {
+            drive(&system, &run, &settings)
+        } else {
+            publish(system, &run, options, &settings)
+        }
     }
 
     fn publish(

@@ -106,6 +106,9 @@ impl Driver {
         ticks.resume_after_history();
         let newest_ns = outlets.iter().filter_map(Outlet::newest_ns).max();
         let newest_ns = newest_ns.max(ticks.last_sent().map(|tick| tick.header.stamp_ns));
+        // The first instant of a simulator ends after a period, too.
+        let is_first = newest_ns.is_none() && clock == Clock::Robot;
+        let begin_ns = if is_first { 0 } else { newest_ns.unwrap_or(0) + period_ns };
         let mut driver = Self {
             clock,
             period_ns,
@@ -114,7 +117,7 @@ impl Driver {
             recorded_tick: if run.recording.is_some() { 0 } else { u64::MAX - LOCKSTEP_WINDOW },
             health: HealthReporter::new(&node)?,
             step: Step::begin(),
-            began: (Instant::now(), newest_ns.map_or(0, |newest| newest + period_ns)),
+            began: (Instant::now(), begin_ns),
             tick_ns: None,
             pacer: None,
             joint: Joint::None,
@@ -205,12 +208,7 @@ impl Driver {
     ///
     /// # Errors
     /// See [`Driver::send`].
-    pub fn odometry(
-        &mut self,
-        stamp_ns: u64,
-        pose: &Pose<Odom>,
-        twist: Twist,
-    ) -> Result<(), DriverError> {
+    pub fn odometry(&mut self, stamp_ns: u64, pose: &Pose<Odom>, twist: Twist) -> Result<(), DriverError> {
         let pose = PoseM::new(&self.joint.apply(pose));
         self.send(ODOMETRY, stamp_ns, |message| {
             *message = Odometry { header: message.header, pose, twist };
@@ -325,7 +323,11 @@ impl Driver {
     /// reading the drawing miss nothing.
     fn newest_when_due(&mut self, speed: f64) -> Result<Twist, DriverError> {
         let began = Instant::now();
-        while self.pacer.is_none() && !self.is_over && self.orders.answered() == 0 && began.elapsed() < PATIENCE {
+        while self.pacer.is_none()
+            && !self.is_over
+            && self.orders.answered() == 0
+            && began.elapsed() < PATIENCE
+        {
             self.wait(LOOK_UP)?;
         }
         let now_ns = self.now_ns();
@@ -334,7 +336,9 @@ impl Driver {
         self.orders.receive()?;
         if !self.is_late && pacer.until(now_ns + NS_PER_S).is_zero() {
             self.is_late = true;
-            say!("the simulator is slower than --speed {speed}; in lockstep (--speed max), the navigators wait for it");
+            say!(
+                "the simulator is slower than --speed {speed}; in lockstep (--speed max), the navigators wait for it"
+            );
         }
         while !self.is_over && !self.orders.is_last() {
             let left = pacer.until(now_ns);

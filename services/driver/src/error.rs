@@ -58,7 +58,9 @@ pub enum DriverError {
         most: usize,
     },
     /// The mission is over, or the driver was asked to end.
-    #[error("{channel}: expected nothing after the end of the mission, which the robot spends standing still")]
+    #[error(
+        "{channel}: expected nothing after the end of the mission, which the robot spends standing still"
+    )]
     Over {
         /// Name of the channel.
         channel: &'static str,
@@ -73,7 +75,9 @@ impl DriverError {
     pub fn concerns_the_system(&self) -> bool {
         matches!(
             self,
-            Self::HasWorld { .. } | Self::Lockstep { .. } | Self::Runtime(Error::NotRunning { .. } | Error::BadName { .. })
+            Self::HasWorld { .. }
+                | Self::Lockstep { .. }
+                | Self::Runtime(Error::NotRunning { .. } | Error::BadName { .. })
         )
     }
 }

@@ -1,11 +1,15 @@
 //! The writing end of a channel of a driver.
 
 use sketchnav_runtime::{Node, RawWriter};
-use sketchnav_schemas::channels::ChannelSpec;
+use sketchnav_schemas::channels::{ChannelSpec, SCAN};
 use sketchnav_schemas::erased::{self, Owned};
-use sketchnav_schemas::message::Header;
+use sketchnav_schemas::message::{Header, LaserScan};
+use sketchnav_schemas::valid::{Checked, ensure};
 
 use crate::error::DriverError;
+
+/// Maximum angle that the beams of a scan cover, in radians: a full turn and a tenth.
+const MOST_TURN_RAD: f64 = 1.1 * std::f64::consts::TAU;
 
 /// The writing end of a channel. It checks messages, and sends no more of them between two ticks than the channel holds.
 ///
@@ -108,7 +112,18 @@ fn filled<E: From<DriverError>>(
 ) -> Result<(), E> {
     fill(message)?;
     *erased::header_mut(message) = header;
-    spec.message.check(message).map_err(|why| DriverError::Invalid { channel: spec.name, why }.into())
+    let checked =
+        spec.message.check(message).and_then(|()| SCAN.message(spec, message).map_or(Ok(()), check_turn));
+    checked.map_err(|why| DriverError::Invalid { channel: spec.name, why }.into())
+}
+
+/// Checks that the beams of a scan cover at most a full turn, with some slack for sensors that count a beam too many. Readers
+/// accept others, which a person may have recorded; a driver that sends them has mistaken degrees for radians.
+fn check_turn(scan: &LaserScan) -> Checked {
+    let step_rad = f64::from(scan.angle_increment_rad);
+    let turn_rad = step_rad.abs() * f64::from(scan.beam_count.saturating_sub(1));
+    let expected = "beams over at most a full turn, in radians";
+    ensure(turn_rad <= MOST_TURN_RAD, "angle_increment_rad", expected, step_rad)
 }
 
 /// Selects which readings are sent, so that there are no more between two ticks than the channel holds for a late reader.

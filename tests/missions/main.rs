@@ -9,6 +9,7 @@ mod eval;
 mod landmarks;
 mod outline;
 mod python;
+mod python_driver;
 mod shipped;
 mod side_by_side;
 mod stranger;

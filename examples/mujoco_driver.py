@@ -4,7 +4,7 @@
     sketchnav run mission.toml --without world --system lab
     python examples/mujoco_driver.py lab
 
-The floor and the robot are those of the mission. A differential base has two wheels and a caster, an omnidirectional one three
+The floor and the robot are those of the mission. A differential base has two wheels and two casters, an omnidirectional one three
 wheels with rollers. Motors turn the wheels; the odometry is what the wheels have turned, and slip is not in it.
 """
 
@@ -16,7 +16,8 @@ import numpy as np
 
 import sketchnav
 
-WHEEL_M, ROLLER_M, ROLLERS, HALF_WIDTH_M = 0.06, 0.016, 12, 0.012
+#: Radius of the wheels, half the width of a tyre, radius and number of the rollers on a wheel.
+WHEEL_M, HALF_WIDTH_M, ROLLER_M, ROLLERS = 0.06, 0.012, 0.016, 12
 #: Height of walls, furniture and the robot, and of the laser's plane, in metres.
 HEIGHT_M, LASER_M = 0.3, 0.25
 STEP_S = 0.002
@@ -37,7 +38,7 @@ def wheels(robot):
 def wheel_xml(index, at, ahead, has_rollers):
     """A wheel that turns about its axis, with rollers on its rim or a tyre."""
     (x, y), (dx, dy) = at, ahead
-    parts = [f'<geom type="cylinder" size="{WHEEL_M} {HALF_WIDTH_M}" zaxis="0 1 0" mass="0.3" {WHEEL} friction="1 .005 .0001"/>']
+    parts = [f'<geom type="ellipsoid" size="{WHEEL_M} {WHEEL_M} {HALF_WIDTH_M}" zaxis="0 1 0" mass="0.3" {WHEEL}/>']
     if has_rollers:
         parts = ['<inertial pos="0 0 0" mass="0.3" diaginertia="0.0003 0.0005 0.0003"/>']
         rim_m, half_m = WHEEL_M - ROLLER_M, (WHEEL_M - ROLLER_M) * math.tan(math.pi / ROLLERS)
@@ -45,13 +46,10 @@ def wheel_xml(index, at, ahead, has_rollers):
             sin, cos = (turn(2 * math.pi * roller / ROLLERS) for turn in (math.sin, math.cos))
             parts.append(
                 f'<body pos="{rim_m * sin} 0 {rim_m * cos}" zaxis="{cos} 0 {-sin}"><joint axis="0 0 1" damping="1e-5"/>'
-                f'<geom type="capsule" size="{ROLLER_M} {half_m}" mass="0.01" {WHEEL} friction="1 .005 .0001"/></body>'
+                f'<geom type="capsule" size="{ROLLER_M} {half_m}" mass="0.01" {WHEEL}/></body>'
             )
-    parts = "".join(parts)
-    return (
-        f'<body pos="{x} {y} {WHEEL_M}" xyaxes="{dx} {dy} 0 {-dy} {dx} 0"><joint name="wheel{index}" axis="0 1 0" damping="0.001"/>'
-        f"{parts}</body>"
-    )
+    place = f'pos="{x} {y} {WHEEL_M}" xyaxes="{dx} {dy} 0 {-dy} {dx} 0"'
+    return f'<body {place}><joint name="wheel{index}" axis="0 1 0" damping="0.001"/>{"".join(parts)}</body>'
 
 
 def wall_xml(corners):
@@ -61,7 +59,8 @@ def wall_xml(corners):
     if len(points) == 4 and abs(sides[0] @ sides[1]) < 1e-9 and np.allclose(sides[0], -sides[2]):
         (x, y), (dx, dy) = points.mean(axis=0), sides[0]
         size = " ".join(str(np.linalg.norm(side) / 2) for side in sides[:2])
-        return "", f'<geom type="box" pos="{x} {y} {HEIGHT_M / 2}" size="{size} {HEIGHT_M / 2}" xyaxes="{dx} {dy} 0 {-dy} {dx} 0" {WALL}/>'
+        place = f'pos="{x} {y} {HEIGHT_M / 2}" xyaxes="{dx} {dy} 0 {-dy} {dx} 0"'
+        return "", f'<geom type="box" {place} size="{size} {HEIGHT_M / 2}" {WALL}/>'
     name = f"prism{hash(points.tobytes())}"
     vertices = " ".join(f"{x} {y} {z}" for x, y in corners for z in (0.0, HEIGHT_M))
     return f'<mesh name="{name}" vertex="{vertices}"/>', f'<geom type="mesh" mesh="{name}" {WALL}/>'
@@ -73,15 +72,18 @@ def model(robot):
     meshes, solids = zip(*(wall_xml(corners) for corners in [*floor.walls, *floor.furniture]))
     places, has_rollers = wheels(robot), facts["drive"] == "omnidirectional"
     x, y, heading = robot.start
-    caster = f'<geom type="sphere" pos="{-0.8 * facts["radius_m"]} 0 0.03" size="0.03" mass="0.1" {WHEEL} friction="0 0 0" priority="1"/>'
+    # Casters without friction in front and behind, a millimetre above the floor.
+    slides = f'size="0.02" mass="0.05" {WHEEL} friction="0 0 0" priority="1"'
+    casters = [f'<geom type="sphere" pos="{side * 0.8 * facts["radius_m"]} 0 0.021" {slides}/>' for side in (1, -1)]
+    rolling = [wheel_xml(i, at, ahead, has_rollers) for i, (at, ahead) in enumerate(places)] + casters * (not has_rollers)
     motors = [f'<velocity joint="wheel{i}" kv="1.5" forcerange="-6 6"/>' for i in range(len(places))]
     return mujoco.MjModel.from_xml_string(f"""
-      <mujoco><option timestep="{STEP_S}" cone="elliptic" impratio="10" integrator="implicitfast"/>
+      <mujoco><option timestep="{STEP_S}" cone="elliptic" impratio="50" integrator="implicitfast"/>
         <asset>{"".join(meshes)}</asset>
         <worldbody><geom type="plane" size="0 0 1" {FLOOR}/>{"".join(solids)}
           <body name="base" pos="{x} {y} 0" euler="0 0 {math.degrees(heading)}"><freejoint/>
             <geom name="hull" type="cylinder" pos="0 0 0.13" size="{facts["radius_m"]} 0.08" mass="{facts["mass_kg"]}" {HULL}/>
-            {"".join(wheel_xml(i, *place, has_rollers) for i, place in enumerate(places))}{"" if has_rollers else caster}
+            {"".join(rolling)}
           </body></worldbody>
         <actuator>{"".join(motors)}</actuator></mujoco>""")
 
@@ -97,8 +99,7 @@ class Simulator:
         self.inverse = np.linalg.pinv(self.rims)
         self.turned = [self.model.joint(f"wheel{i}").dofadr[0] for i in range(len(self.rims))]
         self.pose, self.velocity, self.wanted = np.zeros(3), np.zeros(3), np.zeros(3)
-        beams = np.array(robot.beams_rad())
-        self.beams = np.stack([np.cos(beams), np.sin(beams)])
+        self.beams_rad = np.array(robot.beams_rad())
 
     def truth(self):
         """Where the base is: x, y and heading."""
@@ -122,18 +123,16 @@ class Simulator:
         """The ranges of the laser, with the noise of the robot's file."""
         laser, (x, y, heading) = self.facts["laser"], self.truth()
         cos, sin = math.cos(heading), math.sin(heading)
-        eye = np.array([x + laser["mount_x_m"] * cos - laser["mount_y_m"] * sin, y + laser["mount_x_m"] * sin + laser["mount_y_m"] * cos, LASER_M])
-        turn = heading + math.radians(laser["mount_yaw_deg"])
-        cos, sin = math.cos(turn), math.sin(turn)
-        count = self.beams.shape[1]
-        directions = np.stack([cos * self.beams[0] - sin * self.beams[1], sin * self.beams[0] + cos * self.beams[1], np.zeros(count)])
+        ahead_m, left_m = laser["mount_x_m"], laser["mount_y_m"]
+        eye = np.array([x + ahead_m * cos - left_m * sin, y + ahead_m * sin + left_m * cos, LASER_M])
+        beams = heading + math.radians(laser["mount_yaw_deg"]) + self.beams_rad
+        directions = np.stack([np.cos(beams), np.sin(beams), np.zeros_like(beams)], axis=1).ravel()
+        count, reach_m = len(beams), laser["range_max_m"]
         found, ranges_m = np.zeros(count, np.int32), np.zeros(count)
-        groups = np.array([0, 1, 0, 0, 0, 0], np.uint8)
-        mujoco.mj_multiRay(
-            self.model, self.data, eye, directions.T.ravel().copy(), groups, True, -1, found, ranges_m, None, count, laser["range_max_m"]
-        )
+        walls = np.array([0, 1, 0, 0, 0, 0], np.uint8)
+        mujoco.mj_multiRay(self.model, self.data, eye, directions, walls, True, -1, found, ranges_m, None, count, reach_m)
         ranges_m += self.rng.normal(size=count) * np.maximum(laser["noise_m"], laser["noise_per_m"] * ranges_m)
-        is_lost = (found < 0) | (self.rng.random(count) < laser["dropout"]) | (ranges_m > laser["range_max_m"])
+        is_lost = (found < 0) | (self.rng.random(count) < laser["dropout"]) | (ranges_m > reach_m)
         return np.where(is_lost, np.inf, np.maximum(ranges_m, 0.0))
 
     def touches(self):

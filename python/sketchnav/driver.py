@@ -181,8 +181,8 @@ class Driver:
     ) -> None:
         """Sends a scan, taken `age_s` ago: ranges counter-clockwise, infinity without a return, NaN if invalid (REP 117).
 
-        What is not given is that of `[laser]` in the robot's file, where beams are spread evenly around the forward axis. The angles
-        of another laser are given together.
+        What is not given is that of `[laser]` in the robot's file, where beams are spread evenly around the forward axis. The
+        angles of another laser are given together.
         """
         laser = self.robot.get("laser") or {}
         count = len(ranges_m)
@@ -224,10 +224,8 @@ class Driver:
     ) -> None:
         """Sends the pose by dead reckoning, in its own frame, and the velocity in the robot's own axes, measured `age_s` ago."""
         if self.robot["drive"] == "differential" and abs(vy_mps) > max(0.1, abs(vx_mps)):
-            warnings.warn(
-                f"odometry: expected a velocity in the robot's own axes, found {vy_mps:.2f} m/s to the left of a differential drive",
-                stacklevel=2,
-            )
+            found = f"{vy_mps:.2f} m/s to the left of a differential drive"
+            warnings.warn(f"odometry: expected a velocity in the robot's own axes, found {found}", stacklevel=2)
         twist = (vx_mps, vy_mps, yaw_rate_radps)
         _core.driver_odometry(self._stamp_ns(age_s, "odometry"), (x_m, y_m, heading_rad), twist)
 
@@ -297,8 +295,8 @@ class Driver:
     def command(self, *, wait_s: float = 0.05) -> Velocity:
         """How fast the robot is to drive until the next tick.
 
-        The answer to the last tick, if it arrives within `wait_s`. Otherwise the newest command, or standstill if that is older than
-        half a second. A simulator waits until its time may go on. Once it is over, the robot stands still.
+        The answer to the last tick, if it arrives within `wait_s`. Otherwise the newest command, or standstill if that is older
+        than half a second. A simulator waits until its time may go on. Once it is over, the robot stands still.
         """
         twist = _core.driver_command(wait_s)
         self.is_over = twist is None

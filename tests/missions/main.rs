@@ -12,4 +12,5 @@ mod python;
 mod python_driver;
 mod shipped;
 mod side_by_side;
+mod simulators;
 mod stranger;

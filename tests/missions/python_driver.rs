@@ -176,7 +176,7 @@ fn drivers_that_are_killed_as_they_join_leave_nothing_in_the_way() {
 #[test]
 fn a_driver_that_is_too_slow_gets_no_old_command() {
     let Some(waiting) = waiting(REAL_TIME) else { return };
-    let command = "        robot.velocity = system.command(";
+    let command = "        robot.velocity = system.command(wait_s";
     let hangs = format!(
         "        if any(robot.velocity) and robot.readings > 100 and not hasattr(robot, 'hung'):\n            \
          robot.hung = True\n            time.sleep(0.7)\n            stale = system.command()\n            \

@@ -23,6 +23,8 @@ pub struct Outlet {
     newest_ns: Option<u64>,
     /// The newest reading if it is held.
     held: Owned,
+    /// Memory for the next one.
+    spare: Owned,
     is_holding: bool,
 }
 
@@ -38,6 +40,7 @@ impl Outlet {
             since_tick: 0,
             newest_ns,
             held: Owned::default(),
+            spare: Owned::default(),
             is_holding: false,
         })
     }
@@ -66,24 +69,23 @@ impl Outlet {
         (stamp_ns, source_seq): (u64, u64),
         fill: impl FnOnce(&mut [u8]) -> Result<(), E>,
     ) -> Result<(), E> {
-        let spec = self.spec();
-        let is_sensor = spec.is_sensed();
-        if let Some(before_ns) = self.newest_ns.filter(|&before| stamp_ns < before + u64::from(is_sensor)) {
-            return Err(DriverError::Stamp { channel: spec.name, before_ns, found_ns: stamp_ns }.into());
-        }
-        let is_thinned = is_sensor && spec.per_tick > 1;
+        let (spec, before_ns) = (self.spec(), self.newest_ns);
+        let is_thinned = spec.is_sensed() && spec.per_tick > 1;
         if !is_thinned && self.since_tick == spec.per_tick {
             return Err(DriverError::TooMany { channel: spec.name, most: spec.per_tick }.into());
         }
-        let takes = !is_thinned || self.thinning.takes(stamp_ns);
         let header = Header { seq: 0, stamp_ns, source_seq };
+        let takes = !is_thinned || self.thinning.takes(stamp_ns);
         if takes {
             let mut loan = self.writer.loan(0).map_err(DriverError::from)?;
-            filled(spec, loan.parts_mut().0, header, fill)?;
+            filled(spec, loan.parts_mut().0, (header, before_ns), fill)?;
             loan.send_quietly().map_err(DriverError::from)?;
         } else {
-            filled(spec, self.held.blank(spec.message.size, 0).0, header, fill)?;
+            // The reading that is held stays if this one turns out to be wrong.
+            filled(spec, self.spare.blank(spec.message.size, 0).0, (header, before_ns), fill)?;
+            std::mem::swap(&mut self.held, &mut self.spare);
         }
+        self.thinning.count(stamp_ns, takes);
         self.is_holding = !takes;
         self.newest_ns = Some(stamp_ns);
         self.since_tick += 1;
@@ -103,18 +105,24 @@ impl Outlet {
     }
 }
 
-/// Fills a message and checks it.
+/// Fills a message and checks it, also against the stamp of the one before.
 fn filled<E: From<DriverError>>(
     spec: &ChannelSpec,
     message: &mut [u8],
-    header: Header,
+    (header, before_ns): (Header, Option<u64>),
     fill: impl FnOnce(&mut [u8]) -> Result<(), E>,
 ) -> Result<(), E> {
     fill(message)?;
     *erased::header_mut(message) = header;
     let checked =
         spec.message.check(message).and_then(|()| SCAN.message(spec, message).map_or(Ok(()), check_turn));
-    checked.map_err(|why| DriverError::Invalid { channel: spec.name, why }.into())
+    checked.map_err(|why| DriverError::Invalid { channel: spec.name, why })?;
+    // Several events may happen at the same time.
+    let (found_ns, earliest) = (header.stamp_ns, u64::from(spec.is_sensed()));
+    match before_ns.filter(|before_ns| found_ns < before_ns + earliest) {
+        Some(before_ns) => Err(DriverError::Stamp { channel: spec.name, before_ns, found_ns }.into()),
+        None => Ok(()),
+    }
 }
 
 /// Checks that the beams of a scan cover at most a full turn, with some slack for sensors that count a beam too many. Readers
@@ -149,14 +157,17 @@ impl Thinning {
     }
 
     /// Returns true if a reading with this stamp should be sent now. (The last reading before a tick is sent in any case.)
-    fn takes(&mut self, stamp_ns: u64) -> bool {
-        self.found += 1;
+    fn takes(&self, stamp_ns: u64) -> bool {
         let is_far = !self.is_fast || self.last_ns.is_none_or(|last| stamp_ns >= last + self.gap_ns);
-        let takes = is_far && self.sent < self.most;
-        if takes {
+        is_far && self.sent < self.most
+    }
+
+    /// Counts a reading, and whether it was sent.
+    fn count(&mut self, stamp_ns: u64, was_sent: bool) {
+        self.found += 1;
+        if was_sent {
             (self.last_ns, self.sent) = (Some(stamp_ns), self.sent + 1);
         }
-        takes
     }
 
     /// Notes that a tick was sent.
@@ -170,6 +181,16 @@ impl Thinning {
 mod tests {
     use super::*;
 
+    /// Returns the stamps of those readings that are sent at once.
+    fn sent(thinning: &mut Thinning, stamps: impl Iterator<Item = u64>) -> Vec<u64> {
+        let takes = |stamp: &u64| {
+            let takes = thinning.takes(*stamp);
+            thinning.count(*stamp, takes);
+            takes
+        };
+        stamps.filter(takes).collect()
+    }
+
     #[test]
     fn fast_wheels_are_thinned_evenly_and_slow_ones_are_not_thinned() {
         let (period_ns, per_tick) = (100_000_000, 8);
@@ -180,7 +201,7 @@ mod tests {
             for tick in 0..5 {
                 let stamps =
                     (0..readings_hz / 10).map(|i| tick * period_ns + i * 1_000_000_000 / readings_hz);
-                let sent: Vec<_> = stamps.filter(|stamp| thinning.takes(*stamp)).collect();
+                let sent = sent(&mut thinning, stamps);
                 assert_eq!(sent.len(), sent_a_tick, "{readings_hz} Hz");
                 // How fast the wheels are is known from the second tick on.
                 let is_even = sent.windows(2).all(|pair| pair[1] - pair[0] <= longest_gap_ns);
@@ -196,7 +217,7 @@ mod tests {
         let mut thinning = Thinning::new(100_000_000, 8);
         for tick in 0..5 {
             let stamps = (0..5).map(|i| tick * 100_000_000 + i);
-            assert_eq!(stamps.filter(|stamp| thinning.takes(*stamp)).count(), 5);
+            assert_eq!(sent(&mut thinning, stamps).len(), 5);
             thinning.ticked();
         }
     }

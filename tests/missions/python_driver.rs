@@ -237,7 +237,7 @@ fn a_bad_reading_is_an_error_that_names_what_is_wrong() {
     let driver = waiting.driver("simulated", &changes.each_ref().map(|(old, new)| (*old, new.as_str())));
     let ended = waiting.reached_by(driver).driver;
     let refused: Vec<_> = ended.out.lines().filter(|line| line.starts_with("refused: ")).collect();
-    let again = "scan: expected a time after that of the previous one";
+    let again = "scan: expected at most 1 between two ticks, found another one";
     let expected = bad.iter().map(|(_, words)| *words).chain([again]);
     assert_eq!(refused.len(), bad.len() + 1, "{ended}");
     for (found, words) in refused.iter().zip(expected) {

@@ -105,7 +105,8 @@ impl Robot {
     /// standard error.
     fn passed_on(&mut self, topic: &str, sent: Result<(), ReadingError>) -> Result<(), BridgeError> {
         let error = match sent {
-            Ok(()) => return Ok(()),
+            // After the end, the loop ends with the next command.
+            Ok(()) | Err(ReadingError::Driver(DriverError::Over { .. })) => return Ok(()),
             Err(ReadingError::Driver(DriverError::Runtime(error))) => return Err(error.into()),
             Err(error) => error,
         };

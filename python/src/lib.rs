@@ -13,6 +13,7 @@ mod driver;
 mod lent;
 mod memory;
 mod navigator;
+mod relations;
 mod stage;
 mod table;
 
@@ -55,7 +56,11 @@ pub unsafe extern "C" fn PyInit__core() -> *mut ffi::PyObject {
         table::add(&module)?;
         lent::add(&module)?;
         agenda::add(&module)?;
+<<<<<<< HEAD
         driver::add(&module)?;
+=======
+        relations::add(&module)?;
+>>>>>>> main
         Ok(module)
     });
     match filled {

@@ -42,6 +42,7 @@ const PAGES: &[Page] = pages![
     "docs/outline.md",
     "docs/pad.md",
     "docs/python.md",
+    "docs/relations.md",
     "docs/real-robot.md",
     "docs/recordings.md",
     "docs/results.md",

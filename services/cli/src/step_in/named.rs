@@ -2,7 +2,7 @@
 
 use anyhow::anyhow;
 use sketchnav_schemas::mission::{Mission, Task, task_key};
-use sketchnav_schemas::nearest::{folded, nearest};
+use sketchnav_schemas::nearest::{folded, nearest_name};
 
 use crate::failure::Failure;
 
@@ -38,11 +38,9 @@ fn goal(task: &Task) -> Option<&str> {
 }
 
 fn unknown(name: &str, names: &[&str]) -> anyhow::Error {
-    let names: Vec<_> = names.iter().filter(|name| !name.is_empty()).collect();
-    let all: Vec<_> = names.iter().map(|name| folded(name)).collect();
-    let meant = nearest(&folded(name), all.iter().map(String::as_str));
+    let names: Vec<_> = names.iter().copied().filter(|name| !name.is_empty()).collect();
     let expected = "expected the name of a task, or of the place that is its goal";
-    match meant.and_then(|meant| all.iter().position(|name| name == meant)) {
+    match nearest_name(name, &names) {
         Some(i) => anyhow!("{name}: {expected}; did you mean {:?}?", names[i]),
         None => anyhow!("{name}: {expected}; the mission has none that is similar"),
     }

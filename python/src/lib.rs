@@ -56,11 +56,8 @@ pub unsafe extern "C" fn PyInit__core() -> *mut ffi::PyObject {
         table::add(&module)?;
         lent::add(&module)?;
         agenda::add(&module)?;
-<<<<<<< HEAD
         driver::add(&module)?;
-=======
         relations::add(&module)?;
->>>>>>> main
         Ok(module)
     });
     match filled {

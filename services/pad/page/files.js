@@ -1,5 +1,7 @@
 // Drawings and pictures from and to the device.
 
+import { toSvg } from "./svg.js";
+
 /** Longest side of a picture that is taken in, pixels: the sheet's own. */
 const LONGEST_PX = 2540;
 
@@ -23,6 +25,9 @@ export function choose(accept) {
     input.click();
   });
 }
+
+/** A file's name without its ending. */
+export const nameOf = (file) => file.name.replace(/\.[^.]*$/, "").slice(0, 60);
 
 /**
  * A photo as the sheet takes it: upright, no larger than the sheet, as a data URL with its size. It is
@@ -58,14 +63,35 @@ function picture([width, height]) {
   return canvas;
 }
 
+/** Longest side of a small picture, pixels. */
+const SMALL_PX = 320;
+
+/** A small picture of a drawing, with thin lines drawn so that they are seen: a data URL. */
+export async function small(drawing) {
+  const scale = SMALL_PX / Math.max(...drawing.canvas);
+  const url = URL.createObjectURL(new Blob([toSvg(drawing, { shown: true, least: 1.5 / scale })], { type: "image/svg+xml" }));
+  try {
+    const image = await decoded(url);
+    const canvas = picture(drawing.canvas.map((side) => Math.max(1, Math.round(side * scale))));
+    canvas.getContext("2d").drawImage(image, 0, 0, canvas.width, canvas.height);
+    return canvas.toDataURL("image/png");
+  } finally {
+    URL.revokeObjectURL(url);
+  }
+}
+
+async function decoded(url) {
+  const image = new Image();
+  image.src = url;
+  await image.decode();
+  return image;
+}
+
 /** The map as one picture, a photo with what was drawn on it, for the robot: black ink, JPEG. */
 export async function flattened(drawing) {
   const canvas = picture(drawing.canvas);
   const context = canvas.getContext("2d");
-  const image = new Image();
-  image.src = drawing.photo;
-  await image.decode();
-  context.drawImage(image, 0, 0, ...drawing.canvas);
+  context.drawImage(await decoded(drawing.photo), 0, 0, ...drawing.canvas);
   context.lineCap = context.lineJoin = "round";
   for (const { points, width_px } of drawing.strokes) {
     context.lineWidth = width_px;

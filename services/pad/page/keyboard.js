@@ -27,7 +27,7 @@ const [STEP_PX, FINE_PX] = [16, 2];
 const writes = (element) => element.matches("input, textarea, select");
 
 /**
- * Binds the shortcuts. `does` has `tool(name)`, `undo()`, `redo()`, `zoom(factor)`, `fit()`, `help()`, `abort()`
+ * Binds the shortcuts. `does` has `tool(name)`, `undo()`, `redo()`, `zoom(factor)`, `fit()`, `help()`, `library()`, `save()`, `abort()`
  * (answers whether there was something to stop), `letGo()`, `selecting()` (the selection, while the tool that selects is in hand).
  */
 export function shortcuts(does) {
@@ -40,6 +40,8 @@ export function shortcuts(does) {
     if (event.ctrlKey || event.metaKey) {
       if (key === "z") act(event, event.shiftKey ? does.redo : does.undo);
       else if (key === "y") act(event, does.redo);
+      else if (key === "o") act(event, does.library);
+      else if (key === "s") act(event, does.save);
     } else if (event.altKey) return;
     else if (TOOL_KEYS[key]) act(event, () => does.tool(TOOL_KEYS[key]));
     else if (key === "+" || key === "=") act(event, () => does.zoom(1.25));

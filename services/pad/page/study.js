@@ -2,12 +2,13 @@
 // participant has come; only that a drawing begins to count after some practice is this page's own.
 
 import { NOTHING, measured, report } from "./measure.js";
+import { OF_PAGE, begun } from "./keeper.js";
 import { LANDSCAPE, PORTRAIT, blank } from "./model.js";
 
 const at = (id) => document.getElementById(id);
 const now = () => performance.timeOrigin + performance.now();
 /** What a page keeps over a reload, and what it forgets with a participant. */
-const [STORE, OF_PARTICIPANT] = ["study", ["study", "draft", "placed"]];
+const [STORE, OF_PARTICIPANT] = ["study", ["study", "placed", ...OF_PAGE]];
 const NOBODY = { code: null, practising: true, measure: NOTHING };
 
 function load() {
@@ -124,7 +125,7 @@ export class Study {
 
   /** The practice is over: an empty sheet, without a way back to what was on it. */
   #start() {
-    const drawing = blank(this.#view.sheet === "portrait" ? PORTRAIT : LANDSCAPE);
+    const drawing = begun(blank(this.#view.sheet === "portrait" ? PORTRAIT : LANDSCAPE));
     this.host.desk.renew(drawing);
     this.#began = null;
     this.#keep({ ...this.#kept, practising: false, measure: NOTHING });

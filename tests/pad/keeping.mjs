@@ -174,9 +174,13 @@ async function drawingsAreOpenedRenamedCopiedAndDeleted(context) {
 /** Two pages with one drawing: both are kept. */
 async function aDrawingThatIsOpenTwiceIsKeptTwice(context) {
   const [one, two] = [await opened(context), await opened(context)];
-  for (const { page } of [one, two]) await isKept(page, "Drawing 1");
+  for (const { page } of [two, one]) {
+    await page.bringToFront();
+    await isKept(page, "Drawing 1");
+  }
   await one.hand.draw([[1000, 300], [1400, 300]]);
   await hasAll(one.page, 4);
+  await two.page.bringToFront();
   for (const y of [400, 500]) await two.hand.draw([[1000, y], [1400, y]]);
   await isKept(two.page, "Drawing 1, another");
   await one.page.bringToFront();

@@ -75,7 +75,7 @@ function keeps() {
   return hello ? !hello.study && hello.mode !== "watches" : link.failed;
 }
 
-/** A page that was opened afresh shows the drawing that was kept last, unless the robot has another. */
+/** A page that was opened afresh shows the drawing that was on a sheet last, unless the robot has another. */
 async function resume() {
   if (robot.hello?.study || robot.hello?.mode === "watches") return;
   const kept = await keeper.resumed(desk.drawing);

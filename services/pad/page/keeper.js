@@ -8,10 +8,12 @@ import { newId } from "./shelf.js";
 
 /** A change is kept within this time, milliseconds. */
 const KEEP_MS = 400;
-/** What this page keeps over a reload: the drawing's text, and `{ id, stamp, name, saved }` of its entry. */
+/** What this page keeps over a reload: the text of the drawing, and `{ id, stamp, name, saved }` of its entry. */
 export const OF_PAGE = ["draft", "kept"];
 /** What a page that was closed left to the next one: an entry as `Shelf.save` takes it, by its id. */
 const LEFT = "left:";
+/** The id of the entry that was on a sheet last, of any page. */
+const SHEET = "sheet";
 /** Of a drawing that is not known. */
 const UNKNOWN = { drawing: null, stamp: null, name: null };
 
@@ -54,14 +56,14 @@ export class Keeper {
     }
   }
 
-  /** The drawing that was kept last; `null` if there is none, or something is on the sheet already. Once. */
+  /** The drawing that was on a sheet last; `null` if there is none, or something is on this one already. Once. */
   async resumed(drawing) {
     if (this.#resumed) return null;
     this.#resumed = true;
     try {
       await this.#rescue();
-      const newest = isBlank(drawing) && await this.#newest();
-      return newest ? this.#opened(newest) : null;
+      const latest = isBlank(drawing) && await this.#latest();
+      return latest ? this.#opened(latest) : null;
     } catch {
       // What is drawn next says why.
       return null;
@@ -77,9 +79,11 @@ export class Keeper {
     }
   }
 
-  async #newest() {
-    const newest = (await this.#shelf.list()).find(({ gone }) => !gone);
-    return newest ? this.#shelf.open(newest.id) : null;
+  /** The entry that was on a sheet last, or was changed last. */
+  async #latest() {
+    const entries = (await this.#shelf.list()).filter(({ gone }) => !gone);
+    const latest = entries.find(({ id }) => id === localStorage.getItem(SHEET)) ?? entries[0];
+    return latest ? this.#shelf.open(latest.id) : null;
   }
 
   /** A drawing of the library. Throws an `Error` if it cannot be read. */
@@ -94,10 +98,10 @@ export class Keeper {
     return drawing;
   }
 
-  /** A drawing that the robot has: kept when it is changed, or as the newest of the library if that is the same map. */
+  /** A drawing that the robot has: kept when it is changed, or as the latest of the library if that is the same map. */
   async taken(drawing) {
-    const newest = await this.#newest().catch(() => null);
-    if (newest && sketchBody(fromText(newest.text)) === sketchBody(drawing)) return this.#opened(newest);
+    const latest = await this.#latest().catch(() => null);
+    if (latest && sketchBody(fromText(latest.text)) === sketchBody(drawing)) return this.#opened(latest);
     const fresh = begun(drawing);
     this.#kept.set(fresh.id, { ...UNKNOWN, drawing: fresh, id: fresh.id });
     return fresh;
@@ -185,6 +189,7 @@ export class Keeper {
     const { drawing: known, id, stamp, name } = this.#of(drawing);
     this.#ofPage = drawing;
     try {
+      if (this.#host.keeps()) localStorage.setItem(SHEET, id);
       sessionStorage.setItem("kept", JSON.stringify({ id, stamp, name, saved: known === drawing }));
       if (text !== null) sessionStorage.setItem("draft", text);
     } catch {

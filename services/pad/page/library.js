@@ -48,7 +48,6 @@ export class Library {
     at("library-error").textContent = "";
     at("library").showModal();
     await this.#does(() => this.#list());
-    at("shelf").querySelector("[aria-current] .drawing, .drawing")?.focus();
     navigator.storage?.persist?.().catch(() => {});
   }
 
@@ -57,6 +56,7 @@ export class Library {
     this.#cards.clear();
     at("shelf").replaceChildren(...entries.map((entry) => this.#card(entry)));
     at("library-empty").hidden = entries.length > 0;
+    (this.#cards.get(this.#host.current()) ?? at("shelf").firstChild)?.querySelector(".drawing").focus();
     for (const entry of entries) await this.#picture(entry);
   }
 

@@ -271,7 +271,7 @@ async function withoutAServer(context) {
   assert.equal(JSON.parse(await hand.saved()).strokes.length, before + 1);
   await page.close();
   const next = await opened(context);
-  await isKept(next.page, "Drawing 2");
+  await isKept(next.page, "1-court");
   await next.page.close();
 }
 

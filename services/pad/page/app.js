@@ -159,7 +159,7 @@ const link = new Link(takeToken(), {
 });
 
 const study = new Study({
-  desk, changed: () => refresh(), picture: (path) => link.fetch(path),
+  desk, changed: () => refresh(), picture: (path) => link.fetch(path), forget: () => keeper.forget(),
   post: (told) => link.post("/api/study", JSON.stringify(told)),
 });
 

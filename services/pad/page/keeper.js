@@ -9,7 +9,7 @@ import { newId } from "./shelf.js";
 /** A change is kept within this time, milliseconds. */
 const KEEP_MS = 400;
 /** What this page keeps over a reload: the text of the drawing, and `{ id, stamp, name, saved }` of its entry. */
-export const OF_PAGE = ["draft", "kept"];
+const OF_PAGE = ["draft", "kept"];
 /** What a page that was closed left to the next one: an entry as `Shelf.save` takes it, by its id. */
 const LEFT = "left:";
 /** The id of the entry that was on a sheet last, of any page. */
@@ -130,11 +130,20 @@ export class Keeper {
     if (this.#last) this.#host.named(this.#of(this.#last).name);
   }
 
-  /** The sheet shows this now. It is kept soon, and one that it takes the place of is kept at once. */
+  /** Nothing of the drawing is left to this page when it is loaded again. */
+  forget() {
+    clearTimeout(this.#timer);
+    this.#last = null;
+    OF_PAGE.forEach((key) => sessionStorage.removeItem(key));
+  }
+
+  /** The sheet shows this now. It is kept soon; another drawing, and the one that it takes the place of, at once. */
   changed(drawing) {
-    if (this.#last && this.#last.id !== drawing.id) this.keep();
+    const isOther = this.#last?.id !== drawing.id;
+    if (isOther) this.keep();
     this.#last = drawing;
-    this.#timer ||= setTimeout(() => this.keep(), KEEP_MS);
+    if (isOther) this.keep();
+    else this.#timer ||= setTimeout(() => this.keep(), KEEP_MS);
     this.#host.named(this.#of(drawing).name);
   }
 

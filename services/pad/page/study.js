@@ -2,13 +2,13 @@
 // participant has come; only that a drawing begins to count after some practice is this page's own.
 
 import { NOTHING, measured, report } from "./measure.js";
-import { OF_PAGE, begun } from "./keeper.js";
+import { begun } from "./keeper.js";
 import { LANDSCAPE, PORTRAIT, blank } from "./model.js";
 
 const at = (id) => document.getElementById(id);
 const now = () => performance.timeOrigin + performance.now();
 /** What a page keeps over a reload, and what it forgets with a participant. */
-const [STORE, OF_PARTICIPANT] = ["study", ["study", "placed", ...OF_PAGE]];
+const [STORE, OF_PARTICIPANT] = ["study", ["study", "placed"]];
 const NOBODY = { code: null, practising: true, measure: NOTHING };
 
 function load() {
@@ -29,7 +29,7 @@ export class Study {
   #asks = false;
   #place = false;
 
-  /** The host has `desk`, `post(body)`, `picture(path)` (a blob), `changed()`. */
+  /** The host has `desk`, `post(body)`, `picture(path)` (a blob), `changed()`, `forget()` (the drawing). */
   constructor(host) {
     this.host = host;
     this.#seen = host.desk.drawing;
@@ -69,6 +69,7 @@ export class Study {
     }
     if (view.stage === "welcome" && this.#kept.code !== null) {
       OF_PARTICIPANT.forEach((key) => sessionStorage.removeItem(key));
+      this.host.forget();
       location.reload();
       return;
     }

@@ -87,6 +87,48 @@ fn drawings_are_kept_in_a_library_with_and_without_the_server() {
     place.assert_nothing_left("pad");
 }
 
+/// Drawings come in by drop, paste and choice, whatever program made them, and nothing in them is run. An SVG that the page saves
+/// has the walls of the drawing for every reader.
+#[test]
+fn drawings_are_exchanged_with_other_programs() {
+    let Some(browser) = Browser::find() else { return };
+    let place = Place::new();
+    let (mut pad, link) = pad(&place);
+    let ended = browser.exchanges(&place, &link);
+    assert_eq!(ended.code, Some(0), "{ended}");
+    let options = Options::of_mission(&mission(), 1).unwrap();
+    let walls = |name: &str| {
+        let bytes = fs::read(place.files().join(name)).unwrap();
+        read(&bytes, name, &options).unwrap()
+    };
+    let [svg, strokes] = ["exported.svg", "exported.json"].map(walls);
+    assert_eq!((svg.width_px, svg.height_px), (strokes.width_px, strokes.height_px));
+    let different = svg.cells.iter().zip(&strokes.cells).filter(|(a, b)| a != b).count();
+    let solid = strokes.cells.iter().filter(|cell| **cell > 50).count();
+    assert!(solid > 10_000 && different < solid / 20, "{different} of {solid} cells differ");
+    pad.must_live();
+    pad.signal(Signal::SIGINT);
+    pad.end();
+    place.assert_nothing_left("pad");
+}
+
+/// Ways through walls, closed rooms and rooms that look alike are marked on the drawing until it is mended.
+#[test]
+fn drawings_are_checked_before_a_robot_drives_by_them() {
+    let Some(browser) = Browser::find() else { return };
+    let place = Place::new();
+    let (mut pad, link) = pad(&place);
+    let ended = browser.checks(&place, &link);
+    assert_eq!(ended.code, Some(0), "{ended}");
+    let pictures =
+        ["wide-light", "wide-dark", "phone-light", "phone-dark"].map(|look| format!("checks-{look}.png"));
+    keep_pictures(place.files(), &pictures);
+    pad.must_live();
+    pad.signal(Signal::SIGINT);
+    pad.end();
+    place.assert_nothing_left("pad");
+}
+
 /// The page draws where the robot may be. A tap on one of these places, or on its button, is an answer.
 #[test]
 fn a_question_is_answered_by_a_tap_and_by_a_button() {

@@ -2,28 +2,37 @@
 // step is the server's to allow; here a button is only enabled where the server says that it is.
 
 import { bindBar, showBar } from "./bar.js";
+import { doubts, withRoomNames } from "./checks.js";
 import { Desk } from "./desk.js";
-import { choose, dataUrl, flattened, nameOf, photo, save } from "./files.js";
+import { bindExchange } from "./exchange.js";
+import { choose, dataUrl, flattened, nameOf, photo, png, save } from "./files.js";
 import { itemOf } from "./items.js";
 import { Keeper, begun } from "./keeper.js";
 import { Crosshair, shortcuts } from "./keyboard.js";
 import { Library } from "./library.js";
 import { Link, takeToken } from "./link.js";
 import {
-  LANDSCAPE, PORTRAIT, blank, canGo, fromFile, fromText, hasMap, isBlank, pathBody, pointCount, sketchBody, toText, withLabel, withOtherText,
+  LANDSCAPE, PORTRAIT, blank, canGo, fromFile, hasMap, isBlank, pathBody, pointCount, sketchBody, toText, withLabel, withOtherText,
   withPath, withText,
 } from "./model.js";
-import { onQuestion, say, show, showFigures } from "./panel.js";
+import { ACCEPTED, fromWords, leftOut, readFile } from "./outside.js";
+import { onQuestion, say, show, showDoubts, showFigures } from "./panel.js";
 import { Pointers, listen } from "./pointer.js";
 import { keep, load } from "./settings.js";
 import { Shelf } from "./shelf.js";
 import { isAsked, meant, tooMuch } from "./states.js";
 import { Study } from "./study.js";
+import { toSvg } from "./svg.js";
+import { onSheet } from "./view.js";
 
 const at = (id) => document.getElementById(id);
 const settings = load();
 /** A tap so near to a place that the robot asks about means that one, screen pixels. */
 const NEAR_PX = 28;
+/** How long after a change the drawing is checked, milliseconds. */
+const CHECK_MS = 250;
+/** How large a drawing of another program is that is pasted onto one, as a part of a sheet. */
+const PASTED = 0.5;
 const robot = { feed: null, hello: null, busy: false, fedAt: 0, walls: null, placed: readPlaced() };
 /** What is asked for in words: the text of the item `key`, or a new text `at` a place. */
 let asking = null;
@@ -59,6 +68,7 @@ const EDITS = ["select", "door"];
 
 function drawingChanged() {
   keeper.changed(desk.drawing);
+  checking ||= setTimeout(check, CHECK_MS);
   at("undo").disabled = !desk.canUndo;
   at("redo").disabled = !desk.canRedo;
   for (const button of document.querySelectorAll("#tools [data-tool]")) {
@@ -67,6 +77,21 @@ function drawingChanged() {
   study.saw(desk.drawing, EDITS.includes(desk.tool));
   showBar(desk.selecting);
   refresh();
+}
+
+let checking = 0;
+let checked = null;
+
+/** Marks what looks wrong with the drawing, once the hand rests and if the robot could be sent by it. */
+function check() {
+  checking = desk.isBusy ? setTimeout(check, CHECK_MS) : 0;
+  const { pose } = robot.feed ?? {};
+  const isOff = study.takesPart || robot.hello?.mode === "watches";
+  if (checking || (checked === desk.drawing && !pose)) return;
+  checked = desk.drawing;
+  const found = isOff ? [] : doubts(desk.drawing, pose ? [pose.x, pose.y] : null);
+  desk.doubt(found);
+  showDoubts(found);
 }
 
 /** Whether what is drawn here belongs in the library. Drawings of a study do not, and a page that watches a mission has none. */
@@ -250,7 +275,7 @@ function doubted(answer, words) {
 async function sendPath() {
   const { drawing } = desk;
   refuse(tooMuch(robot.hello?.limits, { route: drawing.route?.length, goals: drawing.goals.length }));
-  const answer = await link.send("/api/path", pathBody(drawing, robot.placed), "application/json", broken);
+  const answer = await link.send("/api/path", pathBody(withRoomNames(drawing), robot.placed), "application/json", broken);
   setPlaced(drawing.start);
   desk.trail = [];
   return doubted(answer, drawing.route ? "The path has arrived." : `${drawing.goals.length === 1 ? "The goal has" : "The goals have"} arrived.`);
@@ -330,15 +355,47 @@ at("zoom-in").addEventListener("click", () => does.zoom(1.25));
 at("zoom-out").addEventListener("click", () => does.zoom(0.8));
 at("fit").addEventListener("click", does.fit);
 
+/** Takes in a file as a drawing of its own; a picture lies under what is drawn already. */
+async function takeIn(file) {
+  const { drawing, picture, words } = await readFile(file);
+  const lies = picture !== null && !isBlank(desk.drawing);
+  desk.change(lies ? { ...desk.drawing, underlay: picture } : keeper.imported(drawing, nameOf(file)));
+  say(lies ? `“${file.name}” lies under the sheet, to be traced.` : `“${file.name}” is open.${words}`);
+}
+
+/** Takes in the text of a drawing: as one of its own, or in the middle of what is drawn already. */
+function takeWords(text) {
+  const { drawing, left, own } = fromWords(text);
+  if (isBlank(desk.drawing)) desk.change(keeper.imported(drawing, null));
+  else {
+    desk.take("select");
+    desk.selecting.takeIn(drawing, onSheet(desk.sheet.view, desk.sheet.area.map((side) => side / 2)), own ? 1 : PASTED);
+  }
+  say(`A drawing was pasted.${leftOut(left)}`);
+}
+
+/** Does something, and says what went wrong. */
+async function tried(work) {
+  try {
+    await work();
+  } catch (error) {
+    say(error.message, true);
+  }
+}
+
+bindExchange({
+  desk, takes: keeps, select: () => does.tool("select"),
+  files: (files) => tried(async () => {
+    for (const file of files) await takeIn(file);
+  }),
+  words: (text) => tried(() => takeWords(text)),
+});
+
 /** A button of the menu: does its work, closes the menu, and says what went wrong. */
 function item(id, work) {
-  at(id).addEventListener("click", async () => {
+  at(id).addEventListener("click", () => {
     at("menu").hidePopover();
-    try {
-      await work();
-    } catch (error) {
-      say(error.message, true);
-    }
+    tried(work);
   });
 }
 
@@ -346,11 +403,11 @@ item("library-open", does.library);
 item("new-landscape", () => desk.change(begun(blank(LANDSCAPE))));
 item("new-portrait", () => desk.change(begun(blank(PORTRAIT))));
 item("save", does.save);
+item("save-png", async () => save(`${keeper.nameOf(desk.drawing)}.png`, await png(desk.drawing), "image/png"));
+item("save-svg", () => save(`${keeper.nameOf(desk.drawing)}.svg`, toSvg(desk.drawing, { own: true }), "image/svg+xml"));
 item("open", async () => {
-  const file = await choose(".json,application/json");
-  if (!file) return;
-  desk.change(keeper.imported(fromText(await file.text()), nameOf(file)));
-  say(`“${file.name}” is open.`);
+  const file = await choose(ACCEPTED);
+  if (file) await takeIn(file);
 });
 item("photo", async () => {
   const file = await choose("image/*");

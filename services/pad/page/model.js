@@ -303,16 +303,17 @@ export function fromFile(file) {
   return { canvas: file.canvas, strokes, obstacles, labels, start, goals, route, photo, underlay };
 }
 
-function expect(holds, where, expected, found) {
+/** Throws an `Error` unless it holds. */
+export function expect(holds, where, expected, found) {
   if (holds) return;
   const shown = JSON.stringify(found) ?? "nothing";
   throw new Error(`${where}: expected ${expected}, found ${shown.length > 60 ? `${shown.slice(0, 60)}…` : shown}`);
 }
 
-const isObject = (v) => typeof v === "object" && v !== null && !Array.isArray(v);
-const isPoint = (p) => Array.isArray(p) && p.length === 2 && p.every((n) => Number.isFinite(n) && Math.abs(n) <= FAR_PX);
+export const isObject = (v) => typeof v === "object" && v !== null && !Array.isArray(v);
+export const isPoint = (p) => Array.isArray(p) && p.length === 2 && p.every((n) => Number.isFinite(n) && Math.abs(n) <= FAR_PX);
 
-function list(value, where) {
+export function list(value, where) {
   expect(Array.isArray(value), where, "a list", value);
   return value;
 }

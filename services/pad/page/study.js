@@ -52,10 +52,11 @@ export class Study {
 
   /** Whether the sheet is for practice: nothing on it can be sent. */
   get practising() {
-    return this.#takesPart && this.#view.stage === "draw" && this.#kept.practising;
+    return this.takesPart && this.#view.stage === "draw" && this.#kept.practising;
   }
 
-  get #takesPart() {
+  /** Whether a participant of a study is at this page. */
+  get takesPart() {
     return this.#view !== null && this.#drives;
   }
 
@@ -63,7 +64,7 @@ export class Study {
   told(view, drives) {
     [this.#view, this.#drives] = [view, drives];
     document.body.classList.toggle("study", view !== null);
-    if (!this.#takesPart) {
+    if (!this.takesPart) {
       this.#show();
       return;
     }
@@ -81,7 +82,7 @@ export class Study {
   /** Whether the robot has driven and stands still, so that there are questions. */
   hasQuestions(feed) {
     const stands = Boolean(feed) && !["driving", "paused"].includes(feed.state);
-    return this.#takesPart && this.#view.stage === "driven" && stands;
+    return this.takesPart && this.#view.stage === "driven" && stands;
   }
 
   /** Shows what there is to do by this state of the robot. */
@@ -102,7 +103,7 @@ export class Study {
   saw(drawing, edits = false) {
     const before = this.#seen;
     this.#seen = drawing;
-    if (drawing === before || !this.#takesPart || this.#view.stage !== "draw" || this.practising) return;
+    if (drawing === before || !this.takesPart || this.#view.stage !== "draw" || this.practising) return;
     const ended = now();
     const screen = matchMedia("(orientation: portrait)").matches ? "portrait" : "landscape";
     const how = edits && this.#how === "draw" ? "edit" : this.#how;
@@ -113,7 +114,7 @@ export class Study {
 
   /** Tells the server what was measured, before the robot drives. */
   async beforeDrive() {
-    if (!this.#takesPart || this.#view.stage !== "draw") return;
+    if (!this.takesPart || this.#view.stage !== "draw") return;
     const measures = report(this.#kept.measure);
     if (!measures) throw new Error("Draw the place on this page first: the time that takes is part of the study.");
     await this.host.post({ measures });
@@ -150,7 +151,7 @@ export class Study {
 
   /** Which part of the dialog is shown; `null` where there is none. */
   get #part() {
-    if (!this.#takesPart) return null;
+    if (!this.takesPart) return null;
     if (this.#asks) return "study-answers";
     return { welcome: "study-begin", done: "study-thanks" }[this.#view.stage] ?? null;
   }

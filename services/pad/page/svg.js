@@ -1,6 +1,10 @@
 // The drawing as an SVG: for a file, and for the small pictures of the library. Pure.
 
 import { middle } from "./geometry.js";
+import { toText } from "./model.js";
+
+/** The id of the metadata that hold the drawing as it is. */
+export const OWN = "sketchnav-drawing";
 
 /** Colours on white paper. The map has one, so that walls and obstacles are read as the same ink. */
 const [INK, PLACE, ROUTE, GOAL, START] = ["#1d2226", "#4a3aa8", "#0d6ea8", "#0d6ea8", "#1f7a3d"];
@@ -44,13 +48,15 @@ function marks({ obstacles, route, goals, start }, side) {
 }
 
 /**
- * The drawing on white paper, in canvas pixels. `shown`: with the marks on it and the photo to trace. `least`: no line is narrower.
+ * The drawing on white paper, in canvas pixels. `shown`: with the marks on it and the photo to trace. `least`: no line is narrower. `own`: with
+ * the drawing as metadata, so that this page reads it as it was.
  */
-export function toSvg(drawing, { shown = false, least = 0 } = {}) {
+export function toSvg(drawing, { shown = false, least = 0, own = false } = {}) {
   const { canvas: [width, height], strokes, obstacles, labels, photo, underlay } = drawing;
   const side = Math.max(width, height);
   const picture = (url, opacity) => `<image href="${url}" width="${width}" height="${height}" opacity="${opacity}"/>`;
   const rows = [`<rect width="${width}" height="${height}" fill="#ffffff"/>`];
+  if (own) rows.unshift(`<metadata id="${OWN}">${escaped(toText(drawing))}</metadata>`);
   if (underlay && shown) rows.push(picture(underlay, 0.45));
   if (photo) rows.push(picture(photo, 1));
   rows.push(...strokes.map((one) => stroke(one, least)), ...obstacles.map(obstacle));

@@ -23,10 +23,14 @@ files! {
     "app.js": SCRIPT,
     "bar.js": SCRIPT,
     "canvas.js": SCRIPT,
+    "checks.js": SCRIPT,
     "desk.js": SCRIPT,
+    "exchange.js": SCRIPT,
+    "excalidraw.js": SCRIPT,
     "feed.js": SCRIPT,
     "files.js": SCRIPT,
     "geometry.js": SCRIPT,
+    "grid.js": SCRIPT,
     "ink.js": SCRIPT,
     "items.js": SCRIPT,
     "keeper.js": SCRIPT,
@@ -36,8 +40,11 @@ files! {
     "manifest.webmanifest": MANIFEST,
     "measure.js": SCRIPT,
     "model.js": SCRIPT,
+    "outline.js": SCRIPT,
+    "outside.js": SCRIPT,
     "overlay.js": SCRIPT,
     "panel.js": SCRIPT,
+    "placing.js": SCRIPT,
     "pointer.js": SCRIPT,
     "select.js": SCRIPT,
     "selection.js": SCRIPT,
@@ -47,6 +54,7 @@ files! {
     "states.js": SCRIPT,
     "study.js": SCRIPT,
     "svg.js": SCRIPT,
+    "svgfile.js": SCRIPT,
     "sw.js": SCRIPT,
     "tools.js": SCRIPT,
     "transform.js": SCRIPT,
@@ -90,7 +98,8 @@ mod tests {
         let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/page");
         for entry in std::fs::read_dir(folder).unwrap() {
             let name = entry.unwrap().file_name().into_string().unwrap();
-            let is_asset = [".html", ".css", ".js", ".svg", ".webmanifest"].iter().any(|end| name.ends_with(end));
+            let is_asset =
+                [".html", ".css", ".js", ".svg", ".webmanifest"].iter().any(|end| name.ends_with(end));
             assert!(!is_asset || find(&format!("/{name}")).is_some(), "{name}");
         }
     }

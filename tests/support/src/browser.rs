@@ -70,6 +70,20 @@ impl Browser {
         self.runs(script)
     }
 
+    /// Takes drawings and pictures of other programs in, and saves pictures, on the page at `link`.
+    pub fn exchanges(&self, place: &Place, link: &str) -> Ended {
+        let mut script = needs::program("node").expect("node, which was there before");
+        script.arg(repository().join("tests/pad/exchanging.mjs")).arg(link).arg(place.files());
+        self.runs(script)
+    }
+
+    /// Draws what no robot could drive by, and mends it, on the page at `link`.
+    pub fn checks(&self, place: &Place, link: &str) -> Ended {
+        let mut script = needs::program("node").expect("node, which was there before");
+        script.arg(repository().join("tests/pad/checking.mjs")).arg(link).arg(place.files());
+        self.runs(script)
+    }
+
     /// Waits until the robot asks on the page at `link`, and answers with a tap and with a button.
     pub fn answers(&self, place: &Place, link: &str) -> Ended {
         let mut script = needs::program("node").expect("node, which was there before");

@@ -7,7 +7,7 @@ import { test } from "node:test";
 
 import { doubts, roomNameAt, withRoomNames } from "../../services/pad/page/checks.js";
 import { cellOf, gridOf, reachable, roomsOf, sees } from "../../services/pad/page/grid.js";
-import { LANDSCAPE, blank, fromText, withDoor, withGoal, withObstacle, withRoute, withStart, withStroke, withText } from "../../services/pad/page/model.js";
+import { LANDSCAPE, blank, fromText, isEditOf, withDoor, withGoal, withObstacle, withRoute, withStart, withStroke, withText } from "../../services/pad/page/model.js";
 
 const wall = (drawing, ...points) => withStroke(drawing, points, 5);
 const words = (drawing, from) => doubts(drawing, from).map(({ word }) => word);
@@ -69,6 +69,15 @@ test("places that look alike", () => {
   assert.deepEqual(words(table), []);
   assert.deepEqual(words(withGoal(withGoal(open, [600, 400]), [620, 400])), [], "two goals in one room");
   assert.deepEqual(words(open), [], "no path, no doubts");
+});
+
+test("an edit leaves half of the map as it was", () => {
+  const one = { ...open, id: "a" };
+  assert.ok(isEditOf(one, { ...wall(one, [300, 300], [400, 300]), start: null }));
+  assert.ok(isEditOf(one, { ...one, strokes: one.strokes.slice(1) }));
+  assert.ok(!isEditOf(one, { ...one, strokes: one.strokes.slice(-1) }), "most of it is gone");
+  assert.ok(!isEditOf(one, { ...one, id: "b" }), "another drawing");
+  assert.ok(!isEditOf(one, { ...one, photo: "data:" }));
 });
 
 test("goals have the names of their rooms, each name once", () => {

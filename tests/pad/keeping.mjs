@@ -132,6 +132,9 @@ async function aBrowserThatIsKilledLosesNothing(context) {
 async function drawingsAreOpenedRenamedCopiedAndDeleted(context) {
   const { page, hand } = await opened(context);
   await isKept(page, "Drawing 1");
+  // The page that drove has been killed.
+  await page.click("#wheel:visible");
+  await page.getByText("You drive").waitFor();
   await hand.menu("new-landscape");
   await hand.draw([[500, 200], [1500, 200], [1500, 900]]);
   await isKept(page, "Drawing 2");

@@ -12,8 +12,8 @@ import { Crosshair, shortcuts } from "./keyboard.js";
 import { Library } from "./library.js";
 import { Link, takeToken } from "./link.js";
 import {
-  LANDSCAPE, PORTRAIT, blank, canGo, fromFile, hasMap, isBlank, pathBody, pointCount, sketchBody, toText, withLabel, withOtherText,
-  withPath, withText,
+  LANDSCAPE, PORTRAIT, blank, canGo, fromFile, hasMap, isBlank, isEditOf, pathBody, pointCount, sketchBody, toText, withLabel,
+  withOtherText, withPath, withStart, withText,
 } from "./model.js";
 import { ACCEPTED, fromWords, leftOut, readFile } from "./outside.js";
 import { onQuestion, say, show, showDoubts, showFigures } from "./panel.js";
@@ -33,7 +33,7 @@ const NEAR_PX = 28;
 const CHECK_MS = 250;
 /** How large a drawing of another program is that is pasted onto one, as a part of a sheet. */
 const PASTED = 0.5;
-const robot = { feed: null, hello: null, busy: false, fedAt: 0, walls: null, placed: readPlaced() };
+const robot = { feed: null, hello: null, busy: false, fedAt: 0, walls: null, placed: readPlaced(), sent: null };
 /** What is asked for in words: the text of the item `key`, or a new text `at` a place. */
 let asking = null;
 
@@ -79,8 +79,7 @@ function drawingChanged() {
   refresh();
 }
 
-let checking = 0;
-let checked = null;
+let [checking, checked] = [0, null];
 
 /** Marks what looks wrong with the drawing, once the hand rests and if the robot could be sent by it. */
 function check() {
@@ -259,12 +258,27 @@ async function sendSketch() {
   const body = picture ? await flattened(drawing) : sketchBody(drawing);
   const bytes = picture ? body.size : new TextEncoder().encode(body).length;
   refuse(tooMuch(robot.hello?.limits, { strokes: drawing.strokes.length, points: pointCount(drawing), bytes }));
+  const stands = standing(drawing);
   const answer = await link.send("/api/sketch", body, picture ? "image/jpeg" : "application/json", broken);
+  if (stands) desk.change(withStart(desk.drawing, stands.at, stands.heading_deg));
+  robot.sent = drawing;
   setPlaced(null);
   desk.trail = [];
   const degrees = (answer.wall_direction_rad * 180) / Math.PI;
+  if (stands) return doubted(answer, "The map has arrived. The start is now where the robot stands.");
   // Nothing runs at minus nothing.
   return doubted(answer, Number.isFinite(degrees) ? `The map has arrived. Its walls run at ${(Math.round(degrees * 10) / 10 + 0).toFixed(1)}°.` : "The map has arrived.");
+}
+
+/**
+ * Where the robot stands, as a start, if `drawing` is an edit of the map that it has and it knows where it is; `null` otherwise, and if
+ * a person has marked another start, or a path by hand, which begins where it begins.
+ */
+function standing(drawing) {
+  const { pose } = robot.feed ?? {};
+  const isMarked = drawing.start && JSON.stringify(drawing.start) !== JSON.stringify(robot.placed);
+  if (pose?.tracking !== "tracking" || isMarked || drawing.route || !robot.sent || !isEditOf(robot.sent, drawing)) return null;
+  return { at: [pose.x, pose.y], heading_deg: (pose.heading_rad * 180) / Math.PI };
 }
 
 /** What has arrived, and what the robot doubts about it. */

@@ -244,6 +244,14 @@ export function pathBody({ route, goals, start }, placed = null) {
   return JSON.stringify({ ...begin, goals: goals.map((goal) => (goal.name ? goal : goal.at)) });
 }
 
+/** Whether a drawing is an edit of the one before, of which at least half of the walls and obstacles are left as they were. */
+export function isEditOf(before, after) {
+  const items = ({ strokes, obstacles }) => [...strokes.map(wire), ...obstacles.map(wireObstacle)].map((item) => JSON.stringify(item));
+  const [had, has] = [items(before), new Set(items(after))];
+  return before.id === after.id && before.canvas.join() === after.canvas.join() && !before.photo && !after.photo
+    && 2 * had.filter((item) => has.has(item)).length >= had.length;
+}
+
 /** The drawing with a path as it was sent. */
 export function withPath(drawing, { start, route, goals }) {
   const named = (goals ?? []).map((goal) => (Array.isArray(goal) ? { at: goal } : goal));

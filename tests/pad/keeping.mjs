@@ -94,6 +94,23 @@ async function aPageThatIsClosedLosesNothing(context) {
   await page.reload();
   await hand.look();
   assert.equal(JSON.parse(await hand.saved()).strokes.length, 2, "a page that is loaded again");
+
+  // A browser that is killed may forget that what a page left was kept, and changed since: it is there again, and is known.
+  await hand.draw([[300, 700], [900, 710]]);
+  await hasAll(page, 3);
+  const left = await page.evaluate(() => ({ ...JSON.parse(sessionStorage.getItem("kept")), text: sessionStorage.getItem("draft") }));
+  await page.click("#undo");
+  await hasAll(page, 2);
+  await page.evaluate((known) => localStorage.setItem(`left:${known.id}`, JSON.stringify(known)), left);
+  await page.close();
+  ({ page, hand } = await opened(context));
+  await isKept(page, "Drawing 1");
+  assert.equal(JSON.parse(await hand.saved()).strokes.length, 2);
+  const entries = await page.evaluate(async () => {
+    const { Shelf } = await import("/shelf.js");
+    return (await new Shelf().list()).length;
+  });
+  assert.equal(entries, 1, "no copy of it");
   await page.close();
 }
 
@@ -134,7 +151,7 @@ async function drawingsAreOpenedRenamedCopiedAndDeleted(context) {
   await isKept(page, "Drawing 1");
   // The page that drove has been killed.
   await page.click("#wheel:visible");
-  await page.getByText("You drive").waitFor();
+  await page.getByText("You drive", { exact: true }).waitFor();
   await hand.menu("new-landscape");
   await hand.draw([[500, 200], [1500, 200], [1500, 900]]);
   await isKept(page, "Drawing 2");

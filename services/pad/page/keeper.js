@@ -74,7 +74,7 @@ export class Keeper {
   async #rescue() {
     for (const key of Object.keys(localStorage).filter((name) => name.startsWith(LEFT))) {
       const left = JSON.parse(localStorage.getItem(key));
-      if (left) await this.#shelf.save(left);
+      if (left) await this.#shelf.save(left, true);
       localStorage.removeItem(key);
     }
   }

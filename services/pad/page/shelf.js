@@ -4,6 +4,8 @@
 const [DATABASE, VERSION] = ["sketchnav", 1];
 const STORES = ["entries", "texts"];
 const UNNAMED = /^Drawing (\d+)$/;
+/** How many of its last states an entry remembers. */
+const PAST = 50;
 
 /** The result of a request. */
 const result = (request) => new Promise((resolve, reject) => {
@@ -18,6 +20,13 @@ function opened() {
     request.result.createObjectStore("texts");
   };
   return result(request);
+}
+
+/** A short name of a text (FNV-1a). */
+function digest(text) {
+  let hash = 2166136261;
+  for (let i = 0; i < text.length; i += 1) hash = Math.imul(hash ^ text.charCodeAt(i), 16777619);
+  return `${text.length} ${hash >>> 0}`;
 }
 
 /** A new name for a drawing among the entries. */
@@ -52,7 +61,7 @@ export class Shelf {
     return answer;
   }
 
-  /** All entries, `{ id, name, changed, picture, gone }`; the one that was changed last comes first. `changed`: ms since 1970. */
+  /** All entries, `{ id, name, changed, picture, gone, past }`; the one that was changed last comes first. `changed`: ms since 1970. */
   async list() {
     const all = await this.#does("readonly", ({ entries }) => result(entries.getAll()));
     return all.sort((a, b) => b.changed - a.changed);
@@ -68,17 +77,20 @@ export class Shelf {
 
   /**
    * Keeps a drawing, and answers its entry. `stamp`: when it was changed last as far as this page knows, `null` if it is new. If
-   * another page has changed it otherwise or deleted it since, this one is kept beside it, under another id.
+   * another page has changed it otherwise or deleted it since, this one is kept beside it, under another id. `late`: from a page
+   * that is gone, so that it may have been kept already.
    */
-  save({ id, stamp, text, name = null }) {
+  save({ id, stamp, text, name = null }, late = false) {
     return this.#does("readwrite", async ({ entries, texts }) => {
       const all = await result(entries.getAll());
       const found = all.find((entry) => entry.id === id);
       const isOther = found && (found.gone || found.changed !== stamp);
+      if (isOther && late && found.past.includes(digest(text))) return found;
       if (isOther && !found.gone && await result(texts.get(id)) === text) return found;
       const entry = {
         id: isOther ? newId() : id, name: isOther ? `${found.name}, another` : found?.name ?? name ?? unnamed(all),
         changed: Math.max(Date.now(), (found?.changed ?? 0) + 1), picture: isOther ? null : found?.picture ?? null, gone: false,
+        past: [...(isOther ? [] : found?.past ?? []), digest(text)].slice(-PAST),
       };
       entries.put(entry);
       texts.put(text, entry.id);

@@ -129,7 +129,7 @@ fn a_bad_mission_file_is_refused() {
         Case {
             story: "a key that nobody knows",
             spoil: |folder| in_mission(folder, "time_limit_s = 60", "time_limit = 60"),
-            says: &["room.toml", "task 1 (next door).time_limit: unknown key", "time_limit_s"],
+            says: &["room.toml", "task 1 (next door).time_limit: unknown key; did you mean `time_limit_s`?"],
         },
         Case {
             story: "a mission of before there were several navigators",

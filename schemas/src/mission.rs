@@ -586,7 +586,8 @@ mod tests {
             rounds: f64,
         }
         let mission = |navigator: &str, task: &str| {
-            let text = MISSION.replace("drawing = \"s.png\", start = [1, 1], start_heading_deg = 90", navigator);
+            let text =
+                MISSION.replace("drawing = \"s.png\", start = [1, 1], start_heading_deg = 90", navigator);
             Mission::parse(&text.replace("goal = [3, 4]", task)).unwrap()
         };
         let read = mission("", "rounds = 2");
@@ -600,7 +601,8 @@ mod tests {
         ] {
             assert_eq!(mission("", task).task_keys::<TaskKeys>().unwrap_err().to_string(), error);
         }
-        let error = mission("colour = \"red\"", "rounds = 2").navigator_keys::<NoKeys>().unwrap_err().to_string();
+        let error =
+            mission("colour = \"red\"", "rounds = 2").navigator_keys::<NoKeys>().unwrap_err().to_string();
         assert!(error.starts_with("navigator: unknown field `colour`"), "{error}");
     }
 
@@ -672,7 +674,10 @@ mod tests {
         let slip = error_of("planner.lenght_m = 5");
         assert_eq!(slip, "parameters.planner: unknown field `lenght_m`; did you mean `length_m`?");
         let wrong = error_of("planner.count = true");
-        assert_eq!(wrong, "parameters.planner.count: invalid type: boolean `true`, expected a whole number, 0 or more");
+        assert_eq!(
+            wrong,
+            "parameters.planner.count: invalid type: boolean `true`, expected a whole number, 0 or more"
+        );
         let outer = [("some".to_owned(), base)].into();
         let within: BTreeMap<String, Some> =
             overlaid(&outer, &toml::from_str("some.count = 7").unwrap()).unwrap();

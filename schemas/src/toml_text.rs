@@ -43,7 +43,8 @@ fn expectation(rust: &str) -> String {
     if let Some((_, words)) = NUMBERS.iter().find(|(types, _)| types.contains(&rust)) {
         return (*words).to_owned();
     }
-    let sized = ["an array of length ", "a tuple of size "].iter().find_map(|prefix| rust.strip_prefix(prefix));
+    let sized =
+        ["an array of length ", "a tuple of size "].iter().find_map(|prefix| rust.strip_prefix(prefix));
     match (sized, rust) {
         (Some(length), _) => format!("a list of {length}"),
         (None, "a sequence") => "a list".to_owned(),

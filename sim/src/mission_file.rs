@@ -58,7 +58,10 @@ mod tests {
         let text = include_str!("../missions/building/building-a.toml");
         std::fs::write(&path, text).unwrap();
         let error = load(&path).unwrap_err().to_string();
-        assert!(error.contains("m.toml") && error.contains("world.floor_plan: expected a file, found none at "), "{error}");
+        assert!(
+            error.contains("m.toml") && error.contains("world.floor_plan: expected a file, found none at "),
+            "{error}"
+        );
     }
 
     /// Empty files of 8 GB, and text with a list as long as the memory, were read completely and then parsed. Now, any file

@@ -138,7 +138,9 @@ fn tame(words: impl Iterator<Item: AsRef<OsStr>>) -> Option<clap::Error> {
 
 /// Adds the command that was probably meant to an error about an unknown one. The parser only suggests commands that begin alike.
 fn suggest(error: &mut clap::Error, words: &[String]) {
-    let Some(ContextValue::String(unknown)) = error.get(ContextKind::InvalidSubcommand).cloned() else { return };
+    let Some(ContextValue::String(unknown)) = error.get(ContextKind::InvalidSubcommand).cloned() else {
+        return;
+    };
     if error.get(ContextKind::SuggestedSubcommand).is_some() {
         return;
     }

@@ -16,6 +16,7 @@ use sketchnav_recordings::rejected::{Rejected, Rejections};
 use sketchnav_recordings::sources::RecordedRun;
 use sketchnav_schemas::channels;
 use sketchnav_schemas::codes::{Process, TaskState};
+use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::time::seconds;
 use sketchnav_stage::doubts::Doubts;
@@ -142,7 +143,7 @@ impl Report {
             // Unreadable files were already reported before the drive.
             doubts: doubts::of(run, files).unwrap_or_default(),
             driven: log.driven(),
-            hint: hint(run, &verdict),
+            hint: hint(&run.mission, &verdict),
             wall_seconds,
             real_time_factor: wall_seconds.map(|wall_seconds| verdict.sim_seconds / wall_seconds),
             verdict,
@@ -247,8 +248,8 @@ impl Report {
 }
 
 /// Returns what to check first if no task was reached, where the mission gives the start twice: for the robot and in its drawing.
-fn hint(run: &RunConfig, verdict: &Verdict) -> Option<&'static str> {
-    let is_given_twice = run.mission.navigator.given.contains_key("start");
+fn hint(mission: &Mission, verdict: &Verdict) -> Option<&'static str> {
+    let is_given_twice = mission.navigator.given.contains_key("start");
     let is_none_reached = !verdict.tasks.is_empty() && verdict.tasks.iter().all(|task| !task.reached);
     (is_given_twice && is_none_reached).then_some(
         "check that navigator.start and start.world are the same place, and that navigator.start_heading_deg is the robot's \
@@ -308,16 +309,24 @@ fn write(path: PathBuf, svg: &str) -> anyhow::Result<PathBuf> {
 #[cfg(test)]
 mod tests {
     use sketchnav_lab::judge::TaskVerdict;
-    use sketchnav_schemas::mission::Mission;
 
     use super::*;
 
     /// A wrong heading in the drawing once gave "0 of 3 tasks reached", and nothing else.
     #[test]
     fn after_a_run_that_reached_nothing_the_starts_are_doubted() {
-        let mission = |text: &str| RunConfig { mission: Mission::parse(text).unwrap(), ..RunConfig::example() };
-        let by_drawing = mission(include_str!("../../../sim/missions/laboratory/laboratory-a.toml"));
-        let task = |reached| TaskVerdict { reached, ..TaskVerdict::not_begun("there") };
+        let by_drawing =
+            Mission::parse(include_str!("../../../sim/missions/laboratory/laboratory-a.toml")).unwrap();
+        let task = |reached| TaskVerdict {
+            name: "there".to_owned(),
+            reached,
+            state: "failed".to_owned(),
+            reason: String::new(),
+            time_s: 1.0,
+            path_m: 1.0,
+            final_error_m: None,
+            collisions: 0,
+        };
         let verdict = |tasks: &[bool]| Verdict {
             success: false,
             tasks: tasks.iter().copied().map(task).collect(),
@@ -326,7 +335,7 @@ mod tests {
         let said = hint(&by_drawing, &verdict(&[false, false])).unwrap();
         assert!(said.contains("start_heading_deg") && said.contains("sketchnav help missions"), "{said}");
         assert_eq!(hint(&by_drawing, &verdict(&[false, true])), None);
-        let without = mission(include_str!("../../../sim/missions/corridor/corridor-a.toml"));
+        let without = Mission::parse(include_str!("../../../sim/missions/corridor/corridor-a.toml")).unwrap();
         assert_eq!(hint(&without, &verdict(&[false])), None);
     }
 }

@@ -17,7 +17,9 @@ pub fn parse_service(word: &str) -> Result<Process, String> {
 /// Parses the name of a service whose core can be run again on a recording, which is any but the recorder.
 pub fn parse_rerun(word: &str) -> Result<Process, String> {
     let again = || SERVICES.into_iter().filter(|process| *process != Process::Recorder);
-    again().find(|process| process.word() == word).ok_or_else(|| format!("expected one of {}", words(again())))
+    again()
+        .find(|process| process.word() == word)
+        .ok_or_else(|| format!("expected one of {}", words(again())))
 }
 
 /// Parses the name of a process that can be served by hand.
@@ -118,7 +120,9 @@ mod tests {
         let error = parse_rerun("planer").unwrap_err();
         let offered = error.strip_prefix("expected one of ").unwrap();
         assert_eq!(offered, "world, sketcher, localizer, planner");
-        assert!(offered.split(", ").all(|word| parse_rerun(word).is_ok()) && parse_rerun("recorder").is_err());
+        assert!(
+            offered.split(", ").all(|word| parse_rerun(word).is_ok()) && parse_rerun("recorder").is_err()
+        );
     }
 
     #[test]

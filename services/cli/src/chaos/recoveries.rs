@@ -60,7 +60,9 @@ impl Display for Recoveries {
         match unrecovered {
             0 => Ok(()),
             _ if times.is_empty() => write!(f, ", no recovery: it sent nothing new before the mission ended"),
-            count => write!(f, "; {count} without: it sent nothing new before the next kill or the mission's end"),
+            count => {
+                write!(f, "; {count} without: it sent nothing new before the next kill or the mission's end")
+            }
         }
     }
 }

@@ -325,6 +325,9 @@ pub fn rows(judged: &Judged) -> Vec<(String, String)> {
         let is_one = |fault: &&FaultInfo| kinds.iter().any(|kind| kind.word() == fault.kind);
         judged.faults.iter().filter(is_one).count()
     };
-    row("faults injected, failures", format!("{}, {}", reported(&[FaultKind::Injected]), reported(&FAILURES)));
+    row(
+        "faults injected, failures",
+        format!("{}, {}", reported(&[FaultKind::Injected]), reported(&FAILURES)),
+    );
     rows
 }

@@ -330,7 +330,12 @@ mod tests {
             // A misspelt key that is required was once reported as missing.
             ("drawing =", "drawng =", "navigator.drawng", "unknown key; did you mean `drawing`?"),
             ("goal = [3, 4]", "gaol = [3, 4]", "task 1 (hall).gaol", "unknown key; did you mean `goal`?"),
-            ("drawing =", "colour = 1\ndrawing =", "navigator.colour", "expected one of kind, method, drawing, walls"),
+            (
+                "drawing =",
+                "colour = 1\ndrawing =",
+                "navigator.colour",
+                "expected one of kind, method, drawing, walls",
+            ),
             ("drawing =", "wals = \"dark\"\ndrawing =", "navigator.wals", "walls"),
             ("drawing =", "walls = \"grey\"\ndrawing =", "navigator.walls", "`dark`"),
             ("start = [1, 1]", "start = [1]", "navigator.start", "2"),

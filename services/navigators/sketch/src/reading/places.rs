@@ -324,7 +324,9 @@ impl<'a> Reachable<'a> {
         }
         let start = self.drawing.to_image(&self.start);
         // Whoever gives metres instead of pixels places the start in a corner of the page, from where no goal can be reached.
-        if touches_edge(self.drawing, &self.cells) && !touches_edge(self.drawing, &flood(self.drawing, &point)) {
+        if touches_edge(self.drawing, &self.cells)
+            && !touches_edge(self.drawing, &flood(self.drawing, &point))
+        {
             let (file, what) = (self.drawing.file.clone(), what.to_owned());
             return Err(SketchError::StartOutside { start, file, what, place: at });
         }

@@ -229,7 +229,10 @@ fn what_cannot_be_is_refused_with_its_name_and_place() {
         ),
         // The goal was once blamed for a start in metres instead of pixels.
         (
-            placed(Some([0.9, 6.15]), vec![task("kitchen", &[[0.9, 6.15], [10.0, 300.0]]), task("kitchen", &[[200.0, 200.0]])]),
+            placed(
+                Some([0.9, 6.15]),
+                vec![task("kitchen", &[[0.9, 6.15], [10.0, 300.0]]), task("kitchen", &[[200.0, 200.0]])],
+            ),
             "navigator.start at (1, 6) of pad.json: expected a place within the walls around task 2 (kitchen): goal at (200, 200), \
              found one outside them; the start is in pixels of the drawing",
         ),

@@ -323,7 +323,7 @@ impl<'a> Reachable<'a> {
             return Ok(point);
         }
         let start = self.drawing.to_image(&self.start);
-        // Whoever gives metres instead of pixels places the start in a corner of the page, from where no goal can be reached.
+        // Metres given instead of pixels put the start into a corner of the page, from where no goal can be reached.
         if touches_edge(self.drawing, &self.cells)
             && !touches_edge(self.drawing, &flood(self.drawing, &point))
         {

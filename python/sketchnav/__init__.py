@@ -1,8 +1,12 @@
-"""Navigators for sketchnav, and readers of its running systems and recordings.
+"""Navigators and drivers for sketchnav, and readers of its running systems and recordings.
 
 A navigator in Python is a program: all of `sketchnav`, plus this navigator. See `sketchnav.navigator`:
 
     raise SystemExit(sketchnav.main([NAVIGATOR]))
+
+A driver is a robot, or a simulator of others, in place of the simulated world. See `sketchnav.driver`:
+
+    with sketchnav.drive("lab") as robot: ...
 
 Live messages are NumPy structures that look at shared memory itself, read-only and without a copy:
 
@@ -17,12 +21,13 @@ Recordings are pandas frames:
     run = sketchnav.open("out/demo-001/building-a.mcap")
     run.frame("estimate")[["pose.position.x", "pose.position.y"]].plot()
 
-Each name is imported when it is first used: navigators need no other package, live messages need NumPy.
+Each name is imported when it is first used: navigators and drivers need no other package, live messages need NumPy.
 """
 
 import importlib
 
 _HOMES = {
+    "driver": ["Driver", "Floor", "Position", "Velocity", "drive"],
     "live": ["NotRunning", "System", "TooManyReaders", "WrongType", "connect", "systems"],
     "recordings": ["Recording", "open_recording"],
     "messages": [

@@ -98,6 +98,9 @@ pub enum BridgeError {
     /// The system's channels failed.
     #[error(transparent)]
     Runtime(#[from] sketchnav_runtime::Error),
+    /// The driver failed.
+    #[error(transparent)]
+    Driver(#[from] sketchnav_driver::DriverError),
     /// A derived message has no ROS 2 form.
     #[error("a derived message: {0}")]
     Form(#[from] sketchnav_schemas::ros2::Ros2Error),

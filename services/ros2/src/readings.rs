@@ -3,6 +3,7 @@
 //! Readings are checked here, and errors say what was expected and what was found. Ranges follow REP 117.
 
 use ros2_interfaces_jazzy_serde::builtin_interfaces::msg::Time;
+use sketchnav_driver::DriverError;
 use sketchnav_schemas::message::{Header, LaserScan, MAX_BEAMS, Message, Odometry};
 use sketchnav_schemas::ros2::{Ros2, Ros2Error};
 
@@ -25,16 +26,9 @@ pub enum ReadingError {
     /// The pose or the velocity is impossible.
     #[error("expected a finite pose with a heading, and a finite velocity, found others")]
     Odometry,
-    /// The stamp is not later than the previous one.
-    #[error(
-        "expected a stamp later than that of the previous reading, found {found_ns} ns for {before_ns} ns"
-    )]
-    Stamp {
-        /// The rejected stamp, in nanoseconds.
-        found_ns: u64,
-        /// The previous stamp, in nanoseconds.
-        before_ns: u64,
-    },
+    /// The driver refused the reading.
+    #[error(transparent)]
+    Driver(#[from] DriverError),
 }
 
 /// Converts the robot's stamps to simulation time. The first reading gets the current time of the mission.
@@ -89,39 +83,6 @@ pub fn odometry(mut form: OdometryForm, stamp_ns: u64) -> Result<Odometry, Readi
     let (mut odometry, _) = Odometry::from_ros2(form, 1)?;
     odometry.header = Header { seq: 0, stamp_ns, source_seq: 0 };
     if odometry.is_valid() { Ok(odometry) } else { Err(ReadingError::Odometry) }
-}
-
-/// Selects which odometry readings are sent, so that there are no more between two ticks than the channel holds for a late
-/// reader.
-#[derive(Debug)]
-pub struct Thinning {
-    gap_ns: u64,
-    most: usize,
-    last_ns: Option<u64>,
-    since_tick: usize,
-}
-
-impl Thinning {
-    /// Creates a selection for ticks with a period of `period_ns` nanoseconds, and `per_tick` messages per tick.
-    pub fn new(period_ns: u64, per_tick: usize) -> Self {
-        let most = per_tick.saturating_sub(1).max(1);
-        Self { gap_ns: period_ns / per_tick.max(1) as u64, most, last_ns: None, since_tick: 0 }
-    }
-
-    /// Returns true if a reading with this stamp should be sent now. (The last reading before a tick is sent in any case.)
-    pub fn takes(&mut self, stamp_ns: u64) -> bool {
-        let is_far = self.last_ns.is_none_or(|last| stamp_ns >= last + self.gap_ns);
-        let takes = is_far && self.since_tick < self.most;
-        if takes {
-            (self.last_ns, self.since_tick) = (Some(stamp_ns), self.since_tick + 1);
-        }
-        takes
-    }
-
-    /// Notes that a tick was sent.
-    pub fn ticked(&mut self) {
-        self.since_tick = 0;
-    }
 }
 
 #[cfg(test)]
@@ -197,20 +158,5 @@ mod tests {
         assert_eq!(time.of(&stamp(1_700_000_000, 10)), 500);
         assert_eq!(time.of(&stamp(1_700_000_001, 30)), 1_000_000_520);
         assert_eq!(time.of(&stamp(-5, 0)), 500);
-    }
-
-    #[test]
-    fn fast_wheels_are_thinned_and_slow_ones_are_not() {
-        let (period_ns, per_tick) = (100_000_000, 8);
-        for (readings_hz, sent_a_tick) in [(20, 2), (50, 5), (1000, 7)] {
-            let mut thinning = Thinning::new(period_ns, per_tick);
-            for tick in 0..5 {
-                let stamps =
-                    (0..readings_hz / 10).map(|i| tick * period_ns + i * 1_000_000_000 / readings_hz);
-                let sent = stamps.filter(|stamp| thinning.takes(*stamp)).count();
-                assert_eq!(sent, sent_a_tick, "{readings_hz} Hz");
-                thinning.ticked();
-            }
-        }
     }
 }

@@ -29,7 +29,10 @@ fn the_example_driver_drives_a_mission() {
     let task = &report["tasks"][0];
     assert!(task["state"] == "reached" && task["reached"] == true, "{report:#}");
     assert!(task["path_m"].as_f64().is_some_and(|path_m| path_m > 3.0), "{report:#}");
-    assert!(task["reason"].as_str().is_some_and(|reason| reason.contains("according to the robot only")), "{report:#}");
+    assert!(
+        task["reason"].as_str().is_some_and(|reason| reason.contains("according to the robot only")),
+        "{report:#}"
+    );
     place.assert_nothing_left("driver");
 }
 

@@ -65,7 +65,9 @@ pub fn parse(text: &str, mission: &Mission) -> Result<(Order, u32), OrderError> 
     let task = if rest.is_empty() { Some(1) } else { rest.parse().ok() };
     match task {
         Some(task) if (1..=count).contains(&task) => Ok((order, task - 1)),
-        None if order == Order::Goal && rest.parse::<f64>().is_err() => Ok((order, named::task(mission, rest)? as u32)),
+        None if order == Order::Goal && rest.parse::<f64>().is_err() => {
+            Ok((order, named::task(mission, rest)? as u32))
+        }
         _ => Err(OrderError::Task { found: found(), count }),
     }
 }
@@ -102,9 +104,10 @@ mod tests {
 
     /// Returns a mission with nine tasks, `place 1` to `place 9`. The goal of the fourth one is the kitchen.
     fn mission() -> Mission {
-        let mut text = "name = 'm'\nrobot = 'robotino'\nworld = { map = 'm.yaml' }\nnavigator = { kind = 'sketch' }\n\
+        let mut text =
+            "name = 'm'\nrobot = 'robotino'\nworld = { map = 'm.yaml' }\nnavigator = { kind = 'sketch' }\n\
              start = { world = [0, 0], world_heading_deg = 0 }\n"
-            .to_owned();
+                .to_owned();
         for task in 1..=9 {
             let goal = if task == 4 { "'Kitchen'" } else { "[1, 2]" };
             text += &format!("[[task]]\nname = 'place {task}'\ngoal = {goal}\n");

@@ -445,7 +445,8 @@ impl Supervisor {
         let (Some(stall), Some(node), Some(ports)) = (&mut self.stall, &self.node, &self.ports) else {
             return Ok(());
         };
-        let mut everybody_waits = !ports.faults.recording_stands() && has_joined(node.system(), &self.by_hand)?;
+        let mut everybody_waits =
+            !ports.faults.recording_stands() && has_joined(node.system(), &self.by_hand)?;
         let mut progress = 0;
         for child in &mut self.children {
             progress += u64::from(node.progress(child.process));

@@ -88,7 +88,10 @@ fn supervisor() {
     println!("\n> started");
     let end = loop {
         if is_by_hand {
-            break format!("{:?}", supervisor.poll(Duration::from_secs(2)).map_err(|error| error.to_string()));
+            break format!(
+                "{:?}",
+                supervisor.poll(Duration::from_secs(2)).map_err(|error| error.to_string())
+            );
         }
         match supervisor.poll(LONG) {
             Ok(Progress::Running) => {}

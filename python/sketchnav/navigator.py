@@ -248,14 +248,14 @@ class Navigator:
 _PACKAGE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "")
 
 
-def _calls(error, most):
-    """File and line of the innermost call that led to an exception, and the text of the `most` innermost ones.
+def _calls(traceback_, most):
+    """File and line of the innermost call of a traceback, and the text of the `most` innermost ones.
 
     Calls within this package are left out, unless there are no others: the author of a stage cannot change them.
     """
     import traceback
 
-    calls = traceback.extract_tb(error.__traceback__)
+    calls = traceback.extract_tb(traceback_)
     calls = [call for call in calls if not os.path.abspath(call.filename).startswith(_PACKAGE)] or calls
     return calls[-1].filename, calls[-1].lineno, "".join(traceback.format_list(calls[-most:]))
 

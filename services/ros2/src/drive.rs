@@ -1,16 +1,15 @@
-//! Drives a ROS 2 robot in place of the simulated world: its scans (`/scan`) and odometry (`/odom`) become the sensors' channels and the tick, and
-//! commands become velocities (`/cmd_vel`).
+//! Drives a ROS 2 robot in place of the simulated world: its scans (`/scan`) and odometry (`/odom`) become the sensors' channels
+//! and the tick, and commands become velocities (`/cmd_vel`).
 //!
 //! An instant ends with each scan. The robot is stopped if no command has arrived for half a second, and at the end.
 
 use std::time::{Duration, Instant};
 
+use serde::de::DeserializeOwned;
 use sketchnav_driver::{Driver, DriverError, STANDSTILL};
 use sketchnav_schemas::channels::{ODOMETRY, SCAN};
 use sketchnav_schemas::message::{LaserScan, Odometry, Twist};
 use sketchnav_schemas::ros2::{Field, encode};
-
-use serde::de::DeserializeOwned;
 
 use crate::participant::{Intake, Outlet, Participant};
 use crate::readings::{self, OdometryForm, Publishers, ReadingError, ScanForm, Timebase};

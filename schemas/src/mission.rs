@@ -16,7 +16,8 @@ use crate::codes::Process;
 use crate::floor_plan::{Furniture, Marker, Person};
 use crate::geometry::encloses;
 use crate::message::MAX_TASKS;
-use crate::nearest::without_list;
+use crate::nearest::{nearest, without_list};
+use crate::toml_text::{self, TomlError, in_words};
 
 /// A mission file, parsed from TOML by [`Mission::parse`]. Paths are relative to the file's folder.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -36,6 +37,7 @@ pub struct Mission {
     /// The pose at which the robot truly starts.
     pub start: Start,
     /// The tasks, in order.
+    #[serde(default)]
     pub task: Vec<Task>,
     /// Parameters of the navigator's processes. A parameter that is left out keeps its default.
     #[serde(default)]
@@ -242,12 +244,30 @@ pub fn keys<T: DeserializeOwned>(key: &str, given: &toml::Table) -> Result<T, Mi
     given.clone().try_into().map_err(|error| MissionError::of_key(key, &error))
 }
 
+/// Keys of a kind that has none: see [`Mission::navigator_keys`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct NoKeys {}
+
+/// Checks that a table of a kind of navigator has no other keys than these. `key` is the table's name, for errors.
+///
+/// # Errors
+/// [`MissionError::Key`] for the first other key, with the known key that was probably meant, or all of them.
+pub fn only(key: &str, given: &toml::Table, known: &[&str]) -> Result<(), MissionError> {
+    let Some(other) = given.keys().find(|other| !known.contains(&other.as_str())) else { return Ok(()) };
+    let reason = match nearest(other, known.iter().copied()) {
+        Some(meant) => format!("unknown key; did you mean `{meant}`?"),
+        None => format!("unknown key, expected one of {}", known.join(", ")),
+    };
+    Err(MissionError::Key { key: format!("{key}.{other}"), reason })
+}
+
 /// Reasons why a mission is invalid.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MissionError {
     /// Not TOML, an unknown key, or a value of the wrong type.
     #[error("{0}")]
-    Toml(#[from] toml::de::Error),
+    Toml(#[from] TomlError),
     /// An invalid value.
     #[error("{key}: expected {expected}, found {found}")]
     Value {
@@ -275,7 +295,7 @@ impl MissionError {
         let shown = error.to_string();
         let within = shown.trim_end().rsplit_once("\nin `").and_then(|(_, path)| path.strip_suffix('`'));
         let key = within.map_or_else(|| key.to_owned(), |path| format!("{key}.{path}"));
-        Self::Key { key, reason: without_list(error.message()) }
+        Self::Key { key, reason: in_words(&without_list(error.message())) }
     }
 }
 
@@ -285,8 +305,9 @@ impl Mission {
     /// # Errors
     /// [`MissionError`] with the key and what was expected.
     pub fn parse(text: &str) -> Result<Self, MissionError> {
-        let file: toml::Table = toml::from_str(text)?;
-        let mission: Self = toml::from_str(text)?;
+        let file: toml::Table = toml_text::read(text)?;
+        check_misspelt(&file)?;
+        let mission: Self = toml_text::read(text)?;
         check_finite("", &toml::Value::Table(file))?;
         mission.check()?;
         Ok(mission)
@@ -295,6 +316,23 @@ impl Mission {
     /// The kind of navigator that drives.
     pub fn navigator_kind(&self) -> &str {
         &self.navigator.kind
+    }
+
+    /// Parses the keys of `[navigator]` that belong to the kind. If `T` denies unknown fields, so does this.
+    ///
+    /// # Errors
+    /// As [`keys`].
+    pub fn navigator_keys<T: DeserializeOwned>(&self) -> Result<T, MissionError> {
+        keys("navigator", &self.navigator.given)
+    }
+
+    /// Parses the keys of each `[[task]]` that belong to the kind. If `T` denies unknown fields, so does this.
+    ///
+    /// # Errors
+    /// As [`keys`], with the number and the name of the task.
+    pub fn task_keys<T: DeserializeOwned>(&self) -> Result<Vec<T>, MissionError> {
+        let numbered = (1..).zip(&self.task);
+        numbered.map(|(number, task)| keys(&task_key(number, &task.name), &task.given)).collect()
     }
 
     /// The files given to the navigator, each with its key. They are the values of the key `drawing` and of every key that
@@ -314,7 +352,7 @@ impl Mission {
     fn check(&self) -> Result<(), MissionError> {
         self.world.check()?;
         let tasks = self.task.len();
-        check((1..=MAX_TASKS).contains(&tasks), || "task".into(), "1 to 64 tasks", || tasks.to_string())?;
+        check((1..=MAX_TASKS).contains(&tasks), || "task".into(), "1 to 64 [[task]]", || tasks.to_string())?;
         check_all(|| "start.world".into(), &self.start.world, bounds::COORDINATE_M)?;
         check_heading("start.world_heading_deg", self.start.world_heading_deg)?;
         check_name("name", &self.name)?;
@@ -331,6 +369,21 @@ impl WorldSource {
         let expected = "no furniture, person or marker with a plane";
         check(self.plane.is_none() || others == 0, || "world".into(), expected, || others.to_string())
     }
+}
+
+/// Rejects keys that were probably meant to be required ones, which would be reported as missing: the tables of navigators and
+/// tasks may have any other keys.
+fn check_misspelt(file: &toml::Table) -> Result<(), MissionError> {
+    let navigator = file.get("navigator").map(|table| ("navigator".to_owned(), "kind", table));
+    let tasks = file.get("task").and_then(toml::Value::as_array).into_iter().flatten();
+    let tasks = (1..).zip(tasks).map(|(number, table)| (format!("task {number}"), "name", table));
+    for (key, required, table) in navigator.into_iter().chain(tasks) {
+        let Some(table) = table.as_table().filter(|table| !table.contains_key(required)) else { continue };
+        let Some(meant) = nearest(required, table.keys().map(String::as_str)) else { continue };
+        let reason = format!("unknown key; did you mean `{required}`?");
+        return Err(MissionError::Key { key: format!("{key}.{meant}"), reason });
+    }
+    Ok(())
 }
 
 fn names_a_file(key: &str) -> bool {
@@ -507,6 +560,52 @@ mod tests {
         assert_eq!(serde_json::from_str::<Mission>(&json).unwrap(), mission);
     }
 
+    /// A mission without tasks was once reported as "line 1, column 1: missing field `task`".
+    #[test]
+    fn a_mission_without_tasks_is_refused() {
+        let (tasks, _) = MISSION.split_once("[[task]]").unwrap();
+        let error = Mission::parse(tasks).unwrap_err().to_string();
+        assert_eq!(error, "task: expected 1 to 64 [[task]], found 0");
+    }
+
+    /// "missing field `name`" did not mention the misspelt key.
+    #[test]
+    fn a_misspelt_key_that_is_required_is_named() {
+        let error = refusal("name = \"kitchen\"", "nmae = \"kitchen\"");
+        assert_eq!(error, "task 1.nmae: unknown key; did you mean `name`?");
+        let error = refusal("kind = \"example\"", "knd = \"example\"");
+        assert_eq!(error, "navigator.knd: unknown key; did you mean `kind`?");
+        assert!(refusal("name = \"kitchen\"", "").contains("missing field `name`"));
+    }
+
+    #[test]
+    fn the_keys_of_a_kind_are_read_and_no_others() {
+        #[derive(Debug, PartialEq, Deserialize)]
+        #[serde(deny_unknown_fields)]
+        struct TaskKeys {
+            rounds: f64,
+        }
+        let mission = |navigator: &str, task: &str| {
+            let text =
+                MISSION.replace("drawing = \"s.png\", start = [1, 1], start_heading_deg = 90", navigator);
+            Mission::parse(&text.replace("goal = [3, 4]", task)).unwrap()
+        };
+        let read = mission("", "rounds = 2");
+        assert_eq!(read.navigator_keys::<NoKeys>().unwrap(), NoKeys {});
+        assert_eq!(read.task_keys::<TaskKeys>().unwrap(), [TaskKeys { rounds: 2.0 }]);
+        for (task, error) in [
+            ("rounds = 2\ncolour = \"red\"", "task 1 (kitchen): unknown field `colour`, expected `rounds`"),
+            ("round = 2", "task 1 (kitchen): unknown field `round`; did you mean `rounds`?"),
+            ("rounds = \"two\"", "task 1 (kitchen).rounds: invalid type: string \"two\", expected a number"),
+            ("", "task 1 (kitchen): missing field `rounds`"),
+        ] {
+            assert_eq!(mission("", task).task_keys::<TaskKeys>().unwrap_err().to_string(), error);
+        }
+        let error =
+            mission("colour = \"red\"", "rounds = 2").navigator_keys::<NoKeys>().unwrap_err().to_string();
+        assert!(error.starts_with("navigator: unknown field `colour`"), "{error}");
+    }
+
     #[test]
     fn keys_of_another_kind_are_kept() {
         let other =
@@ -575,7 +674,10 @@ mod tests {
         let slip = error_of("planner.lenght_m = 5");
         assert_eq!(slip, "parameters.planner: unknown field `lenght_m`; did you mean `length_m`?");
         let wrong = error_of("planner.count = true");
-        assert_eq!(wrong, "parameters.planner.count: invalid type: boolean `true`, expected usize");
+        assert_eq!(
+            wrong,
+            "parameters.planner.count: invalid type: boolean `true`, expected a whole number, 0 or more"
+        );
         let outer = [("some".to_owned(), base)].into();
         let within: BTreeMap<String, Some> =
             overlaid(&outer, &toml::from_str("some.count = 7").unwrap()).unwrap();

@@ -530,7 +530,17 @@ async function changesWhileItDrives(me) {
   await me.selected(1);
   await me.keys("Escape");
   await me.selected(0);
-  await me.sends("send-sketch", "The map has arrived");
+  // The robot goes on in the changed map from where it stands.
+  const before = await me.drawing();
+  await me.sends("send-sketch", "The start is now where the robot stands.");
+  const after = await me.drawing();
+  const off = Math.hypot(after.start.at[0] - before.start.at[0], after.start.at[1] - before.start.at[1]);
+  assert.ok(off > 0 && after.start.at.every((c, i) => c > 0 && c < CANVAS[i]), `${JSON.stringify(after.start)}`);
+  assert.deepEqual(after.goals, before.goals);
+  await me.sends("send-path", "The goal has arrived");
+  await me.page.click("#execute:enabled");
+  await says("Finished");
+  assert.match(await me.page.textContent("#task"), /1 of 1 task reached/);
 }
 
 // ---------------------------------------------------------------------------- the look, and the work

@@ -106,6 +106,11 @@ async function main() {
   await page.click("#study-begin button");
   await page.waitForSelector("#study-start");
   assert.equal(await strokes(hand), 0);
+  const kept = await page.evaluate(async () => {
+    const { Shelf } = await import("/shelf.js");
+    return { drawings: await new Shelf().list(), left: Object.keys(localStorage).filter((key) => key !== "settings") };
+  });
+  assert.deepEqual(kept, { drawings: [], left: [] }, "no drawing of a participant is in the library");
   assert.deepEqual(faults, [], "errors on the page");
 }
 

@@ -144,7 +144,7 @@ pub enum Command {
     },
     /// List the running systems and their processes.
     Ps {
-        /// Print one JSON object instead of a table.
+        /// Print one JSON list instead of a table.
         #[arg(long)]
         json: bool,
     },

@@ -116,7 +116,7 @@ impl Page<'_> {
                 span { "recording " b { (file) } }
                 @for key in ["seed", "method", "pace", "robot", "version"] { span { (key) " " b { (fact(key)) } } }
             }
-            @if let Some(words) = self.log.driven() { p.notice { "The planner said: " (words) "." } }
+            @if let Some(words) = self.log.driven() { p.notice { "Method: " (words) "." } }
             @let Doubts { warnings, left_out } = doubts::of(self.run, self.files).unwrap_or_default();
             @for warning in warnings.iter().chain(self.planned) { p.notice { "Doubted before the start: " (warning) "." } }
             @for what in &left_out { p.facts { "Left out of the drawing: " (what) "." } }

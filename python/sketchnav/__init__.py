@@ -10,13 +10,15 @@ A driver is a robot, or a simulator of others, in place of the simulated world. 
 
 Live messages are NumPy structures that look at shared memory itself, read-only and without a copy:
 
+    import numpy
     import sketchnav
 
     lab = sketchnav.connect("lab")
     for scan in lab.scan:
-        print(scan.stamp_s, scan["ranges_m"][: scan["beam_count"]].min())
+        # +inf is no return, and NaN an invalid reading, which nanmin skips.
+        print(scan.stamp_s, numpy.nanmin(scan["ranges_m"][: scan["beam_count"]]))
 
-Recordings are pandas frames:
+Recordings are pandas frames, which need matplotlib to plot:
 
     run = sketchnav.open("out/demo-001/building-a.mcap")
     run.frame("estimate")[["pose.position.x", "pose.position.y"]].plot()
@@ -28,7 +30,7 @@ import importlib
 
 _HOMES = {
     "driver": ["Driver", "Floor", "Position", "Velocity", "drive"],
-    "live": ["NotRunning", "System", "TooManyReaders", "WrongType", "connect", "systems"],
+    "live": ["NotRunning", "System", "TooManyMessages", "TooManyReaders", "WrongType", "connect", "systems"],
     "recordings": ["Recording", "open_recording"],
     "messages": [
         "Array", "Channel", "Code", "Count", "Header", "Message", "Part", "PoseM", "PosePx", "Text", "Twist", "Zero", "f32", "f64",

@@ -7,6 +7,7 @@ from .driver import Velocity as Velocity
 from .driver import drive as drive
 from .live import NotRunning as NotRunning
 from .live import System as System
+from .live import TooManyMessages as TooManyMessages
 from .live import TooManyReaders as TooManyReaders
 from .live import WrongType as WrongType
 from .live import connect as connect

@@ -23,8 +23,16 @@ fn the_example_driver_drives_a_mission() {
     let driver = place.driver("driver");
     let ended = running.end();
     assert_eq!(driver.end().code, Some(0));
+    // The mission says where the goal is in the world, but not even the driver knows where its robot truly is.
+    assert_eq!(ended.code, Some(0), "{ended}");
     let report = ended.json();
-    assert_eq!(report["tasks"][0]["state"], "reached", "{report:#}");
+    let task = &report["tasks"][0];
+    assert!(task["state"] == "reached" && task["reached"] == true, "{report:#}");
+    assert!(task["path_m"].as_f64().is_some_and(|path_m| path_m > 3.0), "{report:#}");
+    assert!(
+        task["reason"].as_str().is_some_and(|reason| reason.contains("according to the robot only")),
+        "{report:#}"
+    );
     place.assert_nothing_left("driver");
 }
 

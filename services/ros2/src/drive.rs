@@ -1,31 +1,34 @@
-//! Drives a ROS 2 robot in place of the simulated world: `/scan` and `/odom` become the sensors' channels and the tick, and
-//! commands become `/cmd_vel`.
+//! Drives a ROS 2 robot in place of the simulated world: its scans (`/scan`) and odometry (`/odom`) become the sensors' channels
+//! and the tick, and commands become velocities (`/cmd_vel`).
 //!
 //! An instant ends with each scan. The robot is stopped if no command has arrived for half a second, and at the end.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
+use serde::de::DeserializeOwned;
 use sketchnav_driver::{Driver, DriverError, STANDSTILL};
 use sketchnav_schemas::channels::{ODOMETRY, SCAN};
 use sketchnav_schemas::message::{LaserScan, Odometry, Twist};
 use sketchnav_schemas::ros2::{Field, encode};
 
 use crate::participant::{Intake, Outlet, Participant};
-use crate::readings::{self, OdometryForm, ReadingError, ScanForm, Timebase};
+use crate::readings::{self, OdometryForm, Publishers, ReadingError, ScanForm, Timebase};
 use crate::topics::Delivery;
-use crate::{BridgeError, Settings, Summary};
+use crate::{BridgeError, RobotTopics, Settings, Summary};
 
 /// How often to look for messages, since ROS 2 messages wake no process.
 const LOOK_EVERY: Duration = Duration::from_millis(2);
 /// Maximum time for sending the last message.
 const FAREWELL: Duration = Duration::from_millis(100);
+/// How long a robot may be silent at the start before this is reported.
+const SILENCE: Duration = Duration::from_secs(3);
 
 /// Drives the robot until its mission is over, the system is gone, or the process is asked to end.
 ///
 /// # Errors
 /// [`BridgeError`] if the domain or a channel cannot be opened, or sending is no longer possible.
-pub fn drive(driver: Driver, settings: &Settings) -> Result<Summary, BridgeError> {
-    let mut robot = Robot::open(driver, settings)?;
+pub fn drive(driver: Driver, settings: &Settings, topics: &RobotTopics) -> Result<Summary, BridgeError> {
+    let mut robot = Robot::open(driver, settings, topics)?;
     loop {
         robot.sense()?;
         let Some(twist) = robot.driver.command(Duration::ZERO)? else { break };
@@ -37,26 +40,75 @@ pub fn drive(driver: Driver, settings: &Settings) -> Result<Summary, BridgeError
 
 struct Robot {
     driver: Driver,
-    scans: Intake<ScanForm>,
-    odometry: Intake<OdometryForm>,
+    scans: Sensor<ScanForm>,
+    odometry: Sensor<OdometryForm>,
     wheels: Outlet,
     time: Timebase,
+    began: Instant,
+    /// True once silent sensors have been reported.
+    has_looked: bool,
     has_odometry: bool,
     /// The last velocity that was sent, and the tick whose answer it is.
     sent: (Twist, u64),
     refused: u64,
     /// Once this is dropped, nothing is received any more.
-    _participant: Participant,
+    participant: Participant,
+}
+
+/// A topic of the robot's readings.
+struct Sensor<F> {
+    intake: Intake<F>,
+    kind: &'static str,
+    /// The option that selects another topic.
+    option: &'static str,
+    publishers: Publishers,
+    is_silent: bool,
+}
+
+impl<F: DeserializeOwned + 'static> Sensor<F> {
+    fn open(
+        participant: &mut Participant,
+        topic: &str,
+        kind: &'static str,
+        option: &'static str,
+    ) -> Result<Self, BridgeError> {
+        let intake = participant.subscription(topic, kind, Delivery::Sensor)?;
+        Ok(Self { intake, kind, option, publishers: Publishers::default(), is_silent: true })
+    }
+
+    /// Takes the next reading, and reports a second publisher, whose readings would be mixed with those of the first.
+    fn take(&mut self) -> Option<F> {
+        let (form, publisher) = self.intake.take_with_publisher()?;
+        self.is_silent = false;
+        if self.publishers.is_second(publisher) {
+            let (topic, option) = (self.intake.name(), self.option);
+            sketchnav_schemas::say!(
+                "notice: {topic} has a second publisher; if it belongs to another robot, choose one of them by --domain, \
+                 --namespace or {option}"
+            );
+        }
+        Some(form)
+    }
+
+    /// Reports that nothing has come so far.
+    fn report_silence(&self, participant: &Participant) -> Result<(), BridgeError> {
+        if self.is_silent {
+            let known = participant.topics_of(self.kind)?;
+            let words = readings::silent(self.intake.name(), self.kind, self.option, &known);
+            sketchnav_schemas::say!("notice: {words}");
+        }
+        Ok(())
+    }
 }
 
 impl Robot {
-    fn open(driver: Driver, settings: &Settings) -> Result<Self, BridgeError> {
+    fn open(driver: Driver, settings: &Settings, topics: &RobotTopics) -> Result<Self, BridgeError> {
         let mut participant = Participant::join(settings, &driver.run().system)?;
-        let sensor = Delivery::Sensor;
-        let scans = participant.subscription("scan", "sensor_msgs/msg/LaserScan", sensor)?;
-        let odometry = participant.subscription("odom", "nav_msgs/msg/Odometry", sensor)?;
+        let RobotTopics { scan, odom, cmd_vel } = topics;
+        let scans = Sensor::open(&mut participant, scan, "sensor_msgs/msg/LaserScan", "--scan")?;
+        let odometry = Sensor::open(&mut participant, odom, "nav_msgs/msg/Odometry", "--odom")?;
         let wheels =
-            participant.publisher("cmd_vel", "geometry_msgs/msg/Twist", Delivery::Reliable { depth: 1 })?;
+            participant.publisher(cmd_vel, "geometry_msgs/msg/Twist", Delivery::Reliable { depth: 1 })?;
         Ok(Self {
             time: Timebase::at(driver.now_ns()),
             driver,
@@ -66,21 +118,30 @@ impl Robot {
             has_odometry: false,
             sent: (STANDSTILL, 0),
             refused: 0,
-            _participant: participant,
+            began: Instant::now(),
+            has_looked: false,
+            participant,
         })
     }
 
     /// Passes on the robot's readings.
     fn sense(&mut self) -> Result<(), BridgeError> {
+        let now = self.began.elapsed();
         while let Some(form) = self.odometry.take() {
-            let stamp_ns = self.time.of(&form.header.stamp);
-            let sent = readings::odometry(form, stamp_ns).and_then(|odometry| self.on_odometry(odometry));
-            self.passed_on("odom", sent)?;
+            let stamp_ns = self.time.of(&form.header.stamp, now);
+            let reading = stamp_ns.and_then(|stamp_ns| readings::odometry(form, stamp_ns));
+            let sent = reading.and_then(|odometry| self.on_odometry(odometry));
+            self.passed_on("odometry", sent)?;
         }
         while let Some(form) = self.scans.take() {
-            let stamp_ns = self.time.of(&form.header.stamp);
-            let sent = readings::scan(form, stamp_ns).and_then(|scan| self.on_scan(&scan));
+            let stamp_ns = self.time.of(&form.header.stamp, now);
+            let reading = stamp_ns.and_then(|stamp_ns| readings::scan(form, stamp_ns));
+            let sent = reading.and_then(|scan| self.on_scan(&scan));
             self.passed_on("scan", sent)?;
+        }
+        if now >= SILENCE && !std::mem::replace(&mut self.has_looked, true) {
+            self.scans.report_silence(&self.participant)?;
+            self.odometry.report_silence(&self.participant)?;
         }
         Ok(())
     }
@@ -103,7 +164,7 @@ impl Robot {
 
     /// Counts a reading that must not be passed on, and prints every hundredth of them, beginning with the first, to
     /// standard error.
-    fn passed_on(&mut self, topic: &str, sent: Result<(), ReadingError>) -> Result<(), BridgeError> {
+    fn passed_on(&mut self, reading: &str, sent: Result<(), ReadingError>) -> Result<(), BridgeError> {
         let error = match sent {
             // After the end, the loop ends with the next command.
             Ok(()) | Err(ReadingError::Driver(DriverError::Over { .. })) => return Ok(()),
@@ -111,7 +172,7 @@ impl Robot {
             Err(error) => error,
         };
         if self.refused.is_multiple_of(100) {
-            sketchnav_schemas::say!("/{topic}: left out ({} so far): {error}", self.refused + 1);
+            sketchnav_schemas::say!("{reading}: left out ({} so far): {error}", self.refused + 1);
         }
         self.refused += 1;
         self.driver.count_refused();

@@ -100,7 +100,7 @@ fn drive(trial: &Trial, run: &RunConfig, driver: (&Path, &Path), tap: &mut dyn T
     let mut running = command.spawn().context("starting the mission")?;
     let driven = in_system(&system, driver, &mut running);
     if driven.is_err() {
-        // Nobody drives any more, so the system would wait forever.
+        // Without a driver, the system would wait forever.
         let _ = kill(Pid::from_raw(running.id().cast_signed()), Signal::SIGTERM);
     }
     let status = running.wait().context("waiting for the mission")?;
@@ -128,7 +128,7 @@ fn in_system(system: &str, (python, script): (&Path, &Path), running: &mut Child
 }
 
 /// Shows the messages of a recording in order.
-fn show(path: &PathBuf, tap: &mut dyn Tap) -> anyhow::Result<()> {
+fn show(path: &Path, tap: &mut dyn Tap) -> anyhow::Result<()> {
     let recording = Recording::open(path)?;
     for raw in recording.timeline(Selection::default())? {
         let raw = raw?;

@@ -60,7 +60,7 @@ impl Elsewhere {
             trial.elsewhere = Some(self.clone());
         }
         suite.name = suite_in(&suite.name, self.simulator);
-        suite.notices.push(format!("Driven in {}, where nobody walks.", self.simulator));
+        suite.notices.push(format!("Driven in {}, without the floor's people.", self.simulator));
         Ok(())
     }
 }
@@ -71,7 +71,8 @@ impl fmt::Debug for Elsewhere {
     }
 }
 
-/// Returns what a trial needs and only the project's own world has.
+/// Returns what a trial needs and only the project's own world has. People and markers that a trial adds to its floor are what
+/// it is about, whereas those of the floor can be left out.
 fn lacks(trial: &Trial) -> Option<&'static str> {
     let world = &trial.mission.world;
     [

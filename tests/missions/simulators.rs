@@ -3,14 +3,19 @@
 //! Each needs a Python in which the wheel of this checkout and the simulator are installed. `SKETCHNAV_WHEEL_PYTHON` names it;
 //! without it, the tests are skipped.
 
+use std::path::PathBuf;
 use std::process::Command;
 
 use support::{BESIDE_A_DRIVER, Place, Running, building, repository, room};
 
+/// The Python that has the simulator and this checkout's package, if there is one.
+fn python_with(simulator: &str) -> Option<PathBuf> {
+    needs::python(simulator, "SKETCHNAV_WHEEL_PYTHON", &format!("{simulator}, sketchnav._core"))
+}
+
 /// Drives a mission by an example, and returns the report. Every task must be reached, by the truth of the simulator.
 fn drive(simulator: &str, prepare: impl FnOnce(&Place) -> &'static str) {
-    let modules = format!("{simulator}, sketchnav._core");
-    let Some(python) = needs::python(simulator, "SKETCHNAV_WHEEL_PYTHON", &modules) else { return };
+    let Some(python) = python_with(simulator) else { return };
     let place = Place::new();
     let mission = prepare(&place);
     let mut running = place.start(&format!("run {mission} --system theirs --json --without world"));
@@ -64,4 +69,26 @@ fn mujoco_drives_the_demo() {
 #[test]
 fn mujoco_drives_a_differential_robot() {
     drive("mujoco", two_rooms);
+}
+
+/// In a suite, the simulator only replaces the world: the drawing, the processes and the judge are those of every trial.
+#[test]
+fn a_suite_is_driven_in_a_simulator() {
+    let Some(python) = python_with("mujoco") else { return };
+    let place = Place::new();
+    let ended = place.run(&format!(
+        "eval deformed --only building/0/1/1 --world mujoco --python {} --project {} --json",
+        python.display(),
+        repository().display()
+    ));
+    assert_eq!(ended.code, Some(0), "{ended}");
+    let report = ended.json();
+    assert_eq!(report["suite"], "deformed@mujoco", "{report:#}");
+    let outcomes = report["outcomes"].as_array().unwrap();
+    let is_driven = |task: &serde_json::Value| {
+        task["kind"] == "reached"
+            && task["path_m"].as_f64() > Some(1.0)
+            && task["cost"]["busy_s"].as_f64() > Some(0.0)
+    };
+    assert!(!outcomes.is_empty() && outcomes.iter().all(is_driven), "{report:#}");
 }

@@ -179,7 +179,7 @@ fn a_bad_mission_file_is_refused() {
                 let (head, _) = text.split_once("[[task]]").unwrap();
                 fs::write(folder.join(room::MISSION), format!("task = []\n{head}")).unwrap();
             },
-            says: &["room.toml", "task", "expected 1 to 64 tasks, found 0"],
+            says: &["room.toml", "task", "expected 1 to 64 [[task]], found 0"],
         },
         Case {
             story: "a robot that nobody built",

@@ -269,7 +269,7 @@ fn a_system_with_its_own_world_refuses_a_robot() {
     place.wait_until_driving(&mut running, "lab");
     let ended = place.run("bridge ros2 --system lab --domain 9 --drive");
     assert_eq!(ended.code, Some(2), "{ended}");
-    assert!(ended.err.contains("expected a system that was started with --without world"), "{ended}");
+    assert!(ended.err.contains("expected one that was started with --without world"), "{ended}");
     running.signal(Signal::SIGINT);
     running.end();
 }

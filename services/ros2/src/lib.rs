@@ -47,7 +47,7 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Returns the full name of a topic: see [`full_name`].
+    /// Returns the full name of a topic, below the namespace unless the name begins with a slash.
     pub fn topic(&self, name: &str) -> String {
         full_name(&self.namespace, name)
     }

@@ -8,18 +8,10 @@ import sys
 
 from sketchnav.relations import qsrlib as ours
 from sketchnav.relations.qsrlib import qstag
+from test_relations import refused
 
 CALCULI = ["cardir", "mos", "mwe", "qtcbcs", "qtcbs", "qtccs", "ra", "rcc2", "rcc3", "rcc4", "rcc5", "rcc8", "argd", "tpcc"]
 LABELS = {"touch": 0.5, "near": 2.0, "far": 5.5}
-
-
-def refused(call, error, words):
-    try:
-        call()
-    except error as found:
-        assert words in str(found), f"{found!s}\nexpected: {words}"
-    else:
-        raise AssertionError(f"expected: {words}")
 
 
 def meeting(module=ours):

@@ -6,10 +6,10 @@
 use std::path::PathBuf;
 use std::process::Command;
 
+use crate::driver::{BEFORE, assert_taken_over};
 use nix::sys::signal::Signal;
 use sketchnav_recordings::Recording;
 use sketchnav_schemas::channels::{ODOMETRY, SCAN, TICK, TRUTH};
-use sketchnav_schemas::message::Message;
 use support::{BESIDE_A_DRIVER, Ended, Place, Running, repository, room};
 
 /// A mission in the room that waits for its driver.
@@ -121,10 +121,6 @@ fn a_simulator_keeps_time_in_real_time() {
     waiting.reached_by(driver);
 }
 
-/// The number of scans that a driver sends before it is killed.
-const BEFORE: usize = 60;
-const PERIOD_NS: u64 = 100_000_000;
-
 /// The second driver counts its odometry from 0 again, which navigators would take for a drive back to the start.
 #[test]
 fn a_killed_driver_is_continued_by_another_one() {
@@ -137,22 +133,7 @@ fn a_killed_driver_is_continued_by_another_one() {
     let Driven { recording, _place, .. } = waiting.reached_by(second);
     let (scans, odometry) = (recording.all(SCAN).unwrap(), recording.all(ODOMETRY).unwrap());
     assert!(scans.len() > BEFORE, "{}", scans.len());
-    assert_continuous(&scans);
-    assert_continuous(&odometry);
-    for pair in odometry.windows(2) {
-        let jump_m = pair[0].pose().position().distance(&pair[1].pose().position());
-        assert!(jump_m < 0.5, "{jump_m} m from {:?}", pair[0].header);
-    }
-}
-
-fn assert_continuous<T: Message>(messages: &[T]) {
-    for (seq, message) in (1..).zip(messages) {
-        assert_eq!((message.header().seq, message.header().source_seq), (seq, seq));
-    }
-    for pair in messages.windows(2) {
-        let (from, to) = (pair[0].header().stamp_ns, pair[1].header().stamp_ns);
-        assert!(from < to && to - from < BEFORE as u64 * PERIOD_NS / 2, "{} {from} to {to}", T::NAME);
-    }
+    assert_taken_over(&scans, &odometry);
 }
 
 /// A process that is killed while it creates a file in shared memory leaves it half-made.

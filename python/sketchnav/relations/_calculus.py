@@ -218,14 +218,10 @@ class Composed(Calculus):
         return self._answer("compose", first, second)
 
 
-class Pair(WithConverse):
-    """A calculus of two objects at one time."""
+class OfTracks(WithConverse):
+    """A calculus of two objects, whose tracks have a series of relations."""
 
     arguments: ClassVar[tuple[str, ...]] = ("a", "b")
-
-    def relate(self, a: ArrayLike, b: ArrayLike) -> Codes:
-        """The relations of a to b, of the shape of the arrays without their last axis."""
-        return self._relate((a, b), None)
 
     def series(
         self,
@@ -246,10 +242,16 @@ class Pair(WithConverse):
         return self._series((a, b), time_s, collapse, validate, max_gap_s)
 
 
-class MovingPair(WithConverse):
-    """A calculus of the motion of two objects between a sample and the next."""
+class Pair(OfTracks):
+    """A calculus of two objects at one time."""
 
-    arguments: ClassVar[tuple[str, ...]] = ("a", "b")
+    def relate(self, a: ArrayLike, b: ArrayLike) -> Codes:
+        """The relations of a to b, of the shape of the arrays without their last axis."""
+        return self._relate((a, b), None)
+
+
+class MovingPair(OfTracks):
+    """A calculus of the motion of two objects between a sample and the next."""
 
     def relate(self, a: ArrayLike, b: ArrayLike, *, time_s: ArrayLike | None = None) -> Codes:
         """The relations of a to b, each between the previous sample and this one. The first sample has none.
@@ -257,19 +259,6 @@ class MovingPair(WithConverse):
         `time_s` are the times of the samples, which a quantisation by speed needs.
         """
         return self._relate((a, b), time_s)
-
-    def series(
-        self,
-        a: ArrayLike,
-        b: ArrayLike,
-        *,
-        time_s: ArrayLike | None = None,
-        collapse: bool = True,
-        validate: bool = True,
-        max_gap_s: float | None = None,
-    ) -> Series:
-        """The relations of two tracks over time; see `Pair.series`."""
-        return self._series((a, b), time_s, collapse, validate, max_gap_s)
 
 
 class Single(Calculus):

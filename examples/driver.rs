@@ -53,6 +53,7 @@ fn main() -> anyhow::Result<()> {
         // The laser of this robot scans when it is due, and the wheels follow the newest command.
         let due = began + period * reading;
         let Some(twist) = driver.command(due.saturating_duration_since(Instant::now()))? else { break };
+        // A command arrives before the next reading is due.
         std::thread::sleep(due.saturating_duration_since(Instant::now()));
         robot.twist = twist;
         robot.drive(period.as_secs_f64());

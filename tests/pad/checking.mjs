@@ -6,19 +6,14 @@
 // not hold.
 
 import assert from "node:assert/strict";
-import { createRequire } from "node:module";
 import { join } from "node:path";
 
-import { Hand } from "./hand.mjs";
+import { BROWSER, assertNoFaults, chromium, inTurn, opened } from "./visit.mjs";
+
 
 const [url, out] = process.argv.slice(2);
-const { chromium } = createRequire(join(process.env.SKETCHNAV_PLAYWRIGHT, "node_modules/"))("playwright-core");
-const [CANVAS, LIMIT_MS] = [[2540, 1252], 150000];
-const faults = [];
-const browser = await chromium.launch({
-  executablePath: process.env.SKETCHNAV_CHROMIUM,
-  args: ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"],
-});
+const CANVAS = [2540, 1252];
+const browser = await chromium.launch(BROWSER);
 
 const wall = (...points) => ({ points, width_px: 5 });
 /** Two rooms of the same form over a corridor, with a door each, and a third, closed one. */
@@ -72,13 +67,9 @@ class Person {
   }
 }
 
-async function opened(context) {
-  const page = await context.newPage();
-  page.setDefaultTimeout(LIMIT_MS);
-  page.on("pageerror", (error) => faults.push(error.stack));
-  page.on("console", (message) => message.type() === "error" && faults.push(message.text()));
-  await page.goto(url);
-  return new Person(page, new Hand(page, await context.newCDPSession(page), CANVAS));
+async function visit(context) {
+  const { page, hand } = await opened(context, url, CANVAS);
+  return new Person(page, hand);
 }
 
 async function waysThroughWalls(me) {
@@ -152,7 +143,7 @@ async function goalsHaveTheNamesOfRooms(me) {
 /** On a phone, by a finger; in both themes, there and on a desktop. */
 async function byFingers() {
   const context = await browser.newContext({ viewport: { width: 360, height: 740 }, hasTouch: true, acceptDownloads: true, reducedMotion: "reduce" });
-  const me = await opened(context);
+  const me = await visit(context);
   await me.floor();
   await me.hand.tool("goal");
   await me.hand.fingers("touchStart", [2050, 600]);
@@ -173,20 +164,13 @@ async function byFingers() {
 
 async function main() {
   const context = await browser.newContext({ viewport: { width: 1500, height: 900 }, hasTouch: true, acceptDownloads: true });
-  const me = await opened(context);
+  const me = await visit(context);
   await me.page.click("#menu-button");
   await me.page.uncheck("#hold");
   await me.page.click("#menu-button");
-  for (const step of [waysThroughWalls, roomsWithoutADoor, roomsThatLookAlike, byFingers, goalsHaveTheNamesOfRooms]) {
-    try {
-      await step(me);
-    } catch (error) {
-      await me.page.screenshot({ path: join(out, "failed.png") });
-      throw new Error(step.name, { cause: error });
-    }
-  }
+  await inTurn([waysThroughWalls, roomsWithoutADoor, roomsThatLookAlike, byFingers, goalsHaveTheNamesOfRooms], (step) => step(me), () => me.page, out);
   await context.close();
-  assert.deepEqual(faults.filter((fault) => !/WebSocket|ERR_CONNECTION|404/.test(fault)), [], "errors on the page");
+  assertNoFaults(/WebSocket|ERR_CONNECTION|404/);
 }
 
 try {

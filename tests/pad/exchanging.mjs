@@ -7,20 +7,15 @@
 
 import assert from "node:assert/strict";
 import { readFileSync, writeFileSync } from "node:fs";
-import { createRequire } from "node:module";
 import { join } from "node:path";
 
-import { Hand } from "./hand.mjs";
+import { BROWSER, assertNoFaults, chromium, faults, inTurn, opened } from "./visit.mjs";
+
 
 const [url, out] = process.argv.slice(2);
-const { chromium } = createRequire(join(process.env.SKETCHNAV_PLAYWRIGHT, "node_modules/"))("playwright-core");
-const [CANVAS, LIMIT_MS] = [[2540, 1252], 150000];
+const CANVAS = [2540, 1252];
 const COURT = readFileSync(new URL("../../sim/missions/routes/court-01.json", import.meta.url), "utf8");
-const faults = [];
-const browser = await chromium.launch({
-  executablePath: process.env.SKETCHNAV_CHROMIUM,
-  args: ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"],
-});
+const browser = await chromium.launch(BROWSER);
 
 const part = (type, more) => ({ id: type, type, x: 0, y: 0, width: 100, height: 50, angle: 0, strokeWidth: 2, isDeleted: false, groupIds: [], backgroundColor: "transparent", ...more });
 const FLAT = [
@@ -88,15 +83,11 @@ class Person {
   }
 }
 
-async function opened(context) {
-  const page = await context.newPage();
-  page.setDefaultTimeout(LIMIT_MS);
-  page.on("pageerror", (error) => faults.push(error.stack));
-  page.on("console", (message) => message.type() === "error" && faults.push(message.text()));
-  page.on("request", (request) => /far\.example/.test(request.url()) && faults.push(`fetched ${request.url()}`));
-  page.on("dialog", (dialog) => faults.push(`a dialog: ${dialog.message()}`));
-  await page.goto(url);
-  const hand = new Hand(page, await context.newCDPSession(page), CANVAS);
+async function visit(context) {
+  const { page, hand } = await opened(context, url, CANVAS, (page) => {
+    page.on("request", (request) => /far\.example/.test(request.url()) && faults.push(`fetched ${request.url()}`));
+    page.on("dialog", (dialog) => faults.push(`a dialog: ${dialog.message()}`));
+  });
   await hand.look();
   return new Person(page, hand);
 }
@@ -215,7 +206,7 @@ async function copiesToAnotherPage(me, context) {
   await me.page.focus("#sheet");
   await me.page.keyboard.press("Control+a");
   await me.page.keyboard.press("Control+c");
-  const other = await opened(context);
+  const other = await visit(context);
   await other.blank();
   await other.paste();
   await other.says("A drawing was pasted.");
@@ -281,18 +272,11 @@ async function byFingers(me) {
 
 async function main() {
   const context = await browser.newContext({ viewport: { width: 1500, height: 900 }, hasTouch: true, acceptDownloads: true, permissions: ["clipboard-read", "clipboard-write"] });
-  const me = await opened(context);
-  for (const step of [pictures, excalidraw, svgRunsNothing, badFilesSayWhatIsWrong, copiesToAnotherPage, savesPictures, byFingers]) {
-    try {
-      await step(me, context);
-    } catch (error) {
-      await me.page.screenshot({ path: join(out, "failed.png") });
-      throw new Error(step.name, { cause: error });
-    }
-  }
+  const me = await visit(context);
+  await inTurn([pictures, excalidraw, svgRunsNothing, badFilesSayWhatIsWrong, copiesToAnotherPage, savesPictures, byFingers], (step) => step(me, context), () => me.page, out);
   await context.close();
   // The page's policy keeps the styles of a file that is parsed from applying, and says so.
-  assert.deepEqual(faults.filter((fault) => !/WebSocket|ERR_CONNECTION|404|^Applying inline style/.test(fault)), [], "errors on the page");
+  assertNoFaults(/WebSocket|ERR_CONNECTION|404|^Applying inline style/);
 }
 
 try {

@@ -8,31 +8,23 @@
 
 import assert from "node:assert/strict";
 import { readFileSync, readdirSync } from "node:fs";
-import { createRequire } from "node:module";
 import { join } from "node:path";
 
-import { Hand } from "./hand.mjs";
+import { BROWSER, assertNoFaults, chromium, inTurn, opened } from "./visit.mjs";
+
 
 const [url, out, phase] = process.argv.slice(2);
-const { chromium } = createRequire(join(process.env.SKETCHNAV_PLAYWRIGHT, "node_modules/"))("playwright-core");
-const [CANVAS, LIMIT_MS] = [[2540, 1252], 150000];
+const CANVAS = [2540, 1252];
 const WIDE = { width: 1500, height: 900 };
 const PROFILE = join(out, "profile");
 const COURT = readFileSync(new URL("../../sim/missions/routes/court-01.json", import.meta.url), "utf8");
-const faults = [];
 
 const launched = () => chromium.launchPersistentContext(PROFILE, {
-  executablePath: process.env.SKETCHNAV_CHROMIUM, viewport: WIDE, hasTouch: true, acceptDownloads: true,
-  args: ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"],
+  ...BROWSER, viewport: WIDE, hasTouch: true, acceptDownloads: true,
 });
 
-async function opened(context) {
-  const page = await context.newPage();
-  page.setDefaultTimeout(LIMIT_MS);
-  page.on("pageerror", (error) => faults.push(error.stack));
-  page.on("console", (message) => message.type() === "error" && faults.push(message.text()));
-  await page.goto(url);
-  const hand = new Hand(page, await context.newCDPSession(page), CANVAS);
+async function visit(context) {
+  const { page, hand } = await opened(context, url, CANVAS);
   await hand.look();
   return { page, hand };
 }
@@ -76,19 +68,19 @@ async function ink(page, name) {
 // ---------------------------------------------------------------------------- kept without being asked
 
 async function aPageThatIsClosedLosesNothing(context) {
-  let { page, hand } = await opened(context);
+  let { page, hand } = await visit(context);
   await hand.draw([[300, 300], [900, 310]]);
   await isKept(page, "Drawing 1");
   const before = await hand.saved();
   await page.close();
-  ({ page, hand } = await opened(context));
+  ({ page, hand } = await visit(context));
   await isKept(page, "Drawing 1");
   assert.equal(await hand.saved(), before, "the next page has the drawing");
   // The page is left at once after a stroke: before any transaction could end.
   await hand.draw([[300, 600], [900, 610]]);
   await page.goto("about:blank");
   await page.close();
-  ({ page, hand } = await opened(context));
+  ({ page, hand } = await visit(context));
   await isKept(page, "Drawing 1");
   assert.equal(JSON.parse(await hand.saved()).strokes.length, 2, "a stroke right before the page was left");
   await page.reload();
@@ -103,7 +95,7 @@ async function aPageThatIsClosedLosesNothing(context) {
   await hasAll(page, 2);
   await page.evaluate((known) => localStorage.setItem(`left:${known.id}`, JSON.stringify(known)), left);
   await page.close();
-  ({ page, hand } = await opened(context));
+  ({ page, hand } = await visit(context));
   await isKept(page, "Drawing 1");
   assert.equal(JSON.parse(await hand.saved()).strokes.length, 2);
   const entries = await page.evaluate(async () => {
@@ -129,7 +121,7 @@ function kill() {
 }
 
 async function aBrowserThatIsKilledLosesNothing(context) {
-  const { page, hand } = await opened(context);
+  const { page, hand } = await visit(context);
   await isKept(page, "Drawing 1");
   await hand.draw([[300, 800], [900, 810]]);
   await hasAll(page, 3);
@@ -137,7 +129,7 @@ async function aBrowserThatIsKilledLosesNothing(context) {
   assert.ok(kill() > 0, "a browser to kill");
   await gone;
   const again = await launched();
-  const next = await opened(again);
+  const next = await visit(again);
   await isKept(next.page, "Drawing 1");
   assert.equal(JSON.parse(await next.hand.saved()).strokes.length, 3, "after the kill");
   await next.page.close();
@@ -147,7 +139,7 @@ async function aBrowserThatIsKilledLosesNothing(context) {
 // ---------------------------------------------------------------------------- the library
 
 async function drawingsAreOpenedRenamedCopiedAndDeleted(context) {
-  const { page, hand } = await opened(context);
+  const { page, hand } = await visit(context);
   await isKept(page, "Drawing 1");
   // The page that drove has been killed.
   await page.click("#wheel:visible");
@@ -193,7 +185,7 @@ async function drawingsAreOpenedRenamedCopiedAndDeleted(context) {
 
 /** Two pages with one drawing: both are kept. */
 async function aDrawingThatIsOpenTwiceIsKeptTwice(context) {
-  const [one, two] = [await opened(context), await opened(context)];
+  const [one, two] = [await visit(context), await visit(context)];
   for (const { page } of [two, one]) {
     await page.bringToFront();
     await isKept(page, "Drawing 1");
@@ -216,7 +208,7 @@ async function aDrawingThatIsOpenTwiceIsKeptTwice(context) {
 
 /** By fingers on a phone, and by keys alone. */
 async function byFingersAndByKeys(context) {
-  const { page, hand } = await opened(context);
+  const { page, hand } = await visit(context);
   await page.setViewportSize({ width: 360, height: 740 });
   await page.tap("#menu-button");
   await page.tap("#library-open");
@@ -258,7 +250,7 @@ async function byFingersAndByKeys(context) {
 }
 
 async function isAnAppThatInstalls(context) {
-  const { page, hand } = await opened(context);
+  const { page, hand } = await visit(context);
   await page.evaluate(() => navigator.serviceWorker.ready.then(() => true));
   const { installabilityErrors } = await hand.cdp.send("Page.getInstallabilityErrors");
   assert.deepEqual(installabilityErrors, []);
@@ -276,7 +268,7 @@ async function isAnAppThatInstalls(context) {
 // ---------------------------------------------------------------------------- without a server
 
 async function withoutAServer(context) {
-  const { page, hand } = await opened(context);
+  const { page, hand } = await visit(context);
   await page.getByText("Not connected").first().waitFor();
   await isKept(page, "1-court");
   const before = JSON.parse(await hand.saved()).strokes.length;
@@ -290,7 +282,7 @@ async function withoutAServer(context) {
   await isKept(page, "1-court");
   assert.equal(JSON.parse(await hand.saved()).strokes.length, before + 1);
   await page.close();
-  const next = await opened(context);
+  const next = await visit(context);
   await isKept(next.page, "1-court");
   await next.page.close();
 }
@@ -305,15 +297,10 @@ const PHASES = {
 
 let context = await launched();
 try {
-  for (const step of PHASES[phase]) {
-    try {
-      context = await step(context) ?? context;
-    } catch (error) {
-      await context.pages().at(-1)?.screenshot({ path: join(out, "failed.png") }).catch(() => {});
-      throw new Error(step.name, { cause: error });
-    }
-  }
-  assert.deepEqual(faults.filter((fault) => !/WebSocket|ERR_|404|Failed to load/.test(fault)), [], "errors on the page");
+  await inTurn(PHASES[phase], async (step) => {
+    context = await step(context) ?? context;
+  }, () => context.pages().at(-1), out);
+  assertNoFaults(/WebSocket|ERR_|404|Failed to load/);
 } finally {
   await context.close();
 }

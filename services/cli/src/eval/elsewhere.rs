@@ -111,6 +111,7 @@ fn drive(trial: &Trial, run: &RunConfig, driver: (&Path, &Path), tap: &mut dyn T
 
 /// Runs the driver from the start of the system to its end.
 fn in_system(system: &str, (python, script): (&Path, &Path), running: &mut Child) -> anyhow::Result<()> {
+    // Nothing announces a new system, so its files are looked for.
     while System::open(system).is_err() {
         if running.try_wait()?.is_some() {
             // Its report says why.

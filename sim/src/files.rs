@@ -4,8 +4,10 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use sketchnav_files::{Disk, FLOOR_PLAN, Files, MAP, MAP_PICTURE, PLANE, ROBOT};
+use sketchnav_schemas::floor_plan::FloorPlan;
 use sketchnav_schemas::mission::WorldSource;
 use sketchnav_schemas::robot::Robot;
+use sketchnav_schemas::toml_text;
 
 use crate::description::WorldDescription;
 use crate::error::SimError;
@@ -48,6 +50,16 @@ pub fn world_in(files: &dyn Files, source: &WorldSource) -> Result<WorldDescript
 /// [`SimError::InFile`] if the file cannot be read or is invalid.
 pub fn floor_plan_file(path: &Path) -> Result<WorldDescription, SimError> {
     floor_plan_in(&Disk, path)
+}
+
+/// Reads a floor plan in the project's own format as it is written, with its doors.
+///
+/// # Errors
+/// [`SimError::InFile`] if the file cannot be read or is not a floor plan. Its values are only checked when a world is built.
+pub fn floor_plan(path: &Path) -> Result<FloorPlan, SimError> {
+    let text = Disk.read_to_string(path, FLOOR_PLAN).map_err(SimError::from);
+    let read = |text: String| Ok(toml_text::read(&text)?);
+    text.and_then(read).map_err(|error: SimError| error.in_file(path))
 }
 
 fn floor_plan_in(files: &dyn Files, path: &Path) -> Result<WorldDescription, SimError> {

@@ -8,7 +8,7 @@
 //! - [`description`]: the objects in a world, as made by [`floor_plan`] or [`ros_map`].
 //! - [`floor`], [`physics`], [`drive`], [`people`]: how everything moves.
 //! - [`sensors`], [`raycast`]: what the robot measures, and when.
-//! - [`robots`], [`corridors`]: the robots and the corridors that ship.
+//! - [`robots`], [`corridors`], [`offices`]: the robots, the corridors and the office floors that ship.
 //! - [`mission_file`], [`files`]: the only modules that open files.
 
 pub mod convex;
@@ -20,6 +20,7 @@ pub mod files;
 pub mod floor;
 pub mod floor_plan;
 pub mod mission_file;
+pub mod offices;
 pub mod people;
 pub mod physics;
 pub mod plane;

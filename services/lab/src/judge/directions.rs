@@ -144,7 +144,7 @@ fn kind(
     (taken, right): (&[Taken], usize),
     (map, landmarks): (Option<&CustomMap>, &[usize]),
 ) -> Option<Kind> {
-    // Neither a map that branches nor a belief has a single path.
+    // Neither a branching map nor a belief has a single path.
     let has_path =
         !map.is_some_and(CustomMap::branches) && taken.iter().all(|taken| taken.believed.is_none());
     let is_planned = right == taken.len() && (!has_path || taken.len() == landmarks.len());

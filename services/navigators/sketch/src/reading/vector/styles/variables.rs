@@ -15,7 +15,7 @@ const MOST_DEPTH: usize = 32;
 pub(super) enum Unresolved {
     /// The custom property has no value here, and the reference has no fallback.
     Missing(String),
-    /// The custom property refers to itself, or the value grows without end.
+    /// The custom property refers to itself, or the value grows indefinitely.
     Endless(String),
 }
 

@@ -2,7 +2,7 @@
 //!
 //! The file is written once, from front to back and without seeking, so everything that was flushed remains
 //! readable if the process is killed. The writer never decides when to flush, and never reads a clock. It
-//! allocates nothing for a message once each channel has had one, but the mcap crate allocates for every
+//! does not allocate for a message once each channel has had one, but the mcap crate allocates for every
 //! chunk.
 //!
 //! A recording begins with the run as metadata `sketchnav`, its parameters as metadata `parameters`, and the resolved run and

@@ -99,7 +99,7 @@ impl MessageType {
         self.operations.spare()
     }
 
-    /// Appends the message in CDR to `out`. Allocates nothing if `spare` and `out` have already been used for a message of
+    /// Appends the message in CDR to `out`. Does not allocate if `spare` and `out` have already been used for a message of
     /// this length.
     ///
     /// # Errors

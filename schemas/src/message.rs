@@ -175,7 +175,7 @@ impl<const N: usize> Text<N> {
         Self(bytes)
     }
 
-    /// The text of `words`, truncated like that of [`Text::new`]. Allocates nothing.
+    /// The text of `words`, truncated like that of [`Text::new`]. Does not allocate.
     pub fn of(words: impl std::fmt::Display) -> Self {
         let mut text = Appended { bytes: [0; N], length: 0 };
         // Cutting is not an error, so writing fails only if `words` itself does.

@@ -66,7 +66,7 @@ impl std::fmt::Display for ScanKind {
     }
 }
 
-/// Reasons why a line is left out.
+/// Why a line is left out.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Fault {
     /// The line does not have the number of fields that its content implies.

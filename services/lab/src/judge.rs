@@ -49,7 +49,7 @@ pub struct TaskVerdict {
     /// report any. If this says `reached` but the field `reached` is false, the robot stopped in the wrong
     /// place.
     pub state: String,
-    /// The reason that the planner gave, in its own words.
+    /// The reason given by the planner, in its own words.
     pub reason: String,
     /// Simulation time from the start of the task to its end, in seconds.
     pub time_s: f64,

@@ -40,7 +40,7 @@ pub struct Report {
     pub refused: u64,
     /// Number of messages that arrived after writing had failed.
     pub unrecorded: u64,
-    /// The reason why writing failed, or `None` if it did not.
+    /// Why writing failed, or `None` if it did not.
     pub failure: Option<String>,
 }
 

@@ -66,7 +66,7 @@ pub struct Checkpoints<T> {
 pub struct Found<T> {
     /// The newest good checkpoint, or `None` if there is none.
     pub state: Option<T>,
-    /// Reasons why slots were rejected.
+    /// Why slots were rejected.
     pub refused: Vec<Error>,
 }
 

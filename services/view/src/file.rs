@@ -56,7 +56,7 @@ fn named(path: &Path) -> String {
     path.display().to_string()
 }
 
-/// The reason why the playing of a stretch ended.
+/// Why the playback of a stretch ended.
 enum Turn {
     /// The stretch is over.
     Played,

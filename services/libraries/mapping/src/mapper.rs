@@ -6,7 +6,7 @@
 //! them. If the robot returns to a place and has drifted by less than the search window, its scans are
 //! matched with what it saw there first.
 //!
-//! [`Parameters::max_tiles`] bounds the size of the state. An update allocates nothing.
+//! [`Parameters::max_tiles`] bounds the size of the state. An update does not allocate.
 
 use nalgebra::{Rotation2, Vector2};
 use serde::{Deserialize, Serialize};

@@ -105,7 +105,7 @@ pub trait Hosted {
     fn is_ready(&self) -> Result<bool, StageError>;
     /// See [`Stage::step`].
     fn step(&mut self, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError>;
-    /// Writes the state to the beginning of `room` and returns its length in bytes. Allocates nothing.
+    /// Writes the state to the beginning of `room` and returns its length in bytes. Does not allocate.
     ///
     /// # Errors
     /// [`SaveError::Full`] if the state does not fit, and [`SaveError::Stage`] if the stage failed.

@@ -8,7 +8,7 @@
 //! there. Because people draw objects some decimetres from where they belong, forget some and draw others too
 //! large, the cost of a relation that fits no outline is bounded.
 //!
-//! An update allocates nothing. The random generator is part of the state.
+//! An update does not allocate. The random generator is part of the state.
 
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};

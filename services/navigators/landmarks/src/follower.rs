@@ -8,7 +8,7 @@
 //!   forward, it first drives 2 feet (five of the thesis's cycles).
 //! - If the next state is not matched within twice the expected time, the robot is lost and stops.
 //!
-//! A step allocates nothing. All state is kept in [`Progress`].
+//! A step does not allocate. All state is kept in [`Progress`].
 
 use serde::{Deserialize, Serialize};
 

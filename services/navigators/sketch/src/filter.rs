@@ -5,7 +5,7 @@
 //! by the scaled odometry (equation 6), weighs them by the scan (equations 7 and 8, or the beam model), and
 //! resamples them. Between updates, the estimate is dead-reckoned through its scales.
 //!
-//! The filter has no access to clocks, files or the ground truth. It allocates nothing after [`Filter::new`],
+//! The filter has no access to clocks, files or the ground truth. It does not allocate after [`Filter::new`],
 //! and the same inputs give the same bits.
 
 pub mod adaptive;

@@ -51,7 +51,7 @@ pub enum DirectionsError {
         number: usize,
         /// Name of the task.
         name: String,
-        /// The reason why planning failed.
+        /// Why planning failed.
         cause: Error,
         /// Earlier findings about the files of the run, which may explain the failure.
         notices: Vec<String>,

@@ -48,7 +48,7 @@ pub struct Beams {
 }
 
 impl Beams {
-    /// Creates buffers for `capacity` beams, so that [`Self::select`] allocates nothing.
+    /// Creates buffers for `capacity` beams, so that [`Self::select`] does not allocate.
     pub fn with_capacity(capacity: usize) -> Self {
         let room = || Vec::with_capacity(capacity.min(MAX_BEAMS));
         Self {

@@ -225,7 +225,8 @@ pub fn most_probable(
 
 /// Distance around roughly estimated paths within which the dots of a large plane are tried, in window sides.
 const TRIED: f64 = 3.0;
-/// Number of trials of a rough estimate, and the number of trials that the prediction of equations 1 and 2 counts for in it.
+/// Number of trials for a rough estimate, and number of trials that the prediction of equations 1 and 2 is
+/// worth in it.
 const ROUGH: u32 = 16;
 const PREDICTED: f64 = 4.0;
 

@@ -106,7 +106,7 @@ pub struct TaskOutcome {
     pub collisions: u32,
     /// Cost of the task.
     pub cost: Cost,
-    /// The landmark states of a drive by such states, in order. Empty for other drives.
+    /// The landmark states of the drive, in order. Empty unless the robot drives by states.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub states: Vec<StateDriven>,
     /// Number of times that a person answered the robot during the drive, or 0 without a person.

@@ -1,8 +1,8 @@
-//! The `directions-land` suite drives journeys of about 30 m from pole to pole by a custom map, with a noisy laser. The
-//! paper mentions such a navigator but does not build it (Park and Kender 1995, 8).
+//! The `directions-land` suite drives journeys of about 30 m from pole to pole by a custom map, with a noisy
+//! laser. The paper mentions such a navigator but does not build one (Park and Kender 1995, 8).
 //!
-//! Each trial has its own field of poles. The map-maker knows the poles, while the navigator only sees what its laser
-//! shows. A journey succeeds if the robot stops next to the pole of its goal without having touched anything.
+//! Each trial uses its own field of poles. The map-maker knows the poles, while the navigator only sees what
+//! its laser shows. A journey succeeds if the robot stops next to its goal without having touched anything.
 
 pub mod buildings;
 

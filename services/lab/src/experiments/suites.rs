@@ -1,7 +1,8 @@
 //! Finds suites by name.
 //!
-//! Some suites need data that are not part of the project. Without the data, loading them fails with an error that names
-//! what is missing. If a suite can do without a part of its data, it leaves that part out with a notice.
+//! Some suites need data that are not part of the repository. Without the data, loading them fails with an
+//! error that says what is missing. If a suite can do without a part of its data, it leaves that part out
+//! with a notice.
 
 use sketchnav_corridor::mission::METHODS;
 use sketchnav_sketch::method::Method;
@@ -66,7 +67,8 @@ pub fn names() -> impl Iterator<Item = &'static str> {
     SUITES.iter().map(|(name, ..)| *name)
 }
 
-/// Returns the methods by which a suite is driven when all suites are, or none if the first one of its navigator is enough.
+/// Returns the methods by which a suite is driven when all suites are, or none if the first method of its
+/// navigator is enough.
 pub fn compared(name: &str) -> &'static [&'static str] {
     SUITES.iter().find(|(known, ..)| *known == name).map_or(&[], |(_, _, methods)| *methods)
 }

@@ -1,10 +1,12 @@
-//! The `witnesses` suite asks two witnesses where the goal is when the robot ends a task: the robot itself, which drives by the
-//! outline or by the filter, and the [regions joined by doors](sketchnav_sketch::rooms). Its tables show how often each is
-//! right, and whether their disagreement knows which arrivals are wrong.
+//! The `witnesses` suite asks two witnesses where the goal is when the robot ends a task: the robot itself,
+//! which drives by the outline or by the filter, and the [regions joined by doors](sketchnav_sketch::rooms).
+//! Its tables show how often each of them is right, and whether their disagreement indicates which arrivals
+//! are wrong.
 //!
-//! The drawings are the lesson drawings of `people` and drawings made by `sketchnav deform` whose numbers no other suite
-//! uses, the latter also driven by the outline alone, which gives more wrong arrivals. Every other drawing fits the
-//! combination of the witnesses, and the rest check it.
+//! The drawings are those of `people` that parameters may be chosen by, and drawings made by
+//! `sketchnav deform` whose numbers no other suite uses. The latter are also driven by the outline alone,
+//! which leads to more wrong arrivals. Every other drawing is used to fit the combination of the witnesses,
+//! and the rest to check it.
 
 mod tables;
 
@@ -89,18 +91,19 @@ fn by_outline(trial: &Trial) -> Trial {
 /// What regions and doors say at the end of a task.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct RoomsSaid {
-    /// False if they have no answer, in which case everything else is 0. They have none if no doors of the drawing lead to the goal,
-    /// or if those that do have no partners.
+    /// False if they have no answer, in which case everything else is 0. This happens if no doors of the
+    /// drawing lead to the goal, or if those that do have no partners.
     pub has_answer: bool,
-    /// True if the goal truly is where they have it.
+    /// True if the goal truly is where they place it.
     pub is_right: bool,
-    /// Distance from the robot to where they have the goal, in metres, or `None` if they have it nowhere.
+    /// Distance from the robot to where they place the goal, in metres, or `None` if they do not place it
+    /// anywhere.
     pub away_m: Option<f64>,
-    /// True if they have the goal in the region in which the robot is.
+    /// True if they place the goal in the region in which the robot is.
     pub is_same_room: bool,
-    /// Share of their alignments that have the goal within 2.5 m of the robot.
+    /// Share of their alignments that place the goal within 2.5 m of the robot.
     pub share_here: f64,
-    /// Amount by which the best alignment that has the goal elsewhere costs more.
+    /// Additional cost of the best alignment that places the goal elsewhere.
     pub margin: Option<f64>,
     /// Share of all doors seen or drawn that have a partner.
     pub doors_matched: f64,
@@ -113,7 +116,7 @@ impl RoomsSaid {
     }
 }
 
-/// Maps what a robot sees, as the planner does, and asks regions and doors about it in the end.
+/// Maps what a robot sees, as the planner does, and asks regions and doors about it at the end.
 #[derive(Debug)]
 pub struct Witness {
     mount: Pose<Base>,

@@ -31,6 +31,12 @@ pub fn load(path: &Path, options: &SystemOptions) -> Result<(Mission, Robot), Fa
     if let Some(method) = &options.method {
         mission.navigator.given.insert("method".to_owned(), method.as_str().into());
     }
+    if let Some(learned) = &options.learned {
+        let named = || learned.display().to_string();
+        let path = std::path::absolute(learned).with_context(named).or_input()?.into_os_string().into_string();
+        let path = path.map_err(|_| anyhow!("{}: expected a path in UTF-8", named())).or_input()?;
+        mission.navigator.given.insert("learned_file".to_owned(), path.into());
+    }
     check(&mission, &robot).map_err(|error| anyhow!("{}: {error}", path.display())).or_input()?;
     Ok((mission, robot))
 }

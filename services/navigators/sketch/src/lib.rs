@@ -3,6 +3,7 @@
 //! - [`sketcher`], [`localizer`], [`planner`]: the stages;
 //! - [`messages`]: their messages and channels; [`mission`], [`method`]: the keys of a mission of this kind;
 //! - [`lookout`], [`drawn`]: the page's view of a drive, and drawings made on the page; [`account`]: the charts of a report;
+//! - [`learned`]: what is kept of a drive, and how the next one starts from it;
 //! - [`reading`]: turns a picture or strokes into a map and places the start and the tasks in it;
 //! - [`filter`]: Monte Carlo localization of the pose and two local scales in that map;
 //! - [`rooms`]: where a goal lies according to regions joined by doors;
@@ -15,6 +16,7 @@ pub mod account;
 pub mod derived;
 pub mod drawn;
 pub mod filter;
+pub mod learned;
 pub mod localizer;
 pub mod lookout;
 pub mod messages;

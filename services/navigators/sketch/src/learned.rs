@@ -221,9 +221,7 @@ impl Learned {
         }
         match self.start.heading_deg.abs() <= 360.0 {
             true => Ok(()),
-            false => {
-                value("start.heading_deg".into(), "-360 to 360", self.start.heading_deg.to_string())
-            }
+            false => value("start.heading_deg".into(), "-360 to 360", self.start.heading_deg.to_string()),
         }
     }
 
@@ -248,7 +246,8 @@ impl LearnedMap {
     /// Returns the cell at a position in metres, which is unknown outside the map.
     pub fn at_m(&self, at: [f64; 2]) -> Cell {
         let [column, row] = [0, 1].map(|k| ((at[k] - self.origin_m[k]) * CELLS_PER_M).floor());
-        let is_inside = (0.0..self.width as f64).contains(&column) && (0.0..self.height() as f64).contains(&row);
+        let is_inside =
+            (0.0..self.width as f64).contains(&column) && (0.0..self.height() as f64).contains(&row);
         if is_inside { self.cells[row as usize * self.width + column as usize] } else { Cell::Unknown }
     }
 }
@@ -292,7 +291,11 @@ impl TryFrom<MapText> for LearnedMap {
             let begun = cells.len();
             if read_row(row, text.width, &mut cells).is_none() || cells.len() - begun != text.width {
                 let found = row.chars().take(40).collect();
-                return value(format!("map.rows[{i}]"), "runs of u, f and o as long as the map is wide", found);
+                return value(
+                    format!("map.rows[{i}]"),
+                    "runs of u, f and o as long as the map is wide",
+                    found,
+                );
             }
         }
         Ok(Self { origin_m: text.origin_m, width: text.width, cells })

@@ -156,7 +156,8 @@ impl SketchMission {
         let NavigatorChoice { kind, given } = &mission.navigator;
         check(kind == KIND, || "navigator.kind".into(), "\"sketch\"", || format!("{kind:?}"))?;
         check_finite("navigator", &given.clone().into())?;
-        let known = ["kind", "method", "drawing", "walls", "start", "start_heading_deg", "places", "learned_file"];
+        let known =
+            ["kind", "method", "drawing", "walls", "start", "start_heading_deg", "places", "learned_file"];
         let mut keys = Keys::new("navigator", given, &known)?;
         let read = Self {
             method: keys.take("method")?.unwrap_or_default(),
@@ -309,7 +310,8 @@ mod tests {
         let there = mission.task[0].there.clone();
         let places = [("Kitchen".to_owned(), [7.0, 8.0])].into();
         let learned_file = Some("m.learned".to_owned());
-        let changed = SketchMission { method: Method::Beam, walls: WallTone::Light, places, learned_file, ..read };
+        let changed =
+            SketchMission { method: Method::Beam, walls: WallTone::Light, places, learned_file, ..read };
         changed.write_to(&mut mission);
         let text = toml::to_string(&mission).unwrap();
         assert_eq!(parse(&text).unwrap(), changed, "{text}");

@@ -127,9 +127,12 @@ pub fn svg(learned: &Learned, drawing: &DrawnMap) -> String {
         "<path class=\"start\" d=\"M{x:.1} {y:.1}m-5 -6l14 6l-14 6z\" fill=\"#2563eb\"><title>start</title></path>"
     );
     for goal in &learned.goals {
-        let Some(at) = goal.at_m.or_else(|| learned.to_map().apply([goal.at[0], -goal.at[1]])) else { continue };
+        let Some(at) = goal.at_m.or_else(|| learned.to_map().apply([goal.at[0], -goal.at[1]])) else {
+            continue;
+        };
         let [x, y] = sheet.place(map, at);
-        let (colour, dash) = if goal.reached { ("#15803d", "") } else { ("#b91c1c", " stroke-dasharray=\"3 2\"") };
+        let (colour, dash) =
+            if goal.reached { ("#15803d", "") } else { ("#b91c1c", " stroke-dasharray=\"3 2\"") };
         let name = escaped(&goal.task);
         let _ = writeln!(
             svg,

@@ -6,10 +6,10 @@
 
 use sketchnav_mapping::mapper::Mapper;
 use sketchnav_mapping::outline::Place;
-use sketchnav_mapping::{Cell, CellGrid, Scan, Survey};
+use sketchnav_mapping::{Cell, CellGrid, Map, Scan, Survey};
 use sketchnav_schemas::channels::{ChannelSpec, ODOMETRY, SCAN, STATUS, TICK};
 use sketchnav_schemas::codes::{TaskState, Tracking};
-use sketchnav_schemas::geometry::{Base, Odom, Pose};
+use sketchnav_schemas::geometry::{Base, Odom, Point, Pose, Sketch};
 use sketchnav_schemas::message::{LaserScan, MissionStatus};
 use sketchnav_schemas::robot::{Robot, RobotError};
 
@@ -17,13 +17,17 @@ use super::{DrawingFile, Goal, Learned, LearnedMap, LearnedStart, MAX_PAIRS};
 use crate::messages::{
     CORRESPONDENCE, Correspondence, ESTIMATE, MAX_SKETCH_CELLS, PartnerKind, PoseEstimate,
 };
+use crate::paths::chart::Chart;
 use crate::planner::ROOMS;
 use crate::reading::{DrawnMap, Places};
+use crate::task::Task;
 
 /// Distance, in metres, between the places of the way that are paired with the drawing.
 const PAIR_EVERY_M: f64 = 0.5;
 /// Maximum distance of the robot from the free part of its map, in metres.
 const OFF_FREE_M: f64 = 0.6;
+/// Maximum distance, in metres, of a goal from where the robot reported that it had arrived.
+const GOAL_WITHIN_M: f64 = 1.0;
 /// Margin around what was seen, in cells.
 const MARGIN: i64 = 2;
 
@@ -59,13 +63,25 @@ pub struct Learner {
     way: Vec<Place>,
     /// Places of the drawing (frame `Sketch`, in pixels) and of the map along the way.
     driven: Vec<(Place, Place)>,
-    /// The same for the outline, from the last alignment.
+    /// The same for the outline, from the last alignment, which also says where the goal is.
     aligned: Vec<(Place, Place)>,
+    aligned_goal: Option<Place>,
     /// The alignment that led to the last arrival by the outline.
     believed: Vec<(Place, Place)>,
     is_among_rooms: bool,
-    /// Where the robot arrived, by the number of the task.
-    arrived: Vec<(u32, Place)>,
+    estimate: Option<PoseEstimate>,
+    arrived: Vec<Arrived>,
+}
+
+/// An arrival, as the robot reported it.
+#[derive(Debug)]
+struct Arrived {
+    /// Number of the task.
+    task: u32,
+    robot: Pose<Map>,
+    estimate: Option<PoseEstimate>,
+    /// Where the outline has the goal, if the robot drove by it.
+    goal: Option<Place>,
 }
 
 impl Learner {
@@ -88,8 +104,10 @@ impl Learner {
             way: Vec::new(),
             driven: Vec::new(),
             aligned: Vec::new(),
+            aligned_goal: None,
             believed: Vec::new(),
             is_among_rooms: false,
+            estimate: None,
             arrived: Vec::new(),
         })
     }
@@ -130,6 +148,7 @@ impl Learner {
     }
 
     fn follow(&mut self, estimate: &PoseEstimate) {
+        self.estimate = Some(*estimate);
         let at = self.place();
         let is_known = Tracking::from_code(estimate.tracking) == Some(Tracking::Tracking);
         let is_far = self.driven.last().is_none_or(|(_, last)| distance(*last, at) > PAIR_EVERY_M);
@@ -141,7 +160,9 @@ impl Learner {
 
     fn align(&mut self, found: &Correspondence) {
         let walls = found.samples().iter().filter(|sample| sample.partner == PartnerKind::Wall.code());
-        let pair = |[x_px, y_px, x_m, y_m]: [f32; 4]| ([x_px, y_px].map(f64::from), [x_m, y_m].map(f64::from));
+        let pair =
+            |[x_px, y_px, x_m, y_m]: [f32; 4]| ([x_px, y_px].map(f64::from), [x_m, y_m].map(f64::from));
+        self.aligned_goal = Some(found.goal_m);
         self.aligned.clear();
         self.aligned.extend(walls.map(|s| pair([s.x_px, s.y_px, s.x_m, s.y_m])));
     }
@@ -149,11 +170,17 @@ impl Learner {
     fn on_status(&mut self, status: &MissionStatus) {
         match TaskState::from_code(status.state) {
             Some(TaskState::Driving) => self.is_among_rooms = status.reason.as_str() == ROOMS,
-            Some(TaskState::Reached) if self.arrived.iter().all(|(task, _)| *task != status.task) => {
-                self.arrived.push((status.task, self.place()));
-                if !self.is_among_rooms && !self.aligned.is_empty() {
+            Some(TaskState::Reached) if self.arrived.iter().all(|arrived| arrived.task != status.task) => {
+                let is_by_outline = !self.is_among_rooms && !self.aligned.is_empty();
+                if is_by_outline {
                     self.believed.clone_from(&self.aligned);
                 }
+                self.arrived.push(Arrived {
+                    task: status.task,
+                    robot: self.mapper.pose(),
+                    estimate: self.estimate,
+                    goal: self.aligned_goal.filter(|_| is_by_outline),
+                });
             }
             _ => {}
         }
@@ -163,29 +190,33 @@ impl Learner {
     ///
     /// # Errors
     /// [`LearnError`] if nothing was seen, or nothing that could be placed in the drawing.
-    pub fn learned(&self, file: DrawingFile, drawing: &DrawnMap, places: &Places) -> Result<Learned, LearnError> {
+    pub fn learned(
+        &self,
+        file: DrawingFile,
+        drawing: &DrawnMap,
+        places: &Places,
+    ) -> Result<Learned, LearnError> {
         let map = self.map_of_free_space()?;
-        let goals: Vec<Goal> = (0..).zip(&places.tasks).map(|(number, task)| {
-            let at_m = self.arrived.iter().find(|(task, _)| *task == number).map(|(_, at)| *at);
-            let at = drawing.to_image(&task.end());
-            Goal { task: task.name.clone(), at, at_m, reached: at_m.is_some() }
-        }).collect();
-        let start = &places.start;
-        let in_file = |at: Place| drawing.to_image(&sketchnav_schemas::geometry::Point::new(at[0], at[1]));
+        let in_file = |at: Point<Sketch>| drawing.to_image(&at).map(|px| rounded(px, 100.0));
+        let goal = |(number, task): (u32, &Task)| {
+            let arrived = self.arrived.iter().find(|arrived| arrived.task == number);
+            let at_m =
+                arrived.map(|arrived| arrived.goal_m(task.end(), drawing, &map).map(|m| rounded(m, 1e3)));
+            Goal { task: task.name.clone(), at: in_file(task.end()), at_m, reached: at_m.is_some() }
+        };
+        let goals: Vec<Goal> = (0..).zip(&places.tasks).map(goal).collect();
+        let start = in_file(places.start.position());
         let walls = if self.believed.is_empty() { &self.driven } else { &self.believed };
-        let begun = std::iter::once((drawing.to_image(&start.position()), [0.0; 2]));
         let reached = goals.iter().filter_map(|goal| Some((goal.at, goal.at_m?)));
-        let seen = walls.iter().map(|(drawn, seen)| (in_file(*drawn), *seen));
-        let pairs = begun.chain(reached).chain(seen).take(MAX_PAIRS);
+        let seen =
+            walls.iter().map(|([x, y], seen)| (in_file(Point::new(*x, *y)), seen.map(|m| rounded(m, 1e3))));
+        let pairs = std::iter::once((start, [0.0; 2])).chain(reached).chain(seen).take(MAX_PAIRS);
         let pairs: Vec<_> = pairs.map(|([column, row], [x, y])| [column, row, x, y]).collect();
         if pairs.len() < 2 {
             return Err(LearnError::NowhereInTheDrawing);
         }
-        let start = LearnedStart {
-            at: drawing.to_image(&start.position()),
-            heading_deg: start.yaw_rad.to_degrees(),
-        };
-        Ok(Learned::new(file, map, start, goals, pairs))
+        let heading_deg = rounded(places.start.yaw_rad.to_degrees(), 100.0);
+        Ok(Learned::new(file, map, LearnedStart { at: start, heading_deg }, goals, pairs))
     }
 
     /// Returns the map, cut to what was seen. Only space that is connected to the robot's way counts as free, slits between beams
@@ -220,9 +251,31 @@ impl Learner {
         }
         let cell = |row: i64, column: i64| grid.free.index([column, row]).map_or(Cell::Unknown, what);
         let cells = (low..=high).flat_map(|row| (left..=right).map(move |column| cell(row, column)));
-        let origin_m = [grid.origin[0] + left as f64 * grid.cell, grid.origin[1] + low as f64 * grid.cell];
+        let origin_m = [0, 1].map(|k| rounded(grid.origin[k] + [left, low][k] as f64 * grid.cell, 1e3));
         Ok(LearnedMap { origin_m, width, cells: cells.collect() })
     }
+}
+
+impl Arrived {
+    /// Returns where the goal is in the map, by what the robot believed when it arrived. If that is not free floor nearby, the
+    /// robot's own place counts, because the robot could drive there.
+    fn goal_m(&self, goal: Point<Sketch>, drawing: &DrawnMap, map: &LearnedMap) -> Place {
+        let by_estimate = || {
+            let estimate = self.estimate.as_ref()?;
+            let goal = Chart::new(estimate, drawing.wall_direction_rad)?.to_odom(goal);
+            let ahead = estimate.odometry().motion_to(&Pose::new(goal.x, goal.y, 0.0));
+            let there = self.robot.compose(&ahead);
+            Some([there.x, there.y])
+        };
+        let here = [self.robot.x, self.robot.y];
+        let is_good = |at: &Place| distance(*at, here) <= GOAL_WITHIN_M && map.at_m(*at) == Cell::Free;
+        self.goal.or_else(by_estimate).filter(is_good).unwrap_or(here)
+    }
+}
+
+/// Rounds a number to whole parts of which `parts` make one.
+fn rounded(number: f64, parts: f64) -> f64 {
+    (number * parts).round() / parts
 }
 
 fn distance(a: Place, b: Place) -> f64 {

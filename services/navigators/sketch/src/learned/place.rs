@@ -4,10 +4,10 @@
 use image::{GrayImage, Luma};
 use sketchnav_mapping::Cell;
 use sketchnav_schemas::codes::{FREE, WALL};
-use sketchnav_schemas::geometry::Point;
+use sketchnav_schemas::geometry::{Point, Sketch};
 use sketchnav_schemas::seed;
 
-use super::{CELLS_PER_M, Learned, LearnedMap};
+use super::{CELLS_PER_M, Goal, Learned, LearnedMap, Warp};
 use crate::reading::{self, DrawnMap, ImageTask, Intent, Kind, Marks, Options, Places, SketchError};
 
 /// Distance in the drawing, in pixels of the file, within which a goal is the same as one of the drive that was learned from.
@@ -52,14 +52,23 @@ impl Learned {
     ///
     /// # Errors
     /// [`SketchError::Unseen`] if a task leads to a place that was not seen.
-    pub fn place(&self, file: &str, intent: &Intent, options: &Options) -> Result<(DrawnMap, Places), SketchError> {
+    pub fn place(
+        &self,
+        file: &str,
+        intent: &Intent,
+        options: &Options,
+    ) -> Result<(DrawnMap, Places), SketchError> {
         let drawing = self.map.drawn(file, options);
         let warp = self.to_map();
         let tasks = intent.tasks.iter().enumerate().map(|(i, task)| {
             let what = format!("task {} ({})", i + 1, task.name);
             let points = task.points.iter().map(|&at| {
                 let seen = self.seen(at, &warp, &drawing);
-                seen.ok_or_else(|| SketchError::Unseen { what: what.clone(), place: at, file: file.to_owned() })
+                seen.ok_or_else(|| SketchError::Unseen {
+                    what: what.clone(),
+                    place: at,
+                    file: file.to_owned(),
+                })
             });
             let points = points.collect::<Result<_, _>>()?;
             Ok(ImageTask { points, name: task.name.clone(), is_named: true, time_limit_s: task.time_limit_s })
@@ -78,20 +87,17 @@ impl Learned {
 
     /// Returns the place in the map, in pixels of the map as a picture, of a place in the drawing, in pixels of its file. Where the
     /// robot has arrived, it is where it stood. Returns `None` if the place was not seen.
-    fn seen(&self, at: [f64; 2], warp: &super::Warp, drawing: &DrawnMap) -> Option<[f64; 2]> {
-        let is_same = |goal: &&super::Goal| (goal.at[0] - at[0]).hypot(goal.at[1] - at[1]) <= SAME_GOAL_PX;
-        if let Some(at_m) = self.goals.iter().filter(|goal| goal.at_m.is_some()).find(is_same).and_then(|goal| goal.at_m) {
-            return Some(self.map.to_image(at_m));
-        }
-        let [column, row] = self.map.to_image(warp.apply([at[0], -at[1]])?);
-        let point = drawing.from_image([column, row]);
-        let near = nearest_free(drawing, &point)?;
+    fn seen(&self, at: [f64; 2], warp: &Warp, drawing: &DrawnMap) -> Option<[f64; 2]> {
+        let is_same = |goal: &&Goal| (goal.at[0] - at[0]).hypot(goal.at[1] - at[1]) <= SAME_GOAL_PX;
+        let arrived = self.goals.iter().filter(is_same).find_map(|goal| goal.at_m);
+        let at_m = arrived.or_else(|| warp.apply([at[0], -at[1]]))?;
+        let near = nearest_free(drawing, &drawing.from_image(self.map.to_image(at_m)))?;
         Some(drawing.to_image(&near))
     }
 }
 
 /// Returns the centre of the nearest free cell that is at most [`SEEN_WITHIN`] cells away.
-fn nearest_free(drawing: &DrawnMap, point: &Point<sketchnav_schemas::geometry::Sketch>) -> Option<Point<sketchnav_schemas::geometry::Sketch>> {
+fn nearest_free(drawing: &DrawnMap, point: &Point<Sketch>) -> Option<Point<Sketch>> {
     let reach = SEEN_WITHIN as i64;
     let cells = (-reach..=reach).flat_map(|dy| (-reach..=reach).map(move |dx| (dx, dy)));
     cells

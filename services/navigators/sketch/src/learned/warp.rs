@@ -76,7 +76,8 @@ mod tests {
         let room = (0..5).map(|i| ([f64::from(i), 0.0], [f64::from(i), 0.0]));
         let corridor = (1..5).map(|i| ([4.0 + 2.0 * f64::from(i), 0.0], [4.0 + f64::from(i), 0.0]));
         let warp = Warp::new(room.chain(corridor).collect());
-        let scale = |at: f64| warp.apply([at + 0.1, 0.0]).unwrap()[0] - warp.apply([at - 0.1, 0.0]).unwrap()[0];
+        let scale =
+            |at: f64| warp.apply([at + 0.1, 0.0]).unwrap()[0] - warp.apply([at - 0.1, 0.0]).unwrap()[0];
         assert!((scale(1.5) - 0.2).abs() < 0.06, "{}", scale(1.5));
         assert!((scale(10.0) - 0.1).abs() < 0.06, "{}", scale(10.0));
     }

@@ -230,7 +230,9 @@ pub enum SketchError {
         reason: LearnedError,
     },
     /// The learned map belongs to another drawing.
-    #[error("navigator.learned_file: expected what was learned by {drawing}, found {file}, which was learned by {of} with other content; learn it by this drawing, or leave it out")]
+    #[error(
+        "navigator.learned_file: expected what was learned by {drawing}, found {file}, which was learned by {of} with other content; learn it by this drawing, or leave it out"
+    )]
     LearnedByAnother {
         /// The learned map.
         file: String,

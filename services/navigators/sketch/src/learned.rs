@@ -216,12 +216,14 @@ impl Learned {
             .chain([("map.origin_m".to_owned(), &self.map.origin_m[..])]);
         for (key, numbers) in places {
             if let Some(far) = numbers.iter().find(|number| !(number.abs() <= FARTHEST)) {
-                return value(key, "numbers from -100000 to 100000", far.to_string());
+                return value(key, "numbers from -100000 to 100000", format!("{far:?}"));
             }
         }
         match self.start.heading_deg.abs() <= 360.0 {
             true => Ok(()),
-            false => value("start.heading_deg".into(), "-360 to 360", self.start.heading_deg.to_string()),
+            false => {
+                value("start.heading_deg".into(), "-360 to 360", format!("{:?}", self.start.heading_deg))
+            }
         }
     }
 

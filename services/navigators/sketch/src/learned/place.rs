@@ -96,8 +96,11 @@ impl Learned {
     }
 }
 
-/// Returns the centre of the nearest free cell that is at most [`SEEN_WITHIN`] cells away.
+/// Returns the point itself if it is free, or else the centre of the nearest free cell that is at most [`SEEN_WITHIN`] cells away.
 fn nearest_free(drawing: &DrawnMap, point: &Point<Sketch>) -> Option<Point<Sketch>> {
+    if drawing.cell(point) == Some(FREE) {
+        return Some(*point);
+    }
     let reach = SEEN_WITHIN as i64;
     let cells = (-reach..=reach).flat_map(|dy| (-reach..=reach).map(move |dx| (dx, dy)));
     cells

@@ -90,7 +90,7 @@ fn a_goal_of_the_drive_is_where_the_robot_arrived() {
     let (drawing, places) = placed([300.0, 100.0]).unwrap();
     assert_eq!((drawing.width_px, drawing.height_px, drawing.scale), (90, 70, 1.0));
     let end = places.tasks[0].end();
-    assert!((end.x - 70.5).abs() < 1e-9 && (end.y - 50.5).abs() < 1e-9, "{end:?}");
+    assert!((end.x - 70.0).abs() < 1e-9 && (end.y - 50.0).abs() < 1e-9, "{end:?}");
     assert!(places.start_spread_px >= 90.0 && places.start_spread_rad >= std::f64::consts::PI);
     let walls = drawing.cells.iter().filter(|cell| **cell == sketchnav_schemas::codes::WALL).count();
     assert_eq!(walls, 90 * 70 - 80 * 60 + 39);

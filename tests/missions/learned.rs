@@ -106,7 +106,7 @@ fn what_does_not_belong_together_is_refused() {
     let corridor = repository().join("sim/missions/corridor/corridor-qtc.toml");
     refused(
         &format!("run {} --learned building.learned", corridor.display()),
-        &["learned_file", "unknown key"],
+        &["learned_file", "expected `method`"],
     );
     let other = repository().join("sim/missions/building/sketch-b.json");
     again(&place, |mission| mission["navigator"]["drawing"] = other.to_str().unwrap().into());

@@ -147,6 +147,7 @@ const MADE_FOR_ONE_KIND: [&str; 6] = [
     "services/cli/src/pad.rs",
     "services/cli/src/recordings/args.rs",
     "services/cli/src/recordings/import.rs",
+    "services/cli/src/recordings/learn.rs",
 ];
 
 /// Everything that pages, viewers and reports show about a navigator comes from the navigator itself. Removing a

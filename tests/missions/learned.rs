@@ -1,9 +1,7 @@
 //! The next drive starts from what a robot learned on a drive by a drawing: anywhere, with any heading, without a mark.
 
 use std::fs;
-use std::path::Path;
 
-use serde_json::{Value, json};
 use support::{Place, building, repository};
 
 /// Drives the demo's first tasks by its drawing, learns from the drive, and writes `again.toml`. That mission starts in another

@@ -6,10 +6,10 @@ use anyhow::{Context, anyhow};
 use sketchnav_navigators::read_from;
 use sketchnav_recordings::Recording;
 use sketchnav_recordings::reader::Selection;
-use sketchnav_recordings::rejected::Rejections;
 use sketchnav_recordings::sources::RecordedRun;
 use sketchnav_recordings::writer::topic_name;
 use sketchnav_schemas::channels;
+use sketchnav_schemas::codes::Process;
 use sketchnav_sketch::learned::{CELL_M, DrawingFile, Learned, Learner, map_server, svg};
 use sketchnav_sketch::mission::{KIND, SketchMission};
 use sketchnav_sketch::reading::DrawnMap;
@@ -58,13 +58,13 @@ fn write(path: &Path, content: &[u8]) -> Result<(), Failure> {
 fn of(recording: &Recording) -> anyhow::Result<(Learned, DrawnMap)> {
     let RecordedRun { run, files } = RecordedRun::of(recording)?;
     let kind = run.mission.navigator_kind();
-    if kind != KIND || run.pad.draws() {
-        let found = if kind == KIND {
-            "one by drawings that people made during the run".into()
-        } else {
-            format!("{kind:?}")
-        };
-        return Err(anyhow!("expected a drive of kind {KIND:?} by a drawing in a file, found {found}"));
+    if kind != KIND {
+        return Err(anyhow!("expected a drive of kind {KIND:?}, found one of {kind:?}"));
+    }
+    if run.pad.draws() {
+        return Err(anyhow!(
+            "expected a drive by a drawing in a file, found one by drawings made during the run"
+        ));
     }
     let mission = SketchMission::of(&run.mission)?;
     if let Some(file) = &mission.learned_file {
@@ -77,17 +77,16 @@ fn of(recording: &Recording) -> anyhow::Result<(Learned, DrawnMap)> {
     let content = files(&mission.drawing)?;
     let (drawing, places) = sketchnav_sketch::sketcher::understand(&run, &files)?;
     let mut learner = Learner::new(&run.robot)?;
-    let topics = channels::of_kind(KIND)
-        .filter(|spec| Learner::HEARS.contains(spec))
-        .map(|spec| topic_name(spec.name));
-    let mut rejections = Rejections::default();
+    let planner = Process::Planner;
+    let heard = channels::read_by(planner, KIND).chain(channels::written_by(planner, KIND));
+    let topics = heard.map(|spec| topic_name(spec.name));
     for message in recording.timeline(Selection::of_topics(topics))? {
         let message = message?;
         let Some(spec) = channels::of_topic(&message.topic.name) else { continue };
         match message.decode(spec) {
-            Err(error) if error.is_one_message() => rejections.count_undecoded(&message, &error),
-            Err(error) => return Err(error.into()),
             // What the robot's processes rejected, it has not learned from either.
+            Err(error) if error.is_one_message() => {}
+            Err(error) => return Err(error.into()),
             Ok(decoded) if spec.message.check(decoded.bytes()).is_err() => {}
             Ok(decoded) => learner.see(spec, decoded.bytes()),
         }

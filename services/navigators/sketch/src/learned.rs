@@ -215,7 +215,7 @@ impl Learned {
             .chain(self.pairs.iter().enumerate().map(|(i, pair)| (format!("pairs[{i}]"), &pair[..])))
             .chain([("map.origin_m".to_owned(), &self.map.origin_m[..])]);
         for (key, numbers) in places {
-            if let Some(far) = numbers.iter().find(|number| !(number.abs() <= FARTHEST)) {
+            if let Some(far) = numbers.iter().find(|number| number.abs() > FARTHEST) {
                 return value(key, "numbers from -100000 to 100000", format!("{far:?}"));
             }
         }

@@ -88,8 +88,8 @@ impl Sheet {
         [x, self.size[1] as f64 - y]
     }
 
-    fn region(&self, mut holds: impl FnMut(usize) -> bool) -> Region {
-        Region::of(self.size[0], self.size[1], |index| holds(index))
+    fn region(&self, holds: impl FnMut(usize) -> bool) -> Region {
+        Region::of(self.size[0], self.size[1], holds)
     }
 }
 

@@ -7,7 +7,7 @@
 use sketchnav_mapping::mapper::Mapper;
 use sketchnav_mapping::outline::Place;
 use sketchnav_mapping::{Cell, CellGrid, Map, Scan, Survey};
-use sketchnav_schemas::channels::{ChannelSpec, ODOMETRY, SCAN, STATUS, TICK};
+use sketchnav_schemas::channels::{ChannelSpec, ODOMETRY, SCAN, STATUS};
 use sketchnav_schemas::codes::{TaskState, Tracking};
 use sketchnav_schemas::geometry::{Base, Odom, Point, Pose, Sketch};
 use sketchnav_schemas::message::{LaserScan, MissionStatus};
@@ -85,10 +85,6 @@ struct Arrived {
 }
 
 impl Learner {
-    /// The channels whose messages say something about the place.
-    pub const HEARS: [&ChannelSpec; 6] =
-        [ODOMETRY.spec, SCAN.spec, TICK.spec, ESTIMATE.spec, CORRESPONDENCE.spec, STATUS.spec];
-
     /// Creates a learner for a drive of this robot.
     ///
     /// # Errors
@@ -112,16 +108,15 @@ impl Learner {
         })
     }
 
-    /// Takes in a message. Those of an instant must come in the order of the table of channels. Messages of channels that say
-    /// nothing about the place are ignored.
+    /// Takes in a message that the planner has received or sent; others are ignored. Those of an instant must come in the order
+    /// of the table of channels.
     pub fn see(&mut self, channel: &ChannelSpec, message: &[u8]) {
         if let Some(odometry) = ODOMETRY.message(channel, message) {
             self.odometry = Some(odometry.pose());
         } else if let Some(scan) = SCAN.message(channel, message) {
             self.scan = Some(Box::new(*scan));
-        } else if TICK.message(channel, message).is_some() {
-            self.map();
         } else if let Some(estimate) = ESTIMATE.message(channel, message) {
+            self.map();
             self.follow(estimate);
         } else if let Some(found) = CORRESPONDENCE.message(channel, message) {
             self.align(found);
@@ -130,7 +125,7 @@ impl Learner {
         }
     }
 
-    /// Enters the instant's scan, exactly as the explorer does.
+    /// Enters the instant's scan, as the explorer does when the planner answers an estimate.
     fn map(&mut self) {
         let (Some(robot), Some(scan)) = (self.odometry, self.scan.take()) else { return };
         let base_from_laser = robot.motion_to(&robot.compose(&self.base_from_laser));

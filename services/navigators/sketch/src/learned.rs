@@ -88,7 +88,7 @@ pub struct Goal {
     pub task: String,
     /// Position in the drawing, in pixels of the file.
     pub at: [f64; 2],
-    /// Position in the map, in metres: where the robot reported that it had arrived. `None` if it did not arrive.
+    /// Position in the map, in metres, as the robot believed when it reported that it had arrived. `None` if it did not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at_m: Option<[f64; 2]>,
     /// True if the robot reported that it had arrived.

@@ -307,12 +307,12 @@ fn the_examples_of_the_package_run_as_they_are() {
         return;
     };
     let page = std::fs::read_to_string(repository().join("python/README.md")).unwrap();
-    let blocks = |language: &str| {
-        let blocks =
-            page.split(&format!("```{language}\n")).skip(1).map(|rest| rest.split("```").next().unwrap());
-        blocks.collect::<Vec<_>>()
+    let blocks = |fence: &str| {
+        let blocks = page.split(fence).skip(1).filter_map(|rest| rest.split("```").next());
+        blocks.map(str::to_owned).collect::<Vec<_>>()
     };
-    let ([relations, network, navigator], [floor, mission]) = (&blocks("python")[..], &blocks("toml")[..])
+    let ([relations, network, navigator], [floor, mission]) =
+        (&blocks("```python\n")[..], &blocks("```toml\n")[..])
     else {
         panic!("expected three examples, a floor and a mission")
     };

@@ -47,4 +47,4 @@ for calculus, objects in [
         begin = time.process_time()
         calculus.relate(*objects)
         seconds.append(time.process_time() - begin)
-    print(f"{calculus.name:10} {SAMPLES / min(seconds) / 1e6:6.1f} million per second")
+    print(f"{calculus.name:12} {SAMPLES / min(seconds) / 1e6:6.1f} million per second")

@@ -5,6 +5,7 @@ import itertools
 import math
 import pathlib
 import pickle
+import re
 
 import numpy as np
 from sketchnav import relations
@@ -236,6 +237,19 @@ def test_errors_name_the_argument_and_the_row():
     refused(lambda: relations.Argd({}), ValueError, "expected 1 to 64 thresholds, found 0")
     refused(lambda: relations.Argd({"near": 1.0}, "middle"), ValueError, "bound: expected upper or lower, found 'middle'")
     refused(lambda: qtc.code("towards"), ValueError, "qtcbs: expected one of -,-")
+
+
+def test_the_page_says_which_calculi_compose():
+    page = (pathlib.Path(__file__).parents[2] / "docs/relations.md").read_text()
+    header, _, *rows = [line for line in page.split("## Calculi")[1].splitlines() if line.startswith("|")]
+    assert [cell.strip() for cell in header.split("|")][4] == "composition"
+    named = {}
+    for row in rows:
+        cells = [cell.strip() for cell in row.split("|")]
+        for name in re.findall(r"`(\w+)", cells[1]):
+            named[name] = cells[4] == "yes" or f"`{name}`" in cells[4]
+    others = {"Calculus", "Inconsistent", "Network", "Series", "Timed"}
+    assert named == {name: hasattr(getattr(relations, name), "compose") for name in relations.__all__ if name not in others}
 
 
 def test_the_code_of_the_page_runs():

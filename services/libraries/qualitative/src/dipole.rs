@@ -241,12 +241,15 @@ fn fine(a: Dipole, b: Dipole) -> DraF {
 
 /// What each relation limits to, as bits. A dipole of each relation is moved a little, relative to the other one, in all directions.
 static LIMITS: LazyLock<[u128; FINE]> = LazyLock::new(|| {
-    const FAR: i32 = 1000;
+    // Whether a point near an end of a dipole is on its line depends on products of steps, which reach across small steps.
+    const FAR: i32 = 10_000;
+    const LONG: i32 = 400;
     let mut limits = [0; FINE];
     let a = Dipole { start: point([0, 0]), end: point([3 * FAR, 0]) };
     let grid = [0, 3, 1, 2, 4, -1, 5, -2].into_iter().flat_map(|x| [0, 1, -1, 2, -2].map(|y| [x, y]));
     let dipoles = grid.clone().flat_map(|start| grid.clone().map(move |end| [start, end]));
-    let steps = || (-5..=5).flat_map(|y| [0, 1, -1, 4, -4].map(|x| [x, y]));
+    let across = || (-5..=5).chain([LONG, -LONG]);
+    let steps = || across().flat_map(|y| [0, 1, -1, 4, -4, LONG, -LONG].map(|x| [x, y]));
     let mut is_known = [false; FINE];
     for ends in dipoles.filter(|[start, end]| start != end) {
         let moved = |by: [[i32; 2]; 2]| {

@@ -111,6 +111,9 @@ fn letters_say_where_the_ends_are() {
     assert_eq!(of(a, dipole([[2.0, 0.0], [2.0, 2.0]])).to_string(), "ells");
     assert_eq!(of(a, dipole([[1.0, -1.0], [1.0, 1.0]])).to_string(), "rllr");
     assert_eq!(DraC::of(a, ahead, 0.0), None);
+    // The start of b may come nearer to the end of a by a step, while it is on the left by the square of one.
+    let limits = |from: &str, to: &str| from.parse::<DraF>().unwrap().limits_to(to.parse().unwrap());
+    assert!(limits("lllr", "eses") && limits("blrr", "sese") && !limits("llll", "sese"));
     assert_eq!(DraF::of(a, dipole([[2.0, 0.01], [2.0, 2.0]]), 0.1).unwrap().to_string(), "ells");
     assert_eq!(
         format!("{:?}", Dipole::new(point([1.0, 1.0]), point([1.0, 1.0])).unwrap_err()),

@@ -10,7 +10,7 @@ use sketchnav_qualitative::{Calculus, Error, Point, Rect, Relation};
 /// Number of directions that are named.
 const NAMED: usize = 16;
 /// Number of directions of a histogram.
-const DIRECTIONS: usize = 180;
+const HISTOGRAM: usize = 180;
 const GRADES: [(Grade, &str); 3] = [
     (Grade::Satisfactory, "satisfactory"),
     (Grade::RatherSatisfactory, "rather satisfactory"),
@@ -101,7 +101,7 @@ impl Calculus for Forces {
 
     fn relate(&self, _: Before<'_, Self::Scene>, [first, second]: &Self::Scene) -> Option<Place> {
         let (argument, referent) = (polygon(first.rect).ok()?, polygon(second.rect).ok()?);
-        let mut forces = [Force::ZERO; DIRECTIONS];
+        let mut forces = [Force::ZERO; HISTOGRAM];
         Pair::new(&argument, &referent)
             .histogram_into(0.0, &mut forces, &mut Workspace::default())
             .expect("a valid exponent");

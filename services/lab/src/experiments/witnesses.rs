@@ -8,6 +8,8 @@
 
 mod tables;
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 use sketchnav_mapping::{Mapper, Parameters, Scan, Survey};
 use sketchnav_rehearsal::Tap;
@@ -18,6 +20,7 @@ use sketchnav_schemas::message::{LaserScan, Odometry};
 use sketchnav_schemas::mission::Place;
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_sketch::paths;
+use sketchnav_sketch::planner::certainty::{AGREE_M, Said};
 use sketchnav_sketch::rooms::{Floor, locate};
 use sketchnav_sketch::sketch::SketchGrid;
 
@@ -34,8 +37,6 @@ const TITLE: &str = "What regions joined by doors say about the goal at the end 
 const DEGREES: [f64; 2] = [1.0, 1.5];
 /// Numbers of the drawings of each floor at each degree. Those up to 11 are used by `deformed` and by `calibrate-boniardi-2015`.
 const NUMBERS: std::ops::RangeInclusive<u64> = DRAWINGS + 5..=DRAWINGS + 12;
-/// Distance, in metres, up to which the witnesses agree about where the goal is.
-const AGREE_M: f64 = 2.5;
 /// Maximum distance of the robot from the free part of its map, in metres.
 const OFF_FREE_M: f64 = 0.6;
 
@@ -111,6 +112,16 @@ impl RoomsSaid {
     pub fn agrees(&self) -> bool {
         self.is_same_room || self.away_m.is_some_and(|away_m| away_m <= AGREE_M)
     }
+
+    /// Returns what they say in the form in which the planner uses it, or `None` if they have no answer.
+    pub fn said(&self) -> Option<Said> {
+        self.has_answer.then(|| Said {
+            agrees: self.agrees(),
+            margin: self.margin.unwrap_or_default(),
+            share_here: self.share_here,
+            doors_matched: self.doors_matched,
+        })
+    }
 }
 
 /// Maps what a robot sees, as the planner does, and asks regions and doors about it in the end.
@@ -153,8 +164,8 @@ impl Witness {
         let (robot, truth) = (self.mapper.pose(), log.truth.last()?.pose());
         let mut survey = Survey::with_room(&self.parameters);
         survey.take(self.mapper.map(), [robot.x, robot.y], OFF_FREE_M);
-        let drawing = Floor::of_drawing(&sketch, start, self.building_size_m)?;
-        let map = Floor::of_map(&survey, [0.0; 2], start.yaw_rad, &drawing)?;
+        let drawing = Arc::new(Floor::of_drawing(&sketch, start, self.building_size_m)?);
+        let map = Arc::new(Floor::of_map(&survey, [0.0; 2], start.yaw_rad, &drawing)?);
         let answer = locate(&drawing, &map, [goal.x, goal.y])?;
         let best = answer.hypotheses.first()?;
         let in_world = |[x, y]: [f64; 2]| truth.compose(&robot.motion_to(&Pose::new(x, y, 0.0)));
@@ -210,6 +221,23 @@ mod tests {
         assert!(said.is_right && said.agrees() && said.share_here > 0.5, "{said:?}");
         let unasked = Trial { asks_rooms: false, ..trial };
         assert_eq!(run::run(&unasked, "outline", 1, 7).unwrap()[0].rooms, None);
+    }
+
+    /// By a drawing with bent proportions, the filter arrives in the room beside the goal's. Regions and doors disagree, and the robot
+    /// looks where they have the goal.
+    #[test]
+    fn rooms_mend_a_wrong_arrival_in_a_deformed_drawing() {
+        let sites = deformed::shipped(&Folders::of_checkout()).unwrap();
+        let trials = sites.iter().flat_map(|site| site.trials(1.0, 19).unwrap());
+        let trial = trials.into_iter().find(|trial| trial.name == "laboratory/1/19/1").unwrap();
+        let asks = |asks: bool| {
+            let mut trial = variant(&trial, "asked");
+            trial.mission.parameters.of_mut(Process::Planner).insert("asks_rooms".to_owned(), asks.into());
+            run::run(&trial, "outline", 1, 766_341_398).unwrap().remove(0)
+        };
+        let (alone, mended) = (asks(false), asks(true));
+        assert_eq!((alone.kind, mended.kind), (Kind::WrongArrival, Kind::Reached), "{mended:?}");
+        assert!(mended.reason.starts_with("rooms and doors put the goal here"), "{}", mended.reason);
     }
 
     #[test]

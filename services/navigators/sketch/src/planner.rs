@@ -8,6 +8,7 @@
 //! orders and time limits. Memory is only allocated when a sketch or a route arrives.
 
 mod arrival;
+pub mod certainty;
 mod driving;
 mod explorer;
 mod pace;
@@ -30,8 +31,8 @@ use sketchnav_schemas::run::{Pad, RunConfig};
 use sketchnav_stage::{Heard, Instant, Outbox, Remains, Stage, StageError};
 
 use self::driving::{Driver, TaskStatus};
-pub use self::reason::ROOMS;
-use self::reason::{Help, Reason};
+use self::reason::{Help, Reason, Stated};
+pub use self::reason::{ROOMS, stated};
 use crate::paths::chart::Chart;
 use crate::paths::parameters::{ParameterError, Parameters};
 use crate::sketch::{CellsError, SketchGrid};
@@ -252,6 +253,9 @@ impl Planner {
                 self.agenda.lose(Help(reason));
             }
             TaskStatus::Ended(state, reason) => self.agenda.end(state, reason),
+            TaskStatus::Arrived(reason, probability) => {
+                self.agenda.end(TaskState::Reached, Stated(reason, probability));
+            }
             TaskStatus::Driving(reason) => {
                 if !self.agenda.go_on(reason) {
                     self.driver.stop(dt_s);
@@ -306,7 +310,7 @@ impl Planner {
 }
 
 impl Stage for Planner {
-    const FORM: &'static str = "sketch planner 10";
+    const FORM: &'static str = "sketch planner 11";
     type State = State;
 
     fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {

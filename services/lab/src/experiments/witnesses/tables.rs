@@ -1,5 +1,7 @@
 //! What the witnesses say about arrivals, as tables.
 
+use sketchnav_sketch::planner::certainty::{Basis, Signs};
+
 use crate::experiments::logistic::{Logistic, area_under_curve, losses};
 use crate::experiments::outcome::{Kind, TaskOutcome};
 use crate::experiments::section::Section;
@@ -53,19 +55,18 @@ const SIGNS: [Sign; 7] = [
     Sign { name: "outline: misfit", of: |a| a.outline.map_or(0.0, |[_, misfit]| -misfit), of_outline: true },
 ];
 
-/// A combination of signs, by their indices.
+/// A combination of features of [`Signs`], by their indices.
 struct Combination {
     name: &'static str,
-    signs: &'static [usize],
+    features: &'static [usize],
 }
 
-const COMBINATIONS: [Combination; 6] = [
-    Combination { name: "none: the share of right arrivals", signs: &[] },
-    Combination { name: "outline: margin and misfit", signs: &[5, 6] },
-    Combination { name: "rooms: agree", signs: &[0] },
-    Combination { name: "rooms: agree, share here, doors", signs: &[0, 1, 4] },
-    Combination { name: "rooms: agree, share here, signed margin, doors", signs: &[0, 1, 3, 4] },
-    Combination { name: "both: the last, and the outline's", signs: &[0, 1, 3, 4, 5, 6] },
+const COMBINATIONS: [Combination; 5] = [
+    Combination { name: "none: the share of right arrivals", features: &[] },
+    Combination { name: "basis and margin of the outline", features: &[3, 4] },
+    Combination { name: "rooms: agree", features: &[0] },
+    Combination { name: "rooms: agree, signed margin, share here", features: &[0, 1, 2] },
+    Combination { name: "all, as in the planner", features: &[0, 1, 2, 3, 4] },
 ];
 
 impl Arrival<'_> {
@@ -86,6 +87,16 @@ impl Arrival<'_> {
         if self.rooms.agrees() { self.margin() } else { -self.margin() }
     }
 
+    fn signs(&self) -> Signs {
+        let basis = match (self.outline, self.outcome.reason.starts_with("rooms")) {
+            (Some(_), _) => Basis::Outline,
+            (None, true) => Basis::Rooms,
+            (None, false) => Basis::Filter,
+        };
+        let margin = self.outline.map_or(0.0, |[margin, _]| margin);
+        Signs { basis, margin, rooms: self.rooms.said() }
+    }
+
     /// Returns true if the arrival is one of those that combinations are fitted to, which are those with every other drawing.
     fn is_fitted(&self) -> bool {
         let number = self
@@ -103,7 +114,7 @@ fn of_outline(reason: &str) -> Option<[f64; 2]> {
         let rest = &reason[reason.find(word)? + word.len()..];
         rest.split([' ', ',']).next()?.parse::<f64>().ok()
     };
-    Some([after("margin ")?, after("misfit ")?])
+    Some([after("margin ").unwrap_or_default(), after("misfit ")?])
 }
 
 /// Returns the tables.
@@ -205,14 +216,14 @@ fn areas(arrivals: &[Arrival<'_>]) -> Section {
     )
 }
 
-fn features(signs: &[usize], arrival: &Arrival<'_>) -> Vec<f64> {
-    let scale = |value: f64, k: &usize| if [2, 3, 5].contains(k) { value / 10.0 } else { value };
-    signs.iter().map(|k| scale((SIGNS[*k].of)(arrival), k)).collect()
+fn features(chosen: &[usize], arrival: &Arrival<'_>) -> Vec<f64> {
+    let all = arrival.signs().features();
+    chosen.iter().map(|k| all[*k]).collect()
 }
 
 /// Returns what a combination that was fitted to every other drawing states about the rest, and its coefficients.
 fn checked(combination: &Combination, arrivals: &[Arrival<'_>]) -> (Vec<(f64, bool)>, Logistic) {
-    let example = |arrival: &Arrival<'_>| (features(combination.signs, arrival), arrival.is_right());
+    let example = |arrival: &Arrival<'_>| (features(combination.features, arrival), arrival.is_right());
     let fitted: Vec<_> = arrivals.iter().filter(|arrival| arrival.is_fitted()).map(example).collect();
     let model = Logistic::fit(&fitted);
     let rest = arrivals.iter().filter(|arrival| !arrival.is_fitted());
@@ -225,19 +236,32 @@ fn combinations(arrivals: &[Arrival<'_>]) -> Section {
         let (stated, model) = checked(combination, arrivals);
         let [log, brier] = losses(&stated).map(|loss| format!("{loss:.3}"));
         let coefficients: Vec<_> = model.coefficients.iter().map(|b| format!("{b:.2}")).collect();
+        let all: Vec<_> = arrivals
+            .iter()
+            .map(|arrival| (features(combination.features, arrival), arrival.is_right()))
+            .collect();
+        let weights: Vec<_> = Logistic::fit(&all).coefficients.iter().map(|b| format!("{b:.3}")).collect();
         vec![
             combination.name.to_owned(),
             number(area_under_curve(&stated)),
             log,
             brier,
             coefficients.join(", "),
+            weights.join(", "),
         ]
     };
     section(
         "Signs combined",
-        &["signs", "area under the curve", "logarithmic loss", "squared error", "coefficients"],
+        &[
+            "signs",
+            "area under the curve",
+            "logarithmic loss",
+            "squared error",
+            "coefficients",
+            "fitted to all",
+        ],
         COMBINATIONS.iter().map(row).collect(),
-        "Logistic regression, fitted to drawings with even numbers and checked on those with odd ones. Smaller losses are better. Margins count in tens.",
+        "Logistic regression, fitted to drawings with even numbers and checked on those with odd ones; the last column is fitted to all and has the planner's weights. Smaller losses are better. Margins count in tens.",
     )
 }
 
@@ -260,7 +284,7 @@ fn bins(arrivals: &[Arrival<'_>]) -> Section {
         ]
     };
     section(
-        "Stated and kept",
+        "Stated and kept by half of the drawings",
         &["stated", "arrivals", "mean stated", "right"],
         (0..BINS).map(row).collect(),
         "The probability of a right arrival by all signs together, on the drawings with odd numbers.",

@@ -11,6 +11,7 @@
 //! the same scans give the same courses.
 
 mod correspondence;
+mod counsel;
 mod course;
 mod doubt;
 mod floor;
@@ -18,6 +19,7 @@ mod paper;
 mod path_grid;
 
 use std::fmt;
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use sketchnav_mapping::alignment::{
@@ -31,7 +33,10 @@ use sketchnav_schemas::geometry::{Base, Odom, Point, Pose, Sketch};
 use sketchnav_schemas::message::LaserScan;
 
 use crate::paths::parameters::Parameters;
+use crate::rooms::{Floor, Inquiry};
 use crate::sketch::SketchGrid;
+use counsel::Counsel;
+pub use counsel::Opinion;
 pub use course::Aim;
 use course::{Course, Likely};
 use doubt::{Doubt, Settled, Told};
@@ -91,7 +96,7 @@ pub enum Advice {
 }
 
 /// The evidence for an arrival.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Evidence {
     /// Amount by which the best rival costs more, and the distance from here to where the rival has the goal, in metres. `None` if
     /// there was no time to compute the rival.
@@ -156,6 +161,7 @@ pub struct Exploration {
     /// Partners that are ruled out by what a person has said, because the goal does not lie there.
     denied: Vec<Forbidden>,
     told: Option<Told>,
+    counsel: Option<Counsel>,
     is_news: bool,
     /// The last alignment, with the outline that it is for.
     last: Option<(SeenOutline, Alignment)>,
@@ -186,6 +192,10 @@ pub struct Explorer {
     is_surveyed: bool,
     judge: floor::Judge,
     paper: Option<Paper>,
+    /// The drawing as regions joined by doors.
+    rooms: Option<Arc<Floor>>,
+    /// What answers the question in `exploration.counsel`.
+    inquiry: Option<Inquiry>,
     shares: Vec<f64>,
     /// Weight of each sample of the drawing. Walls around the goal count more, because they say most about where it is.
     emphasis: Vec<f64>,
@@ -210,6 +220,8 @@ impl Explorer {
             is_surveyed: false,
             judge: floor::Judge::for_maps(mapping.cells_per_side(), mapping.cell_m),
             paper: None,
+            rooms: None,
+            inquiry: None,
             shares: Vec::new(),
             emphasis: Vec::new(),
             weights: Weights { away_m: parameters.rival_away_m, ..Weights::default() },
@@ -222,7 +234,8 @@ impl Explorer {
     /// Sets the drawing and the start in it. Discards what was seen before, because it belongs to another drawing.
     pub fn on_sketch(&mut self, sketch: &SketchGrid, start: Pose<Sketch>) {
         self.paper = Paper::new(sketch, start, self.parameters.building_size_m);
-        self.exploration = Exploration::default();
+        self.rooms = Floor::of_drawing(sketch, start, self.parameters.building_size_m).map(Arc::new);
+        (self.exploration, self.inquiry) = (Exploration::default(), None);
         if let Ok(mapper) = Mapper::new(self.mapping) {
             (self.mapper, self.is_surveyed) = (mapper, false);
         }
@@ -242,6 +255,7 @@ impl Explorer {
             self.field =
                 self.exploration.course.as_ref().and_then(|course| Field::new(&course.grid, course.cell));
             self.prepare_job();
+            self.prepare_inquiry();
         }
     }
 
@@ -287,6 +301,7 @@ impl Explorer {
         (self.exploration.rival, self.exploration.doubt, self.exploration.settled) = (None, None, None);
         self.exploration.looked_at.clear();
         self.exploration.denied.clear();
+        self.dismiss();
         // The goal is weighed when outlines are aligned, which never happens in rooms.
         self.shares.clear();
     }
@@ -331,6 +346,10 @@ impl Explorer {
     /// Records that a look around has ended, and takes in what was seen.
     pub fn end_look(&mut self) {
         self.exploration.judged_at = None;
+        if self.is_consulting() {
+            self.ask_counsel_again();
+            return;
+        }
         if let Some((places, before)) = self.exploration.looking.take() {
             let shown = self.free_cells() as f64 - f64::from(before);
             if shown * self.mapping.cell_m.powi(2) < SHOWS_M2 {
@@ -342,6 +361,10 @@ impl Explorer {
 
     /// Gives up the course, because the robot gets no farther on it.
     pub fn give_way(&mut self) {
+        if self.is_consulting() {
+            self.ask_counsel_again();
+            return;
+        }
         if let Some(course) = self.exploration.course.take() {
             let gap = course.gap.clone();
             self.shut(&gap);

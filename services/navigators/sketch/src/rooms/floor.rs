@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use serde::{Deserialize, Serialize};
 use sketchnav_mapping::alignment::main_direction;
 use sketchnav_mapping::outline::Place;
 use sketchnav_mapping::region::Region;
@@ -15,7 +16,7 @@ const LEAST_CELLS: usize = 30;
 const MOST_HOLES: usize = 4;
 
 /// What a stretch of a region's outline is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Kind {
     /// A piece of wall.
     Wall,
@@ -35,7 +36,7 @@ pub enum Kind {
 }
 
 /// A stretch of a region's outline.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Token {
     /// What it is.
     pub kind: Kind,
@@ -46,7 +47,7 @@ pub struct Token {
 }
 
 /// A region of a floor.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Room {
     /// Area, in square metres.
     pub area_m2: f64,
@@ -55,7 +56,7 @@ pub struct Room {
 }
 
 /// A passage between two regions.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Door {
     /// The two regions.
     pub rooms: [u16; 2],
@@ -69,7 +70,7 @@ pub struct Door {
 
 /// Converts positions to the frame of a [`Floor`], which is turned such that its walls are parallel to those of the drawing and
 /// whose unit is a metre, as far as that is known of a drawing.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Frame {
     /// Length of a cell, in the unit of the drawing or the map.
     pub cell: f64,
@@ -123,7 +124,7 @@ pub struct Ground<'a> {
 }
 
 /// A floor as regions joined by doors.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Floor {
     /// The frame of all places.
     pub frame: Frame,
@@ -135,7 +136,8 @@ pub struct Floor {
     pub start: Place,
     /// The region with the start.
     pub home: u16,
-    /// The cells of the regions.
+    /// The cells of the regions. They are left out when a floor is stored.
+    #[serde(skip)]
     partition: Partition,
 }
 
@@ -191,7 +193,7 @@ impl Floor {
         main_direction(tokens.filter(|token| token.kind == Kind::Wall).map(|token| token.direction))
     }
 
-    /// Returns the room at a place of the drawing or the map, or the nearest one.
+    /// Returns the room at a place of the drawing or the map, or the nearest one. `None` for a floor that was stored.
     pub fn room_at(&self, place: Place) -> Option<u16> {
         self.partition.at(self.frame.to_cells(place))
     }

@@ -106,7 +106,8 @@ impl Driver {
 
     fn end(&self, state: TaskState, reason: Reason, rooms: Option<Said>) -> TaskStatus {
         let signs = match reason {
-            _ if state != TaskState::Reached || self.explorer.is_none() => {
+            // The weights are those of goals, not of drawn routes.
+            _ if state != TaskState::Reached || self.explorer.is_none() || self.follows_route() => {
                 return TaskStatus::Ended(state, reason);
             }
             Reason::Matched(evidence) if evidence.is_confirmed => return TaskStatus::Ended(state, reason),

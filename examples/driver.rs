@@ -11,11 +11,10 @@
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
-use sketchnav_runtime::{Node, System, Wake};
-use sketchnav_schemas::channels::{COMMAND, ODOMETRY, SCAN, TICK};
-use sketchnav_schemas::codes::Process;
+use sketchnav_driver::{Clock, Driver, STANDSTILL};
+use sketchnav_schemas::channels::{ODOMETRY, SCAN};
 use sketchnav_schemas::geometry::{Base, Odom, Pose};
-use sketchnav_schemas::message::{Header, LaserScan, Odometry, PoseM, Twist};
+use sketchnav_schemas::message::{LaserScan, Twist};
 use sketchnav_schemas::robot::Laser;
 
 /// The walls of two rooms of 3 × 4 m with a door of 1.2 m between them, each from x, y to x, y, in metres.
@@ -29,68 +28,38 @@ const WALLS: [[f64; 4]; 6] = [
 ];
 /// Where the robot is when the driver begins, in metres. This is the origin of its odometry.
 const START: [f64; 2] = [1.0, 1.0];
-/// If no new command arrives for this long, the robot stops.
-const COMMAND_LIMIT: Duration = Duration::from_millis(500);
 
 fn main() -> anyhow::Result<()> {
     let name =
         std::env::args().nth(1).context("expected the name of a system, as `sketchnav ps` lists it")?;
-    let node = Node::join(System::open(&name)?, Process::World)?;
-    let (mut scans, mut odometry) = (node.writer(SCAN)?, node.writer(ODOMETRY)?);
-    let (mut ticks, mut commands) = (node.writer(TICK)?, node.reader(COMMAND)?);
-    let run = node.run_config()?;
-    let laser = run.robot.laser()?;
+    let mut driver = Driver::join(&name, Clock::Robot)?;
+    let laser = driver.run().robot.laser()?.clone();
     // Wheels are read more often than a laser scans, for example 50 times a second, with a scan and a tick at every
     // fifth reading.
     let readings = std::env::args().nth(2).map_or(Ok(1), |number| number.parse::<u32>());
     let readings = readings.context("expected how many readings of the odometry come with a scan")?.max(1);
     let period = Duration::from_secs_f64(1.0 / laser.rate_hz) / readings;
-    // If an earlier driver has died, this one continues its numbers, its clock and its odometry.
-    scans.resume_after_history();
-    odometry.resume_after_history();
-    ticks.resume_after_history();
-    let last = odometry.last_sent();
-    let clock = last.map_or(Duration::ZERO, |last| Duration::from_nanos(last.header.stamp_ns) + period);
-    let pose = last.map_or(Pose::new(0.0, 0.0, 0.0), |last| last.pose());
-    let ticks_before = ticks.last_seq();
+    // If an earlier driver has died, the robot is where that one left it.
+    let pose = driver.last_of(ODOMETRY)?.map_or(Pose::new(0.0, 0.0, 0.0), |last| last.pose());
     let mut robot = Robot { pose, twist: STANDSTILL };
-    let (began, mut commanded) = (Instant::now(), Instant::now());
+    let began = Instant::now();
     for reading in 1.. {
-        // An instant ends with its tick, which names the messages sent before it. The writers number the messages.
-        let stamp_ns = (clock + began.elapsed()).as_nanos() as u64;
-        let header = Header { seq: 0, stamp_ns, source_seq: 0 };
-        odometry.send(|message| robot.write_odometry(header, message))?;
+        let now_ns = driver.now_ns();
+        driver.odometry(now_ns, &robot.pose, robot.twist)?;
         if reading % readings == 0 {
-            scans.send(|message| robot.write_scan(header, laser, message))?;
-            ticks.send(|tick| {
-                tick.header.stamp_ns = stamp_ns;
-                node.name_readings(tick);
-            })?;
+            driver.send(SCAN, now_ns, |scan| robot.write_scan(&laser, scan))?;
+            driver.tick(now_ns)?;
         }
+        // The laser of this robot scans when it is due, and the wheels follow the newest command.
         let due = began + period * reading;
-        while let Some(left) = due.checked_duration_since(Instant::now()).filter(|left| !left.is_zero()) {
-            if node.wait(left) == Wake::Terminate {
-                return Ok(());
-            }
-            while let Some(command) = commands.receive_valid()? {
-                if command.last == 1 {
-                    return Ok(());
-                }
-                // An answer to a tick of an earlier driver is obsolete.
-                if command.header.source_seq > ticks_before {
-                    (robot.twist, commanded) = (command.twist, Instant::now());
-                }
-            }
-        }
-        if commanded.elapsed() > COMMAND_LIMIT {
-            robot.twist = STANDSTILL;
-        }
+        let Some(twist) = driver.command(due.saturating_duration_since(Instant::now()))? else { break };
+        // A command arrives before the next reading is due.
+        std::thread::sleep(due.saturating_duration_since(Instant::now()));
+        robot.twist = twist;
         robot.drive(period.as_secs_f64());
     }
     Ok(())
 }
-
-const STANDSTILL: Twist = Twist { vx_mps: 0.0, vy_mps: 0.0, yaw_rate_radps: 0.0 };
 
 struct Robot {
     pose: Pose<Odom>,
@@ -104,16 +73,11 @@ impl Robot {
         self.pose = self.pose.compose(&step);
     }
 
-    fn write_odometry(&self, header: Header, message: &mut Odometry) {
-        *message = Odometry { header, pose: PoseM::new(&self.pose), twist: self.twist };
-    }
-
     /// Writes a scan. Beams run counter-clockwise, and a beam without a return is +∞ (REP 117).
-    fn write_scan(&self, header: Header, laser: &Laser, scan: &mut LaserScan) {
+    fn write_scan(&self, laser: &Laser, scan: &mut LaserScan) {
         let sensor = self.pose.compose(&laser.mount());
         let field = laser.field_of_view_deg.to_radians();
         let increment = field / f64::from(laser.beams - 1);
-        scan.header = header;
         (scan.angle_min_rad, scan.angle_max_rad) = (-field as f32 / 2.0, field as f32 / 2.0);
         scan.angle_increment_rad = increment as f32;
         (scan.time_increment_s, scan.scan_time_s) = (0.0, 1.0 / laser.rate_hz as f32);

@@ -18,6 +18,8 @@ from std_msgs.msg import String
 
 #: Longest wait, seconds of the wall clock, in case something hangs.
 LIMIT_S = 90.0
+#: How many processes a robot's tree has. Each appears in the diagnostics once it has been heard.
+PROCESSES = 5
 
 
 def spin_until(node, holds):
@@ -32,6 +34,10 @@ def seconds(stamp):
     return stamp.sec + stamp.nanosec * 1e-9
 
 
+def levels(diagnostics):
+    return {status.name: status.level[0] for message in diagnostics for status in message.status}
+
+
 def listen(node, count):
     received = {"scan": [], "odometry": [], "clock": [], "diagnostics": []}
     kinds = {"scan": LaserScan, "odometry": Odometry, "clock": Clock, "diagnostics": DiagnosticArray}
@@ -39,7 +45,8 @@ def listen(node, count):
         # Sensor readings are only offered best effort; the others are requested as reliable.
         quality = qos_profile_sensor_data if topic in ("scan", "odometry") else QoSProfile(depth=100)
         node.create_subscription(kind, topic, received[topic].append, quality)
-    spin_until(node, lambda: len(received["scan"]) >= count and received["diagnostics"] and received["clock"])
+    spin_until(node, lambda: len(received["scan"]) >= count and received["clock"])
+    spin_until(node, lambda: len(levels(received["diagnostics"])) >= PROCESSES)
     scan, odometry = received["scan"][-1], received["odometry"][-1]
     report = {topic: len(messages) for topic, messages in received.items()}
     report["scan_frame"] = scan.header.frame_id
@@ -49,8 +56,7 @@ def listen(node, count):
     report["clock_s"] = [seconds(message.clock) for message in received["clock"]]
     report["odometry_frames"] = [odometry.header.frame_id, odometry.child_frame_id]
     report["poses"] = [[m.pose.pose.position.x, m.pose.pose.position.y] for m in received["odometry"]]
-    last = received["diagnostics"][-1]
-    report["levels"] = {status.name: status.level[0] for status in last.status}
+    report["levels"] = levels(received["diagnostics"])
     report["nodes"] = node.get_node_names()
     report["topics"] = {name: kinds[0] for name, kinds in node.get_topic_names_and_types()}
     print(json.dumps(report))

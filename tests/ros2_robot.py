@@ -1,11 +1,12 @@
 """A robot that speaks only ROS 2 (rclpy), for `sketchnav bridge ros2 --drive`; tests/tools/ros2.rs runs it.
 
-It publishes /scan ten times a second and /odom fifty times, moves by /cmd_vel, and ends with SIGTERM. Its stamps are those of
-its clock.
+It publishes /scan ten times a second and odometry, on the topic that is named, fifty times. It moves by /cmd_vel, and ends with
+SIGTERM. Its stamps are those of its clock.
 """
 
 import math
 import signal
+import sys
 
 import rclpy
 from geometry_msgs.msg import Twist
@@ -22,7 +23,7 @@ class Node:
         self.robot = Robot()
         self.twist = Twist()
         self.scans = self.node.create_publisher(LaserScan, "scan", qos_profile_sensor_data)
-        self.odometry = self.node.create_publisher(Odometry, "odom", QoSProfile(depth=10))
+        self.odometry = self.node.create_publisher(Odometry, sys.argv[1], QoSProfile(depth=10))
         self.node.create_subscription(Twist, "cmd_vel", self.on_command, QoSProfile(depth=10))
         self.node.create_timer(PERIOD_S, self.step)
 

@@ -29,6 +29,8 @@ from zenoh_ros2_sdk.session import ZenohSession
 
 #: Longest wait, seconds of the wall clock, in case something hangs.
 LIMIT_S = 90.0
+#: How many processes a robot's tree has. Each appears in the diagnostics once it has been heard.
+PROCESSES = 5
 DOMAIN = os.environ.get("ROS_DOMAIN_ID", "0")
 ROS_2 = get_typestore(Stores.ROS2_JAZZY)
 SKETCH = "sketchnav_msgs/msg/SketchMap"
@@ -65,6 +67,10 @@ def graph(session):
     return [str(reply.ok.key_expr).split("/") for reply in replies if reply.ok]
 
 
+def levels(diagnostics):
+    return {status.name: status.level for message in diagnostics for status in message.status}
+
+
 def listen(port, count):
     kinds = {
         "scan": "sensor_msgs/msg/LaserScan",
@@ -78,7 +84,8 @@ def listen(port, count):
     attached = []
     clocks = f"{DOMAIN}/clock/**"
     subscriber = session.declare_subscriber(clocks, lambda sample: attached.append(sample.attachment.to_bytes()))
-    wait_until(lambda: len(received["scan"]) >= count and len(attached) >= count and received["tf"] and received["diagnostics"])
+    wait_until(lambda: len(received["scan"]) >= count and len(attached) >= count and received["tf"])
+    wait_until(lambda: len(levels(received["diagnostics"])) >= PROCESSES)
     subscriber.undeclare()
     scan, odometry = received["scan"][-1], received["odometry"][-1]
     attachments = [Attachment.from_bytes(attachment) for attachment in attached]
@@ -92,7 +99,7 @@ def listen(port, count):
         "odometry_frames": [odometry.header.frame_id, odometry.child_frame_id],
         "poses": [[m.pose.pose.position.x, m.pose.pose.position.y] for m in received["odometry"]],
         "transform": [received["tf"][-1].transforms[0].header.frame_id, received["tf"][-1].transforms[0].child_frame_id],
-        "levels": {status.name: status.level for status in received["diagnostics"][-1].status},
+        "levels": levels(received["diagnostics"]),
         "numbers": [attachment.sequence_id for attachment in attachments],
         "ages_s": [time.time() - attachment.timestamp_ns * 1e-9 for attachment in attachments],
         "identities": sorted({attachment.gid.hex() for attachment in attachments}),

@@ -1,29 +1,36 @@
-"""Navigators for sketchnav, and readers of its running systems and recordings.
+"""Navigators and drivers for sketchnav, and readers of its running systems and recordings.
 
 A navigator in Python is a program: all of `sketchnav`, plus this navigator. See `sketchnav.navigator`:
 
     raise SystemExit(sketchnav.main([NAVIGATOR]))
 
+A driver is a robot, or a simulator of others, in place of the simulated world. See `sketchnav.driver`:
+
+    with sketchnav.drive("lab") as robot: ...
+
 Live messages are NumPy structures that look at shared memory itself, read-only and without a copy:
 
+    import numpy
     import sketchnav
 
     lab = sketchnav.connect("lab")
     for scan in lab.scan:
-        print(scan.stamp_s, scan["ranges_m"][: scan["beam_count"]].min())
+        # +inf is no return, and NaN an invalid reading, which nanmin skips.
+        print(scan.stamp_s, numpy.nanmin(scan["ranges_m"][: scan["beam_count"]]))
 
-Recordings are pandas frames:
+Recordings are pandas frames, which need matplotlib to plot:
 
     run = sketchnav.open("out/demo-001/building-a.mcap")
     run.frame("estimate")[["pose.position.x", "pose.position.y"]].plot()
 
-Each name is imported when it is first used: navigators need no other package, live messages need NumPy.
+Each name is imported when it is first used: navigators and drivers need no other package, live messages need NumPy.
 """
 
 import importlib
 
 _HOMES = {
-    "live": ["NotRunning", "System", "TooManyReaders", "WrongType", "connect", "systems"],
+    "driver": ["Driver", "Floor", "Position", "Velocity", "drive"],
+    "live": ["NotRunning", "System", "TooManyMessages", "TooManyReaders", "WrongType", "connect", "systems"],
     "recordings": ["Recording", "open_recording"],
     "messages": [
         "Array", "Channel", "Code", "Count", "Header", "Message", "Part", "PoseM", "PosePx", "Text", "Twist", "Zero", "f32", "f64",

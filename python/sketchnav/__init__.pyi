@@ -1,7 +1,13 @@
 """What the package offers, for type checkers. `__init__.py` imports each name when it is first used."""
 
+from .driver import Driver as Driver
+from .driver import Floor as Floor
+from .driver import Position as Position
+from .driver import Velocity as Velocity
+from .driver import drive as drive
 from .live import NotRunning as NotRunning
 from .live import System as System
+from .live import TooManyMessages as TooManyMessages
 from .live import TooManyReaders as TooManyReaders
 from .live import WrongType as WrongType
 from .live import connect as connect

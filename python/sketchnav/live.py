@@ -36,6 +36,10 @@ class WrongType(Exception):
     """The system's messages have another layout: it is of another build than this package."""
 
 
+class TooManyMessages(Exception):
+    """The reader holds as many messages of a channel as it may."""
+
+
 class TooManyReaders(Exception):
     """As many observers as there may be read the channel already."""
 
@@ -115,7 +119,7 @@ class System:
         iox2 = _iceoryx2()
         config = iox2.config.from_file(iox2.FilePath.new(str(folder / "iceoryx2.toml")))
         builder = iox2.NodeBuilder.new().name(iox2.NodeName.new("observer")).config(config)
-        # Who presses Ctrl-C ends Python, as ever.
+        # Ctrl-C still interrupts Python.
         builder = builder.signal_handling_mode(iox2.SignalHandlingMode.Disabled)
         self._node = builder.create(iox2.ServiceType.Ipc)
 
@@ -172,14 +176,26 @@ class Channel:
             raise TooManyReaders(f"channel {self.name!r}: expected fewer than {MAX_OBSERVERS} observers that read it")
 
     def receive(self):
-        """The next message, or None where none has come. Messages that have come before are dropped."""
-        while (sample := self._port.receive()) is not None:
+        """The next message, or None if none has arrived. Messages that have already been received are dropped."""
+        while (sample := self._next()) is not None:
             message = Message(sample, self._dtype)
-            # Numbers of a channel that many write tell nothing.
+            # With several writers, sequence numbers cannot be compared.
             if self._has_many_writers or message.seq > self._last:
                 self._last = message.seq
                 return message
         return None
+
+    def _next(self):
+        try:
+            return self._port.receive()
+        except _iceoryx2().ReceiveError as error:
+            if "ExceedsMaxBorrows" not in str(error):
+                raise
+            held = self._service.static_config.subscriber_max_borrowed_samples
+            raise TooManyMessages(
+                f"channel {self.name!r}: expected at most {held} messages that are held, found another one; "
+                "keep copies instead: message.copy()"
+            ) from None
 
     def __iter__(self):
         return self
@@ -198,7 +214,8 @@ class Channel:
 class Message:
     """A message where it lies in shared memory. Its fields are items, as `scan["ranges_m"]`: read-only views.
 
-    A view holds its message, and a reader may hold few of them: `copy` makes one that holds nothing.
+    A view holds its message, and a reader may hold eight messages of a channel, or two if they have cells: `copy` makes one
+    that holds nothing.
     """
 
     def __init__(self, sample, dtype):

@@ -244,6 +244,22 @@ class Navigator:
             self.check(json.loads(mission), json.loads(robot))
 
 
+#: What the paths of this package's files begin with.
+_PACKAGE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "")
+
+
+def _calls(traceback_, most):
+    """File and line of the innermost call of a traceback, and the text of the `most` innermost ones.
+
+    Calls within this package are left out, unless there are no others: the author of a stage cannot change them.
+    """
+    import traceback
+
+    calls = traceback.extract_tb(traceback_)
+    calls = [call for call in calls if not os.path.abspath(call.filename).startswith(_PACKAGE)] or calls
+    return calls[-1].filename, calls[-1].lineno, "".join(traceback.format_list(calls[-most:]))
+
+
 def main(navigators: Iterable[Navigator] = (), arguments: Iterable[str] | None = None) -> int:
     """Runs the program with these navigators and returns its exit code. The arguments are those of the command line.
 

@@ -2,10 +2,11 @@
 
 import collections
 import pathlib
+import re
 
 
 def open_recording(path):
-    """A recording (.mcap) that sketchnav or anybody else has written."""
+    """A recording (.mcap) that sketchnav or other software has written, or the folder of a run, which contains one."""
     return Recording(path)
 
 
@@ -13,7 +14,7 @@ class Recording:
     """A recording: topics as frames."""
 
     def __init__(self, path):
-        self.path = pathlib.Path(path)
+        self.path = _only_one_in(pathlib.Path(path))
         if not self.path.exists() and self.path.with_name(f"{self.path.stem}_0.mcap").exists():
             raise ValueError(f"{path}: expected one file, found several; `sketchnav merge {path} -o whole.mcap` makes one of them")
         with self._reader() as reader:
@@ -37,7 +38,7 @@ class Recording:
     def frame(self, topic):
         """A row for each message, by its time in seconds; a column for each field, as `pose.position.x`.
 
-        A field that is a list is a cell with an array.
+        A field that is a list is a cell with an array. To `plot` a frame, pandas needs matplotlib.
         """
         import pandas
 
@@ -54,6 +55,22 @@ class Recording:
         if topic not in self.topics:
             raise KeyError(f"topic {topic}: expected one of {', '.join(sorted(self.topics))}")
         return topic
+
+
+def _only_one_in(path):
+    """The recording in a folder; a path that is no folder as it is."""
+    if not path.is_dir():
+        return path
+    found = sorted(path.glob("*.mcap"))
+    if len(found) == 1:
+        return found[0]
+    series = {re.sub(r"_\d+$", "", file.stem) for file in found}
+    if len(found) > 1 and len(series) == 1:
+        raise ValueError(
+            f"{path}: expected one file, found {len(found)} of one recording; "
+            f"`sketchnav merge {path / series.pop()}.mcap -o whole.mcap` makes one of them"
+        )
+    raise ValueError(f"{path}: expected a folder with one recording, found {len(found)}")
 
 
 class _Reader:

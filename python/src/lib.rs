@@ -4,12 +4,16 @@
 //! of which hosts one stage (`stage`). Python sees messages where they lie in memory (`memory`), by the functions of `lent`,
 //! which work only while a stage is called. Classes, fields and documentation are in `python/sketchnav/navigator.py`.
 //!
+//! `sketchnav.drive` lets a robot, or a simulator of others, take the world's place (`driver`).
+//!
 //! PyO3 is used without its macros, because these would have most of the program's crates compiled with other features.
 
 mod agenda;
+mod driver;
 mod lent;
 mod memory;
 mod navigator;
+mod relations;
 mod stage;
 mod table;
 
@@ -52,6 +56,8 @@ pub unsafe extern "C" fn PyInit__core() -> *mut ffi::PyObject {
         table::add(&module)?;
         lent::add(&module)?;
         agenda::add(&module)?;
+        driver::add(&module)?;
+        relations::add(&module)?;
         Ok(module)
     });
     match filled {

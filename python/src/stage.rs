@@ -39,9 +39,10 @@ fn place(object: &Bound<'_, PyAny>, method: &str) -> String {
 }
 
 /// Number of calls, the innermost of a traceback, that an error names.
-const CALLS: i32 = 3;
+const CALLS: usize = 10;
 
-/// Prints the whole traceback of an exception, and returns an error that names the exception, its line and the innermost calls.
+/// Prints the whole traceback of an exception, and returns an error that names the exception, its line and the innermost calls
+/// outside this package.
 pub fn failure(py: Python<'_>, place: &str, error: PyErr) -> StageError {
     let calls = (|| {
         let (traceback, calls) = (py.import("traceback")?, error.traceback(py));
@@ -49,9 +50,8 @@ pub fn failure(py: Python<'_>, place: &str, error: PyErr) -> StageError {
         text(&traceback.call_method1("format_exception", exception)?)?
             .lines()
             .for_each(|line| say!("{line}"));
-        let last = traceback.call_method1("extract_tb", (calls.as_ref(), -1))?.get_item(0)?;
-        let innermost = text(&traceback.call_method1("format_tb", (calls.as_ref(), -CALLS))?)?;
-        let (file, line) = (last.getattr("filename")?, last.getattr("lineno")?);
+        let found = py.import("sketchnav.navigator")?.call_method1("_calls", (calls.as_ref(), CALLS))?;
+        let (file, line, innermost) = found.extract::<(String, u32, String)>()?;
         PyResult::Ok(format!(
             " ({file}, line {line}); traceback (most recent call last):\n{}",
             innermost.trim_end()

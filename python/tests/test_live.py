@@ -21,6 +21,14 @@ def test_scans_are_views_of_shared_memory():
         assert scan.source_seq == scan.seq
 
 
+def test_messages_that_are_kept_must_be_copied():
+    """A list of messages once failed with an error of the library, which said nothing about copies."""
+    scans = sketchnav.connect(SYSTEM).scan
+    with pytest.raises(sketchnav.TooManyMessages, match=r"at most 8 messages.*message\.copy\(\)"):
+        list(itertools.islice(scans, 60))
+    assert len([scan.copy() for scan in itertools.islice(sketchnav.connect(SYSTEM).scan, 20)]) == 20
+
+
 def test_nobody_writes_through_a_view():
     scan = next(sketchnav.connect(SYSTEM).scan)
     with pytest.raises((ValueError, TypeError)):

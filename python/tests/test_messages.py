@@ -7,7 +7,7 @@ import pathlib
 from typing import Annotated
 
 import sketchnav
-from sketchnav import Array, Channel, Code, Count, Message, Part, PoseM, Text, Zero, f32, f64, u32, u64
+from sketchnav import Array, Channel, Code, Count, Message, Part, PoseM, Text, Zero, f32, f64, navigator, u32, u64
 from sketchnav.channels import SONAR
 
 
@@ -83,6 +83,15 @@ refused(lambda: Channel("gap", Room, role="detail", writer="nobody", readers=[])
 scan = SONAR.message._of(memoryview(bytearray(SONAR.message._layout["size"])))
 scan.ranges_m = [1.0, 2.0]
 assert scan.sonar_count == 2 and json.dumps(scan.ranges_m.tolist()) == "[1.0, 2.0]"
+
+# The error of a stage names the line of its author, not that of the package in which the exception was raised.
+try:
+    scan._set({"rangs_m": [1.0]})
+except Exception as error:
+    file, _, calls = navigator._calls(error.__traceback__, 10)
+    assert file == __file__ and "rangs_m" in calls and "in _set" not in calls, calls
+else:
+    raise AssertionError("expected: no such field")
 
 stub = ast.parse(pathlib.Path(sketchnav.__file__).with_suffix(".pyi").read_text())
 names = {alias.asname for line in stub.body if isinstance(line, ast.ImportFrom) for alias in line.names}

@@ -35,6 +35,22 @@ def test_a_recording_of_several_files_says_how_to_make_one(tmp_path):
         sketchnav.open(tmp_path / "run.mcap")
 
 
+def test_a_folder_stands_for_its_only_recording(tmp_path):
+    """Every command takes the folder of a run, and this function did not."""
+    (tmp_path / "run.mcap").symlink_to(os.path.abspath(RECORDING))
+    assert sketchnav.open(tmp_path).topics == sketchnav.open(RECORDING).topics
+    (tmp_path / "other.mcap").touch()
+    with pytest.raises(ValueError, match="a folder with one recording, found 2"):
+        sketchnav.open(tmp_path)
+
+
+def test_a_folder_with_a_split_recording_says_how_to_make_one(tmp_path):
+    for part in range(2):
+        (tmp_path / f"run_{part}.mcap").touch()
+    with pytest.raises(ValueError, match=r"sketchnav merge .*run\.mcap"):
+        sketchnav.open(tmp_path)
+
+
 def test_a_topic_that_is_not_there_is_told():
     with pytest.raises(KeyError, match="expected one of"):
         sketchnav.open(RECORDING).frame("wind")

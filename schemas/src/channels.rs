@@ -81,6 +81,16 @@ impl PartialEq for ChannelSpec {
 impl Eq for ChannelSpec {}
 
 impl ChannelSpec {
+    /// Returns true if all of the declaration is the same, not only the name. A navigator in Python declares its channels again
+    /// each time that its module is loaded.
+    fn is_declared_like(&self, other: &Self) -> bool {
+        let declared = |spec: &Self| {
+            let message = (spec.message.name, spec.message.schema());
+            (spec.writer, spec.readers, spec.role, spec.kind, spec.per_tick, spec.max_cells, message)
+        };
+        declared(self) == declared(other)
+    }
+
     /// Returns true if `process` may read the channel.
     pub fn may_read(&self, process: Process) -> bool {
         matches!(process, Process::Recorder | Process::Observer) || self.readers.contains(&process)
@@ -312,7 +322,7 @@ pub fn register(kind: &'static str, channels: &[&'static ChannelSpec]) -> Result
         }
         match known.iter().find(|known| **known == spec) {
             None => known.push(spec),
-            Some(same) if same.kind == spec.kind && same.message.name == spec.message.name => {}
+            Some(known) if known.is_declared_like(spec) => {}
             Some(_) => return Err(RegisterError::Name { name: spec.name }),
         }
     }
@@ -514,6 +524,15 @@ mod tests {
     fn channel_names_are_unique() {
         static TWICE: [&ChannelSpec; 1] = [&ChannelSpec { kind: Some("own"), ..*SCAN.spec }];
         assert_eq!(register("own", &TWICE), Err(RegisterError::Name { name: "scan" }));
+    }
+
+    /// A second declaration that differed only in its role was accepted, and the first one remained in force.
+    #[test]
+    fn a_channel_that_is_registered_again_is_declared_the_same() {
+        static OTHER: ChannelSpec = ChannelSpec { role: Role::Detail, ..*example::MAP.spec };
+        example::register();
+        assert_ne!(OTHER.role, example::MAP.spec.role);
+        assert_eq!(register(example::KIND, &[&OTHER]), Err(RegisterError::Name { name: OTHER.name }));
     }
 
     #[test]

@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 use crate::channels;
 use crate::codes::Process;
 use crate::time::nanoseconds;
+use crate::toml_text::{self, TomlError};
 
 /// Maximum number of faults in a plan.
 pub const MAX_FAULTS: usize = 10_000;
@@ -180,7 +181,7 @@ pub struct FaultPlan {
 pub enum FaultPlanError {
     /// Not TOML, an unknown key, or a value of the wrong type.
     #[error("{0}")]
-    Toml(#[from] toml::de::Error),
+    Toml(#[from] TomlError),
     /// An invalid value.
     #[error("fault {number}: {key}: expected {expected}, found {found}")]
     Value {
@@ -204,7 +205,7 @@ impl FaultPlan {
     /// # Errors
     /// [`FaultPlanError`] with the fault, the key, and what was expected there.
     pub fn parse(text: &str, kind: &str) -> Result<Self, FaultPlanError> {
-        let plan: Self = toml::from_str(text)?;
+        let plan: Self = toml_text::read(text)?;
         if plan.fault.len() > MAX_FAULTS {
             return Err(FaultPlanError::TooMany(plan.fault.len()));
         }

@@ -7,10 +7,11 @@
 //! - [`layout`] derives their memory layout and [`ros2`] their ROS 2 form. [`valid`] checks their contents.
 //! - [`channels`] is the pipeline with the writer and the readers of each channel; [`erased`] handles messages as bytes.
 //! - [`geometry`] has frames and units, [`time`] seconds and nanoseconds.
-//! - [`mission`], [`floor_plan`], [`robot`] and [`fault_plan`] are the files that people write; [`bounds`] limits the numbers
-//!   in them.
-//! - [`shown`] makes text from outside safe to print, [`nearest`] guesses what a misspelt word meant, [`run`] is what a
-//!   process receives at its start, [`seed`] has random streams, and [`statistics`] the intervals of counts and means.
+//! - [`mission`], [`floor_plan`], [`robot`] and [`fault_plan`] are the files that people write, which [`toml_text`] reads;
+//!   [`bounds`] limits the numbers in them.
+//! - [`shown`] makes text from outside safe to print, [`nearest`] guesses what a misspelt word meant, [`named`] finds tasks
+//!   by name, [`run`] is what a process receives at its start, [`seed`] has random streams, and [`statistics`] the intervals
+//!   of counts and means.
 //!
 //! Nothing in this crate opens a file, reads a clock or depends on how a message travels.
 
@@ -27,6 +28,7 @@ pub mod geometry;
 pub mod layout;
 pub mod message;
 pub mod mission;
+pub mod named;
 pub mod nearest;
 pub mod python;
 pub mod robot;
@@ -37,4 +39,5 @@ pub mod seed;
 pub mod shown;
 pub mod statistics;
 pub mod time;
+pub mod toml_text;
 pub mod valid;

@@ -16,7 +16,8 @@ use crate::codes::Process;
 use crate::floor_plan::{Furniture, Marker, Person};
 use crate::geometry::encloses;
 use crate::message::MAX_TASKS;
-use crate::nearest::without_list;
+use crate::nearest::{nearest, without_list};
+use crate::toml_text::{self, TomlError, in_words};
 
 /// A mission file, parsed from TOML by [`Mission::parse`]. Paths are relative to the file's folder.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -36,6 +37,7 @@ pub struct Mission {
     /// The pose at which the robot truly starts.
     pub start: Start,
     /// The tasks, in order.
+    #[serde(default)]
     pub task: Vec<Task>,
     /// Parameters of the navigator's processes. A parameter that is left out keeps its default.
     #[serde(default)]
@@ -242,12 +244,30 @@ pub fn keys<T: DeserializeOwned>(key: &str, given: &toml::Table) -> Result<T, Mi
     given.clone().try_into().map_err(|error| MissionError::of_key(key, &error))
 }
 
+/// Keys of a kind that has none: see [`Mission::navigator_keys`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct NoKeys {}
+
+/// Checks that a table of a kind of navigator has no other keys than these. `key` is the table's name, for errors.
+///
+/// # Errors
+/// [`MissionError::Key`] for the first other key, with the known key that was probably meant, or all of them.
+pub fn only(key: &str, given: &toml::Table, known: &[&str]) -> Result<(), MissionError> {
+    let Some(other) = given.keys().find(|other| !known.contains(&other.as_str())) else { return Ok(()) };
+    let reason = match nearest(other, known.iter().copied()) {
+        Some(meant) => format!("unknown key; did you mean `{meant}`?"),
+        None => format!("unknown key, expected one of {}", known.join(", ")),
+    };
+    Err(MissionError::Key { key: format!("{key}.{other}"), reason })
+}
+
 /// Reasons why a mission is invalid.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MissionError {
     /// Not TOML, an unknown key, or a value of the wrong type.
     #[error("{0}")]
-    Toml(#[from] toml::de::Error),
+    Toml(#[from] TomlError),
     /// An invalid value.
     #[error("{key}: expected {expected}, found {found}")]
     Value {
@@ -275,7 +295,7 @@ impl MissionError {
         let shown = error.to_string();
         let within = shown.trim_end().rsplit_once("\nin `").and_then(|(_, path)| path.strip_suffix('`'));
         let key = within.map_or_else(|| key.to_owned(), |path| format!("{key}.{path}"));
-        Self::Key { key, reason: without_list(error.message()) }
+        Self::Key { key, reason: in_words(&without_list(error.message())) }
     }
 }
 
@@ -285,8 +305,9 @@ impl Mission {
     /// # Errors
     /// [`MissionError`] with the key and what was expected.
     pub fn parse(text: &str) -> Result<Self, MissionError> {
-        let file: toml::Table = toml::from_str(text)?;
-        let mission: Self = toml::from_str(text)?;
+        let file: toml::Table = toml_text::read(text)?;
+        check_misspelt(&file)?;
+        let mission: Self = toml_text::read(text)?;
         check_finite("", &toml::Value::Table(file))?;
         mission.check()?;
         Ok(mission)
@@ -295,6 +316,23 @@ impl Mission {
     /// The kind of navigator that drives.
     pub fn navigator_kind(&self) -> &str {
         &self.navigator.kind
+    }
+
+    /// Parses the keys of `[navigator]` that belong to the kind. If `T` denies unknown fields, so does this.
+    ///
+    /// # Errors
+    /// As [`keys`].
+    pub fn navigator_keys<T: DeserializeOwned>(&self) -> Result<T, MissionError> {
+        keys("navigator", &self.navigator.given)
+    }
+
+    /// Parses the keys of each `[[task]]` that belong to the kind. If `T` denies unknown fields, so does this.
+    ///
+    /// # Errors
+    /// As [`keys`], with the number and the name of the task.
+    pub fn task_keys<T: DeserializeOwned>(&self) -> Result<Vec<T>, MissionError> {
+        let numbered = (1..).zip(&self.task);
+        numbered.map(|(number, task)| keys(&task_key(number, &task.name), &task.given)).collect()
     }
 
     /// The files given to the navigator, each with its key. They are the values of the key `drawing` and of every key that
@@ -314,7 +352,7 @@ impl Mission {
     fn check(&self) -> Result<(), MissionError> {
         self.world.check()?;
         let tasks = self.task.len();
-        check((1..=MAX_TASKS).contains(&tasks), || "task".into(), "1 to 64 tasks", || tasks.to_string())?;
+        check((1..=MAX_TASKS).contains(&tasks), || "task".into(), "1 to 64 [[task]]", || tasks.to_string())?;
         check_all(|| "start.world".into(), &self.start.world, bounds::COORDINATE_M)?;
         check_heading("start.world_heading_deg", self.start.world_heading_deg)?;
         check_name("name", &self.name)?;
@@ -331,6 +369,21 @@ impl WorldSource {
         let expected = "no furniture, person or marker with a plane";
         check(self.plane.is_none() || others == 0, || "world".into(), expected, || others.to_string())
     }
+}
+
+/// Rejects keys that were probably meant to be required ones, which would be reported as missing: the tables of navigators and
+/// tasks may have any other keys.
+fn check_misspelt(file: &toml::Table) -> Result<(), MissionError> {
+    let navigator = file.get("navigator").map(|table| ("navigator".to_owned(), "kind", table));
+    let tasks = file.get("task").and_then(toml::Value::as_array).into_iter().flatten();
+    let tasks = (1..).zip(tasks).map(|(number, table)| (format!("task {number}"), "name", table));
+    for (key, required, table) in navigator.into_iter().chain(tasks) {
+        let Some(table) = table.as_table().filter(|table| !table.contains_key(required)) else { continue };
+        let Some(meant) = nearest(required, table.keys().map(String::as_str)) else { continue };
+        let reason = format!("unknown key; did you mean `{required}`?");
+        return Err(MissionError::Key { key: format!("{key}.{meant}"), reason });
+    }
+    Ok(())
 }
 
 fn names_a_file(key: &str) -> bool {
@@ -474,189 +527,4 @@ pub fn check(
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const MISSION: &str = r#"
-        name = "m"
-        robot = "robotino"
-        world = { map = "floor.yaml" }
-        start = { world = [1.0, 1.0], world_heading_deg = 90 }
-        navigator = { kind = "example", drawing = "s.png", start = [1, 1], start_heading_deg = 90 }
-        [[task]]
-        name = "kitchen"
-        goal = [3, 4]
-        there = { center = [1.0, 2.0], radius_m = 1.0 }
-    "#;
-
-    fn refusal(from: &str, to: &str) -> String {
-        assert!(MISSION.contains(from));
-        Mission::parse(&MISSION.replace(from, to)).unwrap_err().to_string()
-    }
-
-    #[test]
-    fn a_valid_mission_is_read() {
-        assert_eq!(Mission::parse(MISSION).unwrap().task[0].time_limit_s, 180.0);
-    }
-
-    #[test]
-    fn a_mission_round_trips() {
-        let mission = Mission::parse(&format!("{MISSION}\n[parameters.planner]\nmargin_m = 0.1")).unwrap();
-        assert_eq!(Mission::parse(&toml::to_string(&mission).unwrap()).unwrap(), mission);
-        let json = serde_json::to_string(&mission).unwrap();
-        assert_eq!(serde_json::from_str::<Mission>(&json).unwrap(), mission);
-    }
-
-    #[test]
-    fn keys_of_another_kind_are_kept() {
-        let other =
-            MISSION.replace("kind = \"example\"", "kind = \"walls\", side = \"left\", plan_file = \"p.txt\"");
-        let mut mission = Mission::parse(&other.replace("goal = [3, 4]", "rounds = 2")).unwrap();
-        assert_eq!(mission.navigator_kind(), "walls");
-        assert_eq!(mission.navigator.given["side"].as_str(), Some("left"));
-        assert_eq!(mission.task[0].given["rounds"].as_integer(), Some(2));
-        let files: Vec<_> = mission.navigator_files_mut().map(|(key, file)| (key, file.clone())).collect();
-        let expected = [("navigator.drawing", "s.png"), ("navigator.plan_file", "p.txt")];
-        assert_eq!(files, expected.map(|(key, file)| (key.to_owned(), file.to_owned())));
-    }
-
-    #[test]
-    fn parameters_must_belong_to_known_processes() {
-        let error = refusal("[[task]]", "parameters = { mapper = { a = 1 } }\n[[task]]");
-        assert!(
-            error.contains("expected one of sketcher, localizer, planner") && error.contains("`mapper`"),
-            "{error}"
-        );
-        let mut parameters: Parameters = "localizer.beams = 48".parse().unwrap();
-        parameters.extend(&"planner.footprint_padding_m = 0.1".parse().unwrap());
-        assert_eq!(parameters.of(Process::Localizer)["beams"].as_integer(), Some(48));
-        assert_eq!(parameters.of(Process::Planner)["footprint_padding_m"].as_float(), Some(0.1));
-        assert!(parameters.of(Process::Sketcher).is_empty());
-    }
-
-    /// The second of two values in one table used to remove the first.
-    #[test]
-    fn nested_tables_are_merged_completely() {
-        let mut parameters: Parameters = "localizer.belief.hypotheses = 48".parse().unwrap();
-        parameters.extend(&"localizer.belief.cone = 0.2".parse().unwrap());
-        parameters.extend(&"localizer.belief.cone = 0.3".parse().unwrap());
-        let belief = &parameters.of(Process::Localizer)["belief"];
-        assert_eq!((belief["hypotheses"].as_integer(), belief["cone"].as_float()), (Some(48), Some(0.3)));
-    }
-
-    #[test]
-    fn a_task_may_leave_open_where_in_the_world_it_ends() {
-        let open = MISSION.replace("there = { center = [1.0, 2.0], radius_m = 1.0 }", "");
-        let mission = Mission::parse(&open).unwrap();
-        assert!(mission.task[0].there.is_unknown());
-        assert!(!toml::to_string(&mission).unwrap().contains("there"));
-        assert!(refusal("radius_m = 1.0", "").contains("center and radius_m"));
-    }
-
-    #[test]
-    fn a_table_overrides_single_values() {
-        #[derive(Debug, PartialEq, Serialize, Deserialize)]
-        #[serde(deny_unknown_fields)]
-        struct Some {
-            length_m: f32,
-            count: usize,
-        }
-        let base = Some { length_m: 0.1, count: 3 };
-        let with = |text: &str| overlaid(&base, &toml::from_str(text).unwrap());
-        assert_eq!(with("").unwrap(), base);
-        assert_eq!(with("count = 5").unwrap(), Some { length_m: 0.1, count: 5 });
-        let error = with("lenght_m = 5").unwrap_err().to_string();
-        assert!(error.contains("lenght_m") && error.contains("`length_m`"), "{error}");
-        assert!(with("count = true").unwrap_err().to_string().contains("boolean"));
-        let error_of = |text: &str| {
-            let parameters: Parameters = text.parse().unwrap();
-            parameters.over(Process::Planner, &base).unwrap_err().to_string()
-        };
-        let slip = error_of("planner.lenght_m = 5");
-        assert_eq!(slip, "parameters.planner: unknown field `lenght_m`; did you mean `length_m`?");
-        let wrong = error_of("planner.count = true");
-        assert_eq!(wrong, "parameters.planner.count: invalid type: boolean `true`, expected usize");
-        let outer = [("some".to_owned(), base)].into();
-        let within: BTreeMap<String, Some> =
-            overlaid(&outer, &toml::from_str("some.count = 7").unwrap()).unwrap();
-        assert_eq!(within["some"], Some { length_m: 0.1, count: 7 });
-    }
-
-    #[test]
-    fn an_invalid_number_is_named_wherever_it_is() {
-        // Such a number once reached the services as `null` in a file that we had written.
-        for (from, to, key) in [
-            ("world_heading_deg = 90", "world_heading_deg = nan", "start.world_heading_deg"),
-            ("start = [1, 1]", "start = [nan, 1]", "navigator.start[0]"),
-            ("radius_m = 1.0", "radius_m = inf", "task 1.there.radius_m"),
-        ] {
-            let error = refusal(from, to);
-            assert!(error.contains(key) && error.contains("finite"), "{error}");
-        }
-    }
-
-    /// The error printed the place in Rust's debug format: "Place { polygon: None, center: Some([1.0, 2.0]), …".
-    #[test]
-    fn an_invalid_place_is_quoted_from_the_file() {
-        let error = refusal("center = [1.0, 2.0], radius_m = 1.0", "center = [1.0, 2.5]");
-        assert!(error.ends_with("found center = [1, 2.5]"), "{error}");
-    }
-
-    #[test]
-    fn a_heading_beyond_a_full_turn_is_refused() {
-        // A heading of 1e300 degrees once kept the world busy forever.
-        assert!(refusal("world_heading_deg = 90", "world_heading_deg = 1e300").contains("-360 to 360"));
-    }
-
-    /// All finite numbers were accepted, but a time limit of 1e300 s does not fit into nanoseconds, and a start at 1e39 m
-    /// does not fit into single precision.
-    #[test]
-    fn numbers_beyond_any_building_are_refused_with_their_keys() {
-        for (from, to, message) in [
-            (
-                "world = [1.0, 1.0]",
-                "world = [1e39, 1.0]",
-                "start.world: expected -10000 to 10000 m, found 1e39",
-            ),
-            (
-                "there =",
-                "time_limit_s = 1e300\nthere =",
-                "task 1 (kitchen).time_limit_s: expected 0.001 to 1000000 s, found 1e300",
-            ),
-            (
-                "radius_m = 1.0",
-                "radius_m = 1e-30",
-                "task 1 (kitchen).there.radius_m: expected 0.001 to 10000 m",
-            ),
-            ("center = [1.0, 2.0]", "center = [1.0, -2e4]", "task 1 (kitchen).there.center: expected -10000"),
-        ] {
-            let error = refusal(from, to);
-            assert!(error.contains(message), "{error}");
-        }
-        let corners = vec![[1.0, 1.0]; bounds::MOST_CORNERS + 1];
-        let error = refusal("center = [1.0, 2.0], radius_m = 1.0", &format!("polygon = {corners:?}"));
-        assert!(error.ends_with("there.polygon: expected at most 1000 corners, found 1001"), "{error}");
-    }
-
-    #[test]
-    fn control_characters_in_a_name_are_refused() {
-        assert!(refusal("\"kitchen\"", "\"\\u001b[31m\"").contains("control"));
-    }
-
-    proptest::proptest! {
-        #![proptest_config(proptest::prelude::ProptestConfig { failure_persistence: None, ..Default::default() })]
-
-        #[test]
-        fn no_text_makes_it_panic(text in ".*") {
-            let _ = Mission::parse(&text);
-        }
-
-        #[test]
-        fn damaged_missions_never_panic(at in 0..MISSION.len(), cut in 0..MISSION.len(), put in ".{0,3}") {
-            let parts = MISSION.get(..at).zip(MISSION.get(cut.max(at)..));
-            if let Some((head, tail)) = parts {
-                let _ = Mission::parse(&format!("{head}{put}{tail}"));
-            }
-        }
-    }
-}
+mod tests;

@@ -25,9 +25,23 @@ pub fn folded(name: &str) -> String {
     name.split_whitespace().collect::<Vec<_>>().join(" ").to_lowercase()
 }
 
+/// Returns the index of the name that was probably meant by an unknown one, as [`nearest`] does for words, or `None`. Case and
+/// spaces make no difference.
+pub fn nearest_name(name: &str, known: &[&str]) -> Option<usize> {
+    let all: Vec<_> = known.iter().map(|known| folded(known)).collect();
+    let meant = nearest(&folded(name), all.iter().map(String::as_str))?;
+    all.iter().position(|known| known == meant)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn names_are_compared_without_case_and_spaces() {
+        assert_eq!(nearest_name("ofice  3", &["Kitchen", "Office 3"]), Some(1));
+        assert_eq!(nearest_name("library", &["Kitchen", "Office 3"]), None);
+    }
 
     #[test]
     fn a_misspelt_name_gets_a_suggestion() {

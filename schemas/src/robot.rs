@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::bounds::{self, Bound, LEAST_RANGE_SPAN_M, MOST_RADII_PER_S};
 use crate::channels::{ChannelSpec, MARKERS, ODOMETRY, SCAN, SONAR, VIEW};
+use crate::toml_text::{self, TomlError};
 
 mod noise;
 mod sensors;
@@ -89,7 +90,7 @@ pub struct Limits {
 pub enum RobotError {
     /// Not TOML, an unknown key, or a value of the wrong type.
     #[error("{0}")]
-    Toml(#[from] toml::de::Error),
+    Toml(#[from] TomlError),
     /// An invalid value.
     #[error("{key}: expected {expected}, found {}", bounds::shown(*found))]
     Value {
@@ -155,7 +156,7 @@ impl Robot {
     /// # Errors
     /// [`RobotError`] with the key and what was expected.
     pub fn parse(text: &str) -> Result<Self, RobotError> {
-        let robot: Self = toml::from_str(text)?;
+        let robot: Self = toml_text::read(text)?;
         robot.check_numbers()?;
         robot.check_rates()?;
         Ok(robot)

@@ -23,6 +23,14 @@ pub fn mean(numbers: &[f64]) -> f64 {
     numbers.iter().sum::<f64>() / numbers.len().max(1) as f64
 }
 
+/// The median, or `None` if there are no numbers. For an even count, it is the mean of the two in the middle.
+pub fn median(numbers: &[f64]) -> Option<f64> {
+    let mut sorted = numbers.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let upper = *sorted.get(sorted.len() / 2)?;
+    Some(if sorted.len() % 2 == 1 { upper } else { f64::midpoint(sorted[sorted.len() / 2 - 1], upper) })
+}
+
 /// The sample variance, an unbiased estimate of the population's. `None` for fewer than two numbers.
 pub fn variance(numbers: &[f64]) -> Option<f64> {
     let middle = mean(numbers);
@@ -112,6 +120,15 @@ mod tests {
         for (freedom, t) in [(1.0, 12.706), (8.0, 2.306), (10.0, 2.228), (19.0, 2.093), (120.0, 1.980)] {
             assert!((student(0.95, freedom) - t).abs() < 6e-4, "{freedom}");
         }
+    }
+
+    #[test]
+    fn the_median_of_an_even_count_lies_between_the_two_in_the_middle() {
+        assert_eq!(median(&[]), None);
+        assert_eq!(median(&[449.0]), Some(449.0));
+        assert_eq!(median(&[496.0, 65.0]), Some(280.5));
+        assert_eq!(median(&[3.0, 1.0, 2.0]), Some(2.0));
+        assert_eq!(median(&[4.0, 1.0, 3.0, 2.0]), Some(2.5));
     }
 
     #[test]

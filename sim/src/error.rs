@@ -7,6 +7,7 @@ use sketchnav_schemas::codes::BodyKind;
 use sketchnav_schemas::geometry::{Pose, World};
 use sketchnav_schemas::mission::MissionError;
 use sketchnav_schemas::robot::RobotError;
+use sketchnav_schemas::toml_text::TomlError;
 
 /// Reasons why a world cannot be made.
 #[derive(Debug, thiserror::Error)]
@@ -23,7 +24,7 @@ pub enum SimError {
     },
     /// The TOML is invalid, a key is unknown, or a value has the wrong type.
     #[error("{0}")]
-    Toml(#[from] toml::de::Error),
+    Toml(#[from] TomlError),
     /// The YAML is invalid, a key is missing, or a value has the wrong type.
     #[error("{0}")]
     Yaml(String),

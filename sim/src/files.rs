@@ -89,8 +89,8 @@ pub fn occupancy_map_in(files: &dyn Files, path: &Path) -> Result<OccupancyMap, 
     let decode = |bytes: Vec<u8>| OccupancyMap::decode(&info, &bytes);
     let picture = match files.read(&picture_path, MAP_PICTURE) {
         Err(error) if error.kind() == ErrorKind::NotFound => {
-            let found = picture_path.display().to_string();
-            let missing = SimError::Value { key: "image".into(), expected: "an existing file", found };
+            let found = format!("none at {}", picture_path.display());
+            let missing = SimError::Value { key: "image".into(), expected: "a file", found };
             return Err(missing.in_file(path));
         }
         read => read.map_err(SimError::from),

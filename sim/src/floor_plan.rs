@@ -5,6 +5,7 @@
 
 use sketchnav_schemas::bounds;
 use sketchnav_schemas::floor_plan::{FloorPlan, Segment, Wall, direction};
+use sketchnav_schemas::toml_text;
 
 use crate::convex::Convex;
 use crate::description::WorldDescription;
@@ -15,7 +16,7 @@ use crate::error::{SimError, check, check_within};
 /// # Errors
 /// [`SimError::Toml`] or [`SimError::Value`] with the key and what was expected.
 pub fn parse(text: &str) -> Result<WorldDescription, SimError> {
-    describe(&toml::from_str(text)?)
+    describe(&toml_text::read(text)?)
 }
 
 /// Builds a floor plan.

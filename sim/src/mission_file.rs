@@ -41,7 +41,8 @@ fn resolve(folder: &Path, key: &str, file: &str) -> Result<String, SimError> {
     let path = folder.join(file);
     let wrong = |expected, found: String| SimError::Value { key: key.to_owned(), expected, found };
     if !path.is_file() {
-        return Err(wrong("an existing file", path.display().to_string()));
+        let what = if path.exists() { "something else" } else { "none" };
+        return Err(wrong("a file", format!("{what} at {}", path.display())));
     }
     path.into_os_string().into_string().map_err(|path| wrong("a path in UTF-8", path.display().to_string()))
 }
@@ -57,7 +58,10 @@ mod tests {
         let text = include_str!("../missions/building/building-a.toml");
         std::fs::write(&path, text).unwrap();
         let error = load(&path).unwrap_err().to_string();
-        assert!(error.contains("m.toml") && error.contains("world.floor_plan"), "{error}");
+        assert!(
+            error.contains("m.toml") && error.contains("world.floor_plan: expected a file, found none at "),
+            "{error}"
+        );
     }
 
     /// Empty files of 8 GB, and text with a list as long as the memory, were read completely and then parsed. Now, any file

@@ -16,6 +16,7 @@ use sketchnav_dots::alike::alike;
 use sketchnav_dots::generate;
 use sketchnav_dots::picture::{self, Reading};
 use sketchnav_schemas::bounds;
+use sketchnav_schemas::toml_text;
 
 use crate::error::{SimError, check, check_within};
 
@@ -75,7 +76,7 @@ impl PlaneFile {
     /// # Errors
     /// [`SimError::Toml`] if it is invalid, or [`SimError::Value`] unless it has exactly one source of dots.
     pub fn parse(text: &str) -> Result<Self, SimError> {
-        let file: Self = toml::from_str(text)?;
+        let file: Self = toml_text::read(text)?;
         let sources =
             [file.dots.is_some(), file.random.is_some(), file.clustered.is_some(), file.picture.is_some()];
         let count = sources.into_iter().filter(|&is_given| is_given).count();

@@ -342,7 +342,10 @@ fn errors_of_files_name_the_file() {
         "image: gone.pgm\nresolution: 0.05\norigin: [0, 0, 0]\noccupied_thresh: 0.65\nfree_thresh: 0.2\n";
     std::fs::write(&yaml, text).unwrap();
     let error = sketchnav_sim::files::map_file(&yaml).unwrap_err().to_string();
-    assert!(error.contains("floor.yaml") && error.contains("image: expected an existing file"), "{error}");
+    assert!(
+        error.contains("floor.yaml") && error.contains("image: expected a file, found none at "),
+        "{error}"
+    );
     std::fs::write(folder.path().join("gone.pgm"), b"P5\n4 4\n255\n").unwrap();
     let error = sketchnav_sim::files::map_file(&yaml).unwrap_err().to_string();
     assert!(error.contains("gone.pgm: expected a picture, PGM, PNG or BMP"), "{error}");

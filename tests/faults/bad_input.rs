@@ -129,7 +129,7 @@ fn a_bad_mission_file_is_refused() {
         Case {
             story: "a key that nobody knows",
             spoil: |folder| in_mission(folder, "time_limit_s = 60", "time_limit = 60"),
-            says: &["room.toml", "task 1 (next door).time_limit: unknown key", "time_limit_s"],
+            says: &["room.toml", "task 1 (next door).time_limit: unknown key; did you mean `time_limit_s`?"],
         },
         Case {
             story: "a mission of before there were several navigators",
@@ -179,7 +179,7 @@ fn a_bad_mission_file_is_refused() {
                 let (head, _) = text.split_once("[[task]]").unwrap();
                 fs::write(folder.join(room::MISSION), format!("task = []\n{head}")).unwrap();
             },
-            says: &["room.toml", "task", "expected 1 to 64 tasks, found 0"],
+            says: &["room.toml", "task", "expected 1 to 64 [[task]], found 0"],
         },
         Case {
             story: "a robot that nobody built",
@@ -189,7 +189,7 @@ fn a_bad_mission_file_is_refused() {
         Case {
             story: "no drawing",
             spoil: |folder| fs::remove_file(folder.join(room::DRAWING)).unwrap(),
-            says: &["room.toml", "navigator.drawing", "expected an existing file", "room.svg"],
+            says: &["room.toml", "navigator.drawing", "expected a file, found none at ", "room.svg"],
         },
         Case {
             story: "no floor plan",
@@ -242,7 +242,7 @@ fn a_bad_world_is_refused() {
         Case {
             story: "a map whose picture is missing",
             spoil: |folder| with_map(folder, &YAML.replace("room.pgm", "floor.pgm")),
-            says: &["room.yaml", "floor.pgm", "expected an existing file"],
+            says: &["room.yaml", "floor.pgm", "expected a file, found none at "],
         },
         Case {
             story: "a map whose pixels have no size",

@@ -215,7 +215,12 @@ fn kills_before_messages_lose_nothing_and_can_be_repeated() {
     let again = place.run(&format!("chaos demo --schedule {schedule} --seed 5 --json"));
     assert_eq!(again.code, Some(0), "{again}");
     let again = again.json();
-    assert_eq!((&again["kills"], &again["by_process"]), (&12.into(), &report["by_process"]), "{again:#}");
+    // How long a recovery takes differs from run to run.
+    let kills = |report: &Value| {
+        let by_process = report["by_process"].as_object().unwrap();
+        by_process.iter().map(|(name, of)| (name.clone(), of["kills"].clone())).collect::<Vec<_>>()
+    };
+    assert_eq!((&again["kills"], kills(&again)), (&12.into(), kills(&report)), "{again:#}");
     let words = |report: &Value| {
         let mut words = happened(&place, report);
         words.sort();

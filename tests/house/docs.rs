@@ -298,7 +298,10 @@ fn the_mission_of_the_corridor_page_reaches_its_end() {
 
 #[test]
 fn the_mission_in_the_page_on_navigators_is_driven() {
-    drive_the_mission_of("docs/write-a-navigator.md", &Place::of_program("wall_follower"));
+    let mission = repository().join("tests/stranger/wall.toml");
+    let place = Place::of_program("wall_follower");
+    let report: Value = place.fine(&format!("run {} --out out --json", mission.display())).json();
+    assert_eq!(report["success"], true, "{report:#}");
 }
 
 /// The page once used a different name for a trait than the code.

@@ -88,7 +88,7 @@ fn errors_in_a_mission_or_rule_file_are_reported_before_the_start() {
         (
             with_file.replace("mine.rules", "no.rules"),
             rules,
-            "navigator.rules_file: expected an existing file",
+            "navigator.rules_file: expected a file, found none at ",
         ),
     ] {
         std::fs::write(&path, mission).unwrap();

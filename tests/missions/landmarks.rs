@@ -211,7 +211,7 @@ fn errors_are_reported_before_the_start() {
             "expected one of the sensors [sonar] and [laser]",
         ),
         (mission.replace("drawing =", "sketch ="), &drawn, "navigator: unknown field `sketch`"),
-        (mission.replace("a-04", "a-99"), &drawn, "navigator.drawing: expected an existing file"),
+        (mission.replace("a-04", "a-99"), &drawn, "navigator.drawing: expected a file, found none at "),
         (
             mission.replace("[[task]]", "[parameters.planner.belief]\nahead = 1.0\n[[task]]"),
             &drawn,

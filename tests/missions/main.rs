@@ -9,6 +9,8 @@ mod eval;
 mod landmarks;
 mod outline;
 mod python;
+mod python_driver;
 mod shipped;
 mod side_by_side;
+mod simulators;
 mod stranger;

@@ -171,6 +171,18 @@ fn an_exception_is_an_error_of_the_stage_and_its_traceback_is_in_the_log() {
     place.assert_nothing_left("walls");
 }
 
+/// The error for a misspelt field named only lines of this package.
+#[test]
+fn the_error_for_a_misspelt_field_names_the_line_of_its_author() {
+    let send = "out.send(WALLS, ahead_m=ahead_m, right_m=right_m)";
+    let slip = send.replace("ahead_m=", "ahed_m=");
+    let Some(place) = place_with(&[(send, &slip)]) else { return };
+    let ended = place.run("run wall.toml");
+    assert_eq!(ended.code, Some(2), "{ended}");
+    let (_, error) = ended.err.split_once("error: localizer: Ears.step: ").unwrap();
+    assert!(error.contains(&slip) && !error.contains("messages.py"), "{ended}");
+}
+
 /// Exceptions in `save` restarted the process until it was given up, and those in `is_ready` and `recover` were ignored.
 #[test]
 fn an_exception_in_any_method_is_an_error_of_the_stage() {

@@ -56,10 +56,21 @@ fn twenty_kills_leave_the_same_bytes() {
 fn errors_in_its_mission_are_reported_before_the_start() {
     let place = place();
     let path = place.files().join("wall.toml");
-    std::fs::write(&path, ALONG_THE_WALL.replace("seconds = 40\n", "")).unwrap();
+    // A key that it does not have was once ignored without a word.
+    for (seconds, error) in [
+        ("", ": missing field `seconds`"),
+        ("seconds = \"long\"\n", ".seconds: invalid type: string \"long\", expected a number"),
+        ("seconds = 40\ncolour = \"red\"\n", ": unknown field `colour`, expected `seconds`"),
+    ] {
+        std::fs::write(&path, ALONG_THE_WALL.replace("seconds = 40\n", seconds)).unwrap();
+        let ended = place.run("run wall.toml");
+        assert_eq!(ended.code, Some(2), "{ended}");
+        assert!(ended.err.contains("task 2 (") && ended.err.contains(error), "{ended}");
+    }
+    let path_words = |text: &str| text.replace("[[task]]", "colour = \"red\"\n[[task]]");
+    std::fs::write(&path, path_words(ALONG_THE_WALL)).unwrap();
     let ended = place.run("run wall.toml");
-    assert_eq!(ended.code, Some(2), "{ended}");
-    assert!(ended.err.contains("task 2.seconds: expected a number of seconds"), "{ended}");
+    assert!(ended.code == Some(2) && ended.err.contains("navigator: unknown field `colour`"), "{ended}");
     std::fs::write(&path, ALONG_THE_WALL.replace("nomad200", "robotino")).unwrap();
     let ended = place.run("run wall.toml");
     assert!(ended.code == Some(2) && ended.err.contains("[sonar]"), "{ended}");

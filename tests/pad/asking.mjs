@@ -5,22 +5,16 @@
 // answers the next question by its button. Leaves screenshots in OUT; fails with the first thing that does not hold.
 
 import assert from "node:assert/strict";
-import { createRequire } from "node:module";
 import { join } from "node:path";
 
 import { Hand } from "./hand.mjs";
+import { BROWSER, LIMIT_MS, chromium, faults } from "./visit.mjs";
 
 const [url, out] = process.argv.slice(2);
-const { chromium } = createRequire(join(process.env.SKETCHNAV_PLAYWRIGHT, "node_modules/"))("playwright-core");
-const LIMIT_MS = 150000;
-const browser = await chromium.launch({
-  executablePath: process.env.SKETCHNAV_CHROMIUM,
-  args: ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"],
-});
+const browser = await chromium.launch(BROWSER);
 
 /** What the server has said last. */
 const told = { canvas: null, question: null };
-const faults = [];
 
 function listen(socket) {
   socket.on("framereceived", ({ payload }) => {

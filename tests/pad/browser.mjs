@@ -9,35 +9,21 @@
 
 import assert from "node:assert/strict";
 import { readFileSync, readdirSync, writeFileSync } from "node:fs";
-import { createRequire } from "node:module";
 import { join } from "node:path";
 
 import { feedCost, inkWork, manyStrokes } from "./figures.mjs";
-import { Hand } from "./hand.mjs";
+import { BROWSER, LIMIT_MS, assertNoFaults, chromium, opened } from "./visit.mjs";
 
 const [url, drawingFile, routeFile, out] = process.argv.slice(2);
-const { chromium } = createRequire(join(process.env.SKETCHNAV_PLAYWRIGHT, "node_modules/"))("playwright-core");
 const drawing = JSON.parse(readFileSync(drawingFile, "utf8"));
 const route = JSON.parse(readFileSync(routeFile, "utf8"));
-const LIMIT_MS = 150000;
 const figures = {};
 
-const browser = await chromium.launch({
-  executablePath: process.env.SKETCHNAV_CHROMIUM,
-  args: ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"],
-});
+const browser = await chromium.launch(BROWSER);
 
-const faults = [];
 
-async function opened(context, canvas = drawing.canvas) {
-  const page = await context.newPage();
-  page.setDefaultTimeout(LIMIT_MS);
-  page.on("pageerror", (error) => faults.push(error.stack));
-  page.on("console", (message) => message.type() === "error" && faults.push(message.text()));
-  await page.goto(url);
-  const hand = new Hand(page, await context.newCDPSession(page), canvas);
-  return { page, hand };
-}
+/** Opens the page, with a hand on its sheet. */
+const visit = (context, canvas = drawing.canvas) => opened(context, url, canvas);
 
 const text = (page, id) => page.locator(`#${id}`).textContent();
 const says = async (page, id, words) => {
@@ -262,7 +248,7 @@ const stands = (page) => page.waitForFunction(() => parseFloat(document.getEleme
 async function main() {
   const context = await browser.newContext({ viewport: { width: 1600, height: 900 }, hasTouch: true, acceptDownloads: true });
   await context.addInitScript(inkWork);
-  const desk = await opened(context);
+  const desk = await visit(context);
   const { page, hand } = desk;
   await says(page, "headline", "No map yet");
   assert.equal(await isOn(page, "send-sketch"), false, "a blank sheet is no map");
@@ -293,7 +279,7 @@ async function main() {
   await savesTheMission(desk);
 
   const phone = await browser.newContext({ viewport: { width: 390, height: 844 }, deviceScaleFactor: 2, isMobile: true, hasTouch: true, acceptDownloads: true });
-  const watcher = await opened(phone);
+  const watcher = await visit(phone);
   await says(watcher.page, "link-role", "You watch");
   assert.deepEqual(JSON.parse(await watcher.hand.saved()).strokes, JSON.parse(await hand.saved()).strokes, "the watcher's drawing");
   assert.equal(await isOn(watcher.page, "execute"), false, "who watches does not drive");
@@ -323,7 +309,7 @@ async function main() {
   await says(page, "task", "1 of 1 task reached");
   await page.screenshot({ path: join(out, "arrived.png") });
   // A link that breaks is told of by the browser, too.
-  assert.deepEqual(faults.filter((fault) => !/WebSocket|ERR_CONNECTION|ERR_SOCKET_NOT_CONNECTED/.test(fault)), [], "errors on the page");
+  assertNoFaults(/WebSocket|ERR_CONNECTION|ERR_SOCKET_NOT_CONNECTED/);
   figures.link_ms = parseFloat(await text(page, "link-latency"));
   process.stdout.write(`${JSON.stringify(figures)}\n`);
 }

@@ -7,21 +7,15 @@
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
-import { createRequire } from "node:module";
 import { join } from "node:path";
 
 import { inkWork } from "./figures.mjs";
-import { Hand } from "./hand.mjs";
+import { BROWSER, assertNoFaults, chromium, inTurn, opened } from "./visit.mjs";
 
 const [url, out] = process.argv.slice(2);
-const { chromium } = createRequire(join(process.env.SKETCHNAV_PLAYWRIGHT, "node_modules/"))("playwright-core");
 const CANVAS = [2540, 1252];
-const browser = await chromium.launch({
-  executablePath: process.env.SKETCHNAV_CHROMIUM,
-  args: ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"],
-});
+const browser = await chromium.launch(BROWSER);
 const SCREEN = { width: 1500, height: 900 };
-const faults = [];
 
 /** A room with some of everything. */
 const ROOM = {
@@ -42,13 +36,8 @@ const ROOM = {
 /** A drawing of a mission, for the pictures. */
 const COURT = JSON.parse(readFileSync(new URL("../../sim/missions/routes/court-01.json", import.meta.url), "utf8"));
 
-async function opened(context) {
-  const page = await context.newPage();
-  page.setDefaultTimeout(150000);
-  page.on("pageerror", (error) => faults.push(error.stack));
-  page.on("console", (message) => message.type() === "error" && faults.push(message.text()));
-  await page.goto(url);
-  const hand = new Hand(page, await context.newCDPSession(page), CANVAS);
+async function visit(context) {
+  const { page, hand } = await opened(context, url, CANVAS);
   // The pauses of a busy machine are no hand that holds still.
   await page.click("#menu-button");
   await page.uncheck("#hold");
@@ -506,7 +495,7 @@ async function sendsWhatWasChanged(me) {
   await me.sends("send-path", "The goals have arrived");
   const drawing = await me.drawing();
   const context = await browser.newContext({ acceptDownloads: true });
-  const other = await opened(context);
+  const other = await visit(context);
   await other.page.waitForFunction(() => document.getElementById("link-role").textContent === "You watch");
   assert.deepEqual(await other.drawing(), drawing, "the other page");
   await context.close();
@@ -530,7 +519,17 @@ async function changesWhileItDrives(me) {
   await me.selected(1);
   await me.keys("Escape");
   await me.selected(0);
-  await me.sends("send-sketch", "The map has arrived");
+  // The robot goes on in the changed map from where it stands.
+  const before = await me.drawing();
+  await me.sends("send-sketch", "The start is now where the robot stands.");
+  const after = await me.drawing();
+  const off = Math.hypot(after.start.at[0] - before.start.at[0], after.start.at[1] - before.start.at[1]);
+  assert.ok(off > 0 && after.start.at.every((c, i) => c > 0 && c < CANVAS[i]), `${JSON.stringify(after.start)}`);
+  assert.deepEqual(after.goals, before.goals);
+  await me.sends("send-path", "The goal has arrived");
+  await me.page.click("#execute:enabled");
+  await says("Finished");
+  assert.match(await me.page.textContent("#task"), /1 of 1 task reached/);
 }
 
 // ---------------------------------------------------------------------------- the look, and the work
@@ -653,20 +652,13 @@ async function writesTexts(me) {
 async function main() {
   const context = await browser.newContext({ viewport: SCREEN, hasTouch: true, acceptDownloads: true });
   await context.addInitScript(inkWork);
-  const me = await opened(context);
-  for (const step of [
+  const me = await visit(context);
+  await inTurn([
     looksRight, tapsAndDrags, marquees, copies, sizesAndTurns, byKeys, editsPoints, groupsAndAligns, snapsAndCloses, opensDoorsAndBends, drawsBoxesGoalsAndAStart, writesTexts, isReached,
     drawsNoMoreThanItMust, sendsWhatWasChanged, changesWhileItDrives, byFingersAndPen,
-  ]) {
-    try {
-      await step(me);
-    } catch (error) {
-      await me.page.screenshot({ path: join(out, "failed.png") });
-      throw new Error(step.name, { cause: error });
-    }
-  }
+  ], (step) => step(me), () => me.page, out);
   await context.close();
-  assert.deepEqual(faults.filter((fault) => !/WebSocket|ERR_CONNECTION|404/.test(fault)), [], "errors on the page");
+  assertNoFaults(/WebSocket|ERR_CONNECTION|404/);
 }
 
 try {

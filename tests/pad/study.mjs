@@ -6,21 +6,15 @@
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
-import { createRequire } from "node:module";
 import { join } from "node:path";
 
 import { Hand } from "./hand.mjs";
+import { BROWSER, LIMIT_MS, chromium, faults } from "./visit.mjs";
 
 const [url, drawingFile, routeFile, out] = process.argv.slice(2);
-const { chromium } = createRequire(join(process.env.SKETCHNAV_PLAYWRIGHT, "node_modules/"))("playwright-core");
 const drawing = JSON.parse(readFileSync(drawingFile, "utf8"));
 const route = JSON.parse(readFileSync(routeFile, "utf8"));
-const LIMIT_MS = 150000;
-const faults = [];
-const browser = await chromium.launch({
-  executablePath: process.env.SKETCHNAV_CHROMIUM,
-  args: ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"],
-});
+const browser = await chromium.launch(BROWSER);
 
 const strokes = async (hand) => (await hand.figures()).Strokes;
 
@@ -106,6 +100,11 @@ async function main() {
   await page.click("#study-begin button");
   await page.waitForSelector("#study-start");
   assert.equal(await strokes(hand), 0);
+  const kept = await page.evaluate(async () => {
+    const { Shelf } = await import("/shelf.js");
+    return { drawings: await new Shelf().list(), left: Object.keys(localStorage).filter((key) => key !== "settings") };
+  });
+  assert.deepEqual(kept, { drawings: [], left: [] }, "no drawing of a participant is in the library");
   assert.deepEqual(faults, [], "errors on the page");
 }
 

@@ -11,12 +11,12 @@
 
 use std::process::ExitCode;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use sketchnav_motion::agenda::{Agenda, Due, Standing};
 use sketchnav_schemas::channels::{ODOMETRY, SONAR};
 use sketchnav_schemas::codes::TaskState;
 use sketchnav_schemas::message::{SonarScan, Twist};
-use sketchnav_schemas::mission::{Mission, Task};
+use sketchnav_schemas::mission::{Mission, NoKeys};
 use sketchnav_stage::account::{Account, Curve, Summary};
 use sketchnav_stage::lookout::{Color, Lookout, Picture};
 use sketchnav_stage::{Denied, Heard, Instant, Navigator, Outbox, Stage, StageError};
@@ -69,13 +69,18 @@ fn main() -> ExitCode {
     sketchnav::main_with(&[NAVIGATOR])
 }
 
+/// The keys of a task that belong to this navigator.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TaskKeys {
+    seconds: f64,
+}
+
 /// How long each task takes, seconds.
 fn seconds(mission: &Mission) -> Result<Vec<f64>, StageError> {
-    let of_task = |(i, task): (usize, &Task)| {
-        let seconds = task.given.get("seconds").and_then(|given| given.clone().try_into::<f64>().ok());
-        Ok(seconds.ok_or_else(|| format!("task {}.seconds: expected a number of seconds", i + 1))?)
-    };
-    mission.task.iter().enumerate().map(of_task).collect()
+    let NoKeys {} = mission.navigator_keys()?;
+    let tasks: Vec<TaskKeys> = mission.task_keys()?;
+    Ok(tasks.iter().map(|task| task.seconds).collect())
 }
 
 /// Takes no input.

@@ -73,6 +73,7 @@ fn echo_prints_a_recording_as_it_prints_a_system() {
     for (wrong, words) in [
         (format!("echo wind --file {file}"), "found \"wind\""),
         (format!("echo relations --file {file}"), "expected one of"),
+        (format!("echo /odom --file {file}"), "did you mean odometry?"),
         (format!("echo {file}"), "echo CHANNEL --file"),
         ("echo status --file nothing.mcap".to_owned(), "nothing.mcap"),
     ] {

@@ -59,8 +59,70 @@ fn drawings_are_edited_by_mouse_pen_touch_and_keyboard() {
     assert_eq!(ended.code, Some(0), "{ended}");
     let pictures =
         ["wide-light", "wide-dark", "phone-light", "phone-dark"].map(|look| format!("select-{look}.png"));
-    keep_pictures(place.files(), &pictures.each_ref().map(String::as_str));
+    keep_pictures(place.files(), &pictures);
 
+    pad.must_live();
+    pad.signal(Signal::SIGINT);
+    pad.end();
+    place.assert_nothing_left("pad");
+}
+
+/// No drawing is lost when a page is closed, the browser is killed or the server ends; the library lists them all.
+#[test]
+fn drawings_are_kept_in_a_library_with_and_without_the_server() {
+    let Some(browser) = Browser::find() else { return };
+    let place = Place::new();
+    let (mut pad, link) = pad(&place);
+    let ended = browser.keeps(&place, &link, "draws");
+    assert_eq!(ended.code, Some(0), "{ended}");
+    pad.must_live();
+    pad.signal(Signal::SIGINT);
+    pad.end();
+    let ended = browser.keeps(&place, &link, "offline");
+    assert_eq!(ended.code, Some(0), "{ended}");
+    keep_pictures(
+        place.files(),
+        &["wide", "phone-light", "phone-dark", "offline"].map(|look| format!("library-{look}.png")),
+    );
+    place.assert_nothing_left("pad");
+}
+
+/// Drawings come in by drop, paste and choice, whatever program made them, and nothing in them is run. An SVG that the page saves
+/// has the walls of the drawing for every reader.
+#[test]
+fn drawings_are_exchanged_with_other_programs() {
+    let Some(browser) = Browser::find() else { return };
+    let place = Place::new();
+    let (mut pad, link) = pad(&place);
+    let ended = browser.exchanges(&place, &link);
+    assert_eq!(ended.code, Some(0), "{ended}");
+    let options = Options::of_mission(&mission(), 1).unwrap();
+    let walls = |name: &str| {
+        let bytes = fs::read(place.files().join(name)).unwrap();
+        read(&bytes, name, &options).unwrap()
+    };
+    let [svg, strokes] = ["exported.svg", "exported.json"].map(walls);
+    assert_eq!((svg.width_px, svg.height_px), (strokes.width_px, strokes.height_px));
+    let different = svg.cells.iter().zip(&strokes.cells).filter(|(a, b)| a != b).count();
+    let solid = strokes.cells.iter().filter(|cell| **cell > 50).count();
+    assert!(solid > 10_000 && different < solid / 20, "{different} of {solid} cells differ");
+    pad.must_live();
+    pad.signal(Signal::SIGINT);
+    pad.end();
+    place.assert_nothing_left("pad");
+}
+
+/// Ways through walls, closed rooms and rooms that look alike are marked on the drawing until it is mended.
+#[test]
+fn drawings_are_checked_before_a_robot_drives_by_them() {
+    let Some(browser) = Browser::find() else { return };
+    let place = Place::new();
+    let (mut pad, link) = pad(&place);
+    let ended = browser.checks(&place, &link);
+    assert_eq!(ended.code, Some(0), "{ended}");
+    let pictures =
+        ["wide-light", "wide-dark", "phone-light", "phone-dark"].map(|look| format!("checks-{look}.png"));
+    keep_pictures(place.files(), &pictures);
     pad.must_live();
     pad.signal(Signal::SIGINT);
     pad.end();
@@ -136,9 +198,9 @@ fn the_localizer_has_the_drawing(place: &Place) {
 }
 
 /// Keeps screenshots for people to look at, if `SKETCHNAV_PICTURES` names a folder.
-fn keep_pictures(from: &Path, names: &[&str]) {
+fn keep_pictures(from: &Path, names: &[impl AsRef<Path>]) {
     let Some(folder) = var_os("SKETCHNAV_PICTURES").map(PathBuf::from) else { return };
     for name in names {
-        fs::copy(from.join(name), folder.join(name)).unwrap();
+        fs::copy(from.join(name), folder.join(name.as_ref())).unwrap();
     }
 }

@@ -1,7 +1,9 @@
 //! `sketchnav relations` computes how objects relate to each other over time, from a table and from a recording.
 
+use std::process::Command;
+
 use serde_json::Value;
-use support::{Place, repository};
+use support::{Ended, Place, repository};
 
 /// A human and a robot that approach each other. The human arrives first.
 const ENCOUNTER: &str = "time_s,object,x_m,y_m\n\
@@ -116,4 +118,33 @@ fn errors_in_tables_and_options_name_the_line_and_the_expectation() {
         assert_eq!(ended.code, Some(2), "{arguments}: {ended}");
         assert!(ended.err.contains(words), "{arguments}: {ended}");
     }
+}
+
+#[test]
+fn the_relations_of_arrays_in_python_are_those_of_their_definitions() {
+    let modules = "numpy, sketchnav._core";
+    let Some(python) = needs::python("wheel", "SKETCHNAV_WHEEL_PYTHON", modules) else { return };
+    for tests in ["test_relations.py", "test_qsrlib.py"] {
+        let tests = repository().join("python/tests").join(tests);
+        let ended: Ended = Command::new(&python).arg(tests).output().unwrap().into();
+        assert_eq!(ended.code, Some(0), "{ended}");
+    }
+}
+
+/// The command and the package compute with the same library, and read the same table alike.
+#[test]
+fn the_command_and_python_find_the_same_relations_in_a_table() {
+    let modules = "numpy, sketchnav._core";
+    let Some(python) = needs::python("wheel", "SKETCHNAV_WHEEL_PYTHON", modules) else { return };
+    let place = Place::new();
+    std::fs::write(place.files().join("encounter.csv"), ENCOUNTER).unwrap();
+    let script = "import json, numpy\nfrom sketchnav import relations\n\
+        rows = numpy.genfromtxt('encounter.csv', delimiter=',', skip_header=1, usecols=(0, 2, 3))\n\
+        time_s, human, robot = rows[::2, 0], rows[::2, 1:], rows[1::2, 1:]\n\
+        found = relations.QtcC(0.1).series(human, robot, time_s=time_s)\n\
+        print(json.dumps([timed._asdict() for timed in found]))\n";
+    let ended: Ended =
+        Command::new(python).args(["-c", script]).current_dir(place.files()).output().unwrap().into();
+    let told = place.run("relations encounter.csv --calculus qtc-c --quantisation-m 0.1 --json").json();
+    assert_eq!(ended.json(), told["series"][0]["relations"], "{ended}");
 }

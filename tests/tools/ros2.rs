@@ -245,7 +245,8 @@ fn ros_2_on_another_host_sees_the_robot_and_sends_a_goal() {
     place.assert_nothing_left("lab");
 }
 
-/// Drives the mission in two rooms with a ROS 2 robot, which takes the place of the simulated world.
+/// Drives the mission in two rooms with a ROS 2 robot, which takes the place of the simulated world. Its odometry has the name
+/// that robot_localization gives it.
 #[test]
 fn a_ros_2_robot_replaces_the_world() {
     let Some(python) = ros2_python() else { return };
@@ -253,8 +254,9 @@ fn a_ros_2_robot_replaces_the_world() {
     room::write(place.files());
     let mut running = place.start("run room.toml --json --system rover --speed 1 --without world");
     place.wait_until_joined(&mut running, "rover", &BESIDE_A_DRIVER);
-    let robot = Running::spawn(script(&place, &python, domain, "ros2_robot.py", &[]));
-    let options = format!("--system rover --domain {domain} --interface 127.0.0.1 --drive");
+    let robot = Running::spawn(script(&place, &python, domain, "ros2_robot.py", &["odometry/filtered"]));
+    let options =
+        format!("--system rover --domain {domain} --interface 127.0.0.1 --drive --odom odometry/filtered");
     let bridge = place.start(&format!("bridge ros2 {options}"));
     room::assert_driven_to_its_goal(running, bridge, robot);
     place.assert_nothing_left("rover");
@@ -267,7 +269,7 @@ fn a_system_with_its_own_world_refuses_a_robot() {
     place.wait_until_driving(&mut running, "lab");
     let ended = place.run("bridge ros2 --system lab --domain 9 --drive");
     assert_eq!(ended.code, Some(2), "{ended}");
-    assert!(ended.err.contains("expected a system that was started with --without world"), "{ended}");
+    assert!(ended.err.contains("expected one that was started with --without world"), "{ended}");
     running.signal(Signal::SIGINT);
     running.end();
 }

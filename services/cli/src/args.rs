@@ -28,7 +28,7 @@ pub use self::values::FloorPlace;
 use self::values::{parse_degree, parse_floor_place, parse_served, parse_service, parse_speed};
 pub use crate::directions::DirectionsOptions;
 use crate::eval::all::WORD as ALL;
-use crate::eval::parse_jobs;
+use crate::eval::{Simulator, parse_jobs};
 pub use crate::relations::RelationsOptions;
 
 fn experiments() -> PossibleValuesParser {
@@ -144,7 +144,7 @@ pub enum Command {
     },
     /// List the running systems and their processes.
     Ps {
-        /// Print one JSON object instead of a table.
+        /// Print one JSON list instead of a table.
         #[arg(long)]
         json: bool,
     },
@@ -462,6 +462,13 @@ pub struct EvalOptions {
     /// Also drive this many of the trials with separate processes, and compare every message.
     #[arg(long, value_name = "N")]
     pub check_processes: Option<usize>,
+    /// Drive in a simulator that is not part of this project, by its driver in `examples`, instead of in the project's own
+    /// world.
+    #[arg(long, value_enum, value_name = "SIMULATOR", conflicts_with_all = ["check_processes", "pictures"])]
+    pub world: Option<Simulator>,
+    /// With --world: the Python that has the simulator and the package sketchnav.
+    #[arg(long, value_name = "PROGRAM", default_value = "python3", requires = "world")]
+    pub python: PathBuf,
     /// Folder of the maps and drawings that are not part of the project. Default: the value of the environment variable
     /// SKETCHNAV_DATA.
     #[arg(long, value_name = "DIR")]

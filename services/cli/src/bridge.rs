@@ -62,11 +62,12 @@ fn rmw(options: &Ros2Options) -> Result<Rmw, Failure> {
 #[cfg(any(feature = "ros2", feature = "zenoh"))]
 mod built {
     use anyhow::{Context, anyhow};
+    use sketchnav_driver::{Clock, Driver};
     use sketchnav_ros2::topics::{self, Topic};
-    use sketchnav_ros2::{Middleware, ORDER_TOPIC, Settings, Summary};
+    use sketchnav_ros2::{Middleware, ORDER_TOPIC, RobotTopics, Settings, Summary};
     use sketchnav_runtime::{Node, System};
     use sketchnav_schemas::codes::Process;
-    use sketchnav_schemas::run::{Pace, RunConfig};
+    use sketchnav_schemas::run::RunConfig;
 
     use crate::args::{Ros2Options, parse_domain};
     use crate::failure::{Failure, OrInput, Outcome};
@@ -99,7 +100,11 @@ mod built {
         };
         let system = systems::find(options.system.as_deref())?;
         let run = system.run_config().or_input()?;
-        if options.drive { drive(system, &run, &settings) } else { publish(system, &run, options, &settings) }
+        if options.drive {
+            drive(&system, &run, options, &settings)
+        } else {
+            publish(system, &run, options, &settings)
+        }
     }
 
     fn publish(
@@ -120,20 +125,29 @@ mod built {
     }
 
     /// Lets a ROS 2 robot take the place of the world.
-    fn drive(system: System, run: &RunConfig, settings: &Settings) -> Result<Outcome, Failure> {
+    fn drive(
+        system: &System,
+        run: &RunConfig,
+        options: &Ros2Options,
+        settings: &Settings,
+    ) -> Result<Outcome, Failure> {
         let name = &run.system;
-        if !run.without.contains(&Process::World) || run.pace == Pace::Lockstep {
-            let expected = "--drive: expected a system that was started with --without world --speed 1";
-            return Err(Failure::Input(anyhow!(
-                "{expected}, found {name:?}, which has a world of its own or no clock"
-            )));
-        }
         run.robot.laser().or_input()?;
-        let node = Node::join(system, Process::World).with_context(|| format!("joining {name}"))?;
-        let [scan, odom, cmd_vel] = ["scan", "odom", "cmd_vel"].map(|topic| settings.topic(topic));
+        let driver = Driver::join(system.name(), Clock::Robot).map_err(|error| match error {
+            error if error.concerns_the_system() => Failure::Input(error.into()),
+            error => Failure::Other(error.into()),
+        })?;
+        let named = |given: &Option<String>, or: &str| given.clone().unwrap_or_else(|| or.to_owned());
+        let topics = RobotTopics {
+            scan: named(&options.scan, "scan"),
+            odom: named(&options.odom, "odom"),
+            cmd_vel: named(&options.cmd_vel, "cmd_vel"),
+        };
+        let [scan, odom, cmd_vel] =
+            [&topics.scan, &topics.odom, &topics.cmd_vel].map(|topic| settings.topic(topic));
         let domain = settings.domain;
         live!("{name} in domain {domain}: a robot with {scan} and {odom} is driven by {cmd_vel}")?;
-        let done = sketchnav_ros2::drive(&node, run, settings).context("bridge ros2")?;
+        let done = sketchnav_ros2::drive(driver, settings, &topics).context("bridge ros2")?;
         Ok(report(name, &done))
     }
 

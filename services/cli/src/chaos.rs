@@ -3,6 +3,7 @@
 //! Both runs are programs of their own, so that chaos tests exactly what users run.
 
 mod injector;
+mod recoveries;
 mod safety;
 mod schedule;
 
@@ -24,6 +25,7 @@ use crate::failure::{Failure, OrInput, Outcome};
 use crate::folder::create;
 use crate::output::out;
 use injector::{Hit, Injector, Plan};
+use recoveries::{Recoveries, recoveries};
 use safety::{Safety, safety};
 
 /// The result of both runs, printed as it is by `--json`.
@@ -34,14 +36,13 @@ struct Report {
     asked: u32,
     /// How many of the kills starved a process of the processor for a while instead of ending it.
     starvations: usize,
-    by_process: BTreeMap<&'static str, usize>,
+    by_process: BTreeMap<&'static str, Recoveries>,
     /// Whether every task was reached in the run with kills.
     success: bool,
     undisturbed_success: bool,
     /// Whether every message equals that of the undisturbed run. `None` in real time, where no two runs are identical.
     identical: Option<bool>,
     lost_messages: u64,
-    recovery_ms: BTreeMap<&'static str, Recovery>,
     /// Whether the robot remained safe. `None` in lockstep, where the world waits for its navigators.
     safety: Option<Safety>,
     orphans: usize,
@@ -63,14 +64,6 @@ impl Report {
             && self.orphans == 0
             && self.leftover_files.is_empty()
     }
-}
-
-/// Times from a kill until its process has done new work, in milliseconds by the clock.
-#[derive(Debug, Serialize)]
-struct Recovery {
-    median: f64,
-    p99: f64,
-    max: f64,
 }
 
 /// Runs the mission in the file `mission` twice, first undisturbed and then disturbed.
@@ -206,13 +199,6 @@ fn judge(
     schedule: &Path,
 ) -> Result<Report, Failure> {
     let recording = recording(disturbed)?;
-    let mut by_process = BTreeMap::new();
-    let mut times: BTreeMap<_, Vec<f64>> = BTreeMap::new();
-    for kill in kills {
-        *by_process.entry(kill.process.word()).or_default() += 1;
-        times.entry(kill.process.word()).or_default().extend(kill.recovered_ms);
-    }
-    times.retain(|_, times| !times.is_empty());
     let identical = match options.speed {
         Pace::Lockstep => Some(diff::diff(reference, &recording).context("comparing")?.is_none()),
         Pace::RealTime { .. } => None,
@@ -226,24 +212,16 @@ fn judge(
         kills: kills.len(),
         asked,
         starvations: kills.iter().filter(|kill| kill.is_starved).count(),
-        by_process,
+        by_process: recoveries(kills),
         success: disturbed["success"] == true,
         undisturbed_success: true,
         identical,
         lost_messages: disturbed["lost_messages"].as_u64().unwrap_or_default(),
-        recovery_ms: times.into_iter().map(|(process, times)| (process, recovery(times))).collect(),
         orphans: injector::orphans(&system("chaos")),
         leftover_files: System::leftovers(&system("chaos")).context("looking for leftovers")?,
         recording,
         schedule: schedule.to_owned(),
     })
-}
-
-/// Summarizes `times`, of which there must be at least one.
-fn recovery(mut times: Vec<f64>) -> Recovery {
-    times.sort_by(f64::total_cmp);
-    let share = |share: f64| times[((times.len() - 1) as f64 * share).ceil() as usize];
-    Recovery { median: times[times.len() / 2], p99: share(0.99), max: share(1.0) }
 }
 
 fn print(report: &Report, json: bool) -> Result<(), Failure> {
@@ -273,12 +251,8 @@ fn print(report: &Report, json: bool) -> Result<(), Failure> {
     if *kills < *asked as usize {
         out!("the mission ended before the other {}", *asked as usize - kills)?;
     }
-    for (process, count) in &report.by_process {
-        let Some(Recovery { median, p99, max }) = report.recovery_ms.get(process) else { continue };
-        let what = if *count == 1 { "kill" } else { "kills" };
-        out!(
-            "{process:<10} {count:4} {what}, recovered after {median:.0} ms (median), {p99:.0} (99 %), {max:.0} (max)"
-        )?;
+    for (process, recoveries) in &report.by_process {
+        out!("{process:<10} {recoveries}")?;
     }
     if let Some(Safety { wall_contacts, outages, unstopped, longest_stop_s }) = &report.safety {
         out!(
@@ -306,7 +280,6 @@ mod tests {
             undisturbed_success: true,
             identical: Some(true),
             lost_messages: 0,
-            recovery_ms: BTreeMap::new(),
             safety: None,
             orphans: 0,
             leftover_files: Vec::new(),

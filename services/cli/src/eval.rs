@@ -1,6 +1,7 @@
 //! Runs experiments and prints their tables.
 
 pub mod all;
+mod elsewhere;
 pub mod machine;
 mod page;
 mod parts;
@@ -23,6 +24,7 @@ use sketchnav_lab::experiments::{TaskOutcome as Ended, run, studies, suites, tri
 use crate::args::EvalOptions;
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::{self, out, say};
+pub use elsewhere::Simulator;
 use parts::Origin;
 pub use parts::parse_jobs;
 use processes::Check;
@@ -40,6 +42,9 @@ pub fn eval(name: &str, options: &EvalOptions) -> Result<Outcome, Failure> {
     let mut suite = suites::load(name, &folders).map_err(classify)?;
     suite.shows_costs |= options.cost;
     choose(&mut suite, options)?;
+    if let Some(simulator) = elsewhere::open(options, &folders.project).or_input()? {
+        simulator.take(&mut suite).map_err(anyhow::Error::msg).or_input()?;
+    }
     let methods = methods(&suite, options).or_input()?;
     let jobs = jobs(&suite, &methods, options)?;
     if jobs.is_empty() {

@@ -2,7 +2,9 @@
 
 use std::ffi::{OsStr, OsString};
 
-use clap::Parser;
+use clap::error::{ContextKind, ContextValue};
+use clap::{CommandFactory, Parser};
+use sketchnav_schemas::nearest::nearest;
 use sketchnav_schemas::shown::{OneLine, one_line};
 use sketchnav_supervisor::INCOMPLETE;
 
@@ -128,7 +130,28 @@ pub fn refuse_usage(error: &clap::Error, words: &[OsString]) -> u8 {
 /// Returns the usage error for these words with their special characters escaped, since any of the words may be a file
 /// name and contain anything.
 fn tame(words: impl Iterator<Item: AsRef<OsStr>>) -> Option<clap::Error> {
-    Cli::try_parse_from(words.map(|word| one_line(word.as_ref().to_string_lossy()))).err()
+    let words: Vec<_> = words.map(|word| one_line(word.as_ref().to_string_lossy())).collect();
+    let mut error = Cli::try_parse_from(&words).err()?;
+    suggest(&mut error, &words);
+    Some(error)
+}
+
+/// Adds the command that was probably meant to an error about an unknown one. The parser only suggests commands that begin alike.
+fn suggest(error: &mut clap::Error, words: &[String]) {
+    let Some(ContextValue::String(unknown)) = error.get(ContextKind::InvalidSubcommand).cloned() else {
+        return;
+    };
+    if error.get(ContextKind::SuggestedSubcommand).is_some() {
+        return;
+    }
+    let mut command = &Cli::command();
+    for word in words.iter().skip(1) {
+        command = command.find_subcommand(word).unwrap_or(command);
+    }
+    let known = command.get_subcommands().map(clap::Command::get_name);
+    if let Some(meant) = nearest(&unknown, known) {
+        error.insert(ContextKind::SuggestedSubcommand, ContextValue::Strings(vec![meant.to_owned()]));
+    }
 }
 
 /// Joins an error and its causes, leaving out causes whose text already appears.
@@ -173,6 +196,15 @@ mod tests {
         let words = ["sketchnav", "inf\u{1b}[31m\u{202e}o\n"].map(OsString::from);
         let output = tame(words.into_iter()).unwrap().render().ansi().to_string();
         assert!(output.contains("inf\\u001b[31m\\u202eo\\n") && !output.contains("\u{202e}"), "{output}");
+    }
+
+    /// The parser suggests nothing for two letters in the wrong order.
+    #[test]
+    fn the_command_that_was_probably_meant_is_suggested() {
+        let shown = |line: &str| tame(line.split(' ')).unwrap().render().to_string();
+        assert!(shown("sketchnav rnu x.toml").contains("'run'"), "{}", shown("sketchnav rnu x.toml"));
+        assert!(shown("sketchnav param lsit").contains("'list'"), "{}", shown("sketchnav param lsit"));
+        assert!(!shown("sketchnav qqqq").contains("similar"), "{}", shown("sketchnav qqqq"));
     }
 
     fn output_of(error: &anyhow::Error) -> String {

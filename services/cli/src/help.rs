@@ -42,6 +42,7 @@ const PAGES: &[Page] = pages![
     "docs/outline.md",
     "docs/pad.md",
     "docs/python.md",
+    "docs/relations.md",
     "docs/real-robot.md",
     "docs/recordings.md",
     "docs/results.md",
@@ -49,6 +50,8 @@ const PAGES: &[Page] = pages![
     "docs/write-a-navigator.md",
 ];
 
+/// Other words for topics.
+const ALIASES: &[(&str, &str)] = &[("ros", "ecosystem"), ("ros2", "ecosystem")];
 /// The page that lists all the others by what their readers want to do.
 const INDEX: &str = "docs/README.md";
 /// The topic of [`INDEX`].
@@ -71,6 +74,8 @@ impl Page {
     /// Returns the page of a topic, which may also be given as the page's path.
     fn of(topic: &str) -> Option<&'static Self> {
         let topic = topic.to_lowercase();
+        let alias = ALIASES.iter().find(|(alias, _)| *alias == topic);
+        let topic = alias.map_or(topic, |(_, topic)| (*topic).to_owned());
         PAGES.iter().find(|page| page.topic() == topic || page.path.to_lowercase() == topic)
     }
 

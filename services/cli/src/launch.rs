@@ -98,7 +98,9 @@ pub fn fault_plan(path: &Path, kind: &str) -> anyhow::Result<FaultPlan> {
 pub fn lines(run: &RunConfig, link: Option<&Link>) -> Result<Vec<ProcessLine>, SystemError> {
     for process in &run.without {
         let robot = match (process, run.pace) {
-            (Process::World, Pace::Lockstep) => ", or start your driver",
+            (Process::World, Pace::Lockstep) => {
+                ", or start the driver of a simulator; a robot needs --speed 1 here, because its time does not wait"
+            }
             (Process::World, _) => ", or start your driver or `sketchnav bridge ros2 --drive`",
             _ => "",
         };

@@ -28,6 +28,9 @@ use crate::report;
 use crate::view::Beside;
 use crate::warnings;
 
+/// Minimum width of the column of tasks' names, in characters.
+const LEAST_NAME: usize = 12;
+
 /// Time between updates of the progress line.
 const REFRESH: Duration = Duration::from_millis(100);
 
@@ -233,10 +236,12 @@ fn watch(
     let line = progress_line(run, quiet);
     let began = Instant::now();
     let (mut reported, mut mourned) = (0, 0);
+    let names = run.mission.task.iter().map(|task| task.name.chars().count());
+    let width = names.max().unwrap_or_default().max(LEAST_NAME);
     loop {
         let progress = supervisor.poll(REFRESH)?;
         for status in supervisor.ended_tasks().skip(reported) {
-            print_above(&line, quiet, &task_ended(status));
+            print_above(&line, quiet, &task_ended(status, width));
             reported += 1;
         }
         for death in &supervisor.survived()[mourned..] {
@@ -273,11 +278,12 @@ fn print_above(line: &ProgressBar, quiet: bool, text: &str) {
     }
 }
 
-fn task_ended(status: &MissionStatus) -> String {
+/// Describes the end of a task, with its name in a column of that width.
+fn task_ended(status: &MissionStatus, width: usize) -> String {
     let state = TaskState::from_code(status.state).map_or("?", TaskState::word);
     let (name, reason) = (status.name.as_str(), status.reason.as_str());
     let (time, path) = (status.task_time_s, status.task_path_m);
-    format!("  {:>2}. {name:<12} {state:<9} {time:6.1} s {path:6.1} m  {reason}", status.task + 1)
+    format!("  {:>2}. {name:<width$} {state:<9} {time:6.1} s {path:6.1} m  {reason}", status.task + 1)
 }
 
 fn on_the_way(status: &MissionStatus, wall: Duration) -> String {

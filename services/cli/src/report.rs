@@ -16,6 +16,7 @@ use sketchnav_recordings::rejected::{Rejected, Rejections};
 use sketchnav_recordings::sources::RecordedRun;
 use sketchnav_schemas::channels;
 use sketchnav_schemas::codes::{Process, TaskState};
+use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::time::seconds;
 use sketchnav_stage::doubts::Doubts;
@@ -56,6 +57,9 @@ pub struct Report {
     #[serde(skip_serializing_if = "Option::is_none")]
     not_drawn: Option<String>,
     processes: Vec<ProcessFigures>,
+    /// What a person should check first, if there is something.
+    #[serde(skip)]
+    hint: Option<&'static str>,
 }
 
 /// A planned fault that did not happen, because its message was never sent.
@@ -139,6 +143,7 @@ impl Report {
             // Unreadable files were already reported before the drive.
             doubts: doubts::of(run, files).unwrap_or_default(),
             driven: log.driven(),
+            hint: hint(&run.mission, &verdict),
             wall_seconds,
             real_time_factor: wall_seconds.map(|wall_seconds| verdict.sim_seconds / wall_seconds),
             verdict,
@@ -205,6 +210,9 @@ impl Report {
         if let Some(why) = &self.not_drawn {
             out!("not drawn  {why}")?;
         }
+        if let Some(hint) = self.hint {
+            out!("hint       {hint}")?;
+        }
         Ok(())
     }
 
@@ -237,6 +245,16 @@ impl Report {
         }
         table
     }
+}
+
+/// Returns what to check first if no task was reached, where the mission gives the start twice: for the robot and in its drawing.
+fn hint(mission: &Mission, verdict: &Verdict) -> Option<&'static str> {
+    let is_given_twice = mission.navigator.given.contains_key("start");
+    let is_none_reached = !verdict.tasks.is_empty() && verdict.tasks.iter().all(|task| !task.reached);
+    (is_given_twice && is_none_reached).then_some(
+        "check that navigator.start and start.world are the same place, and that navigator.start_heading_deg is the robot's \
+         heading as seen in the drawing: `sketchnav help missions`",
+    )
 }
 
 /// The losses of a recording whose files could not be written.
@@ -286,4 +304,38 @@ fn draw(
 fn write(path: PathBuf, svg: &str) -> anyhow::Result<PathBuf> {
     sketchnav_files::write(&path, svg).with_context(|| path.display().to_string())?;
     Ok(path)
+}
+
+#[cfg(test)]
+mod tests {
+    use sketchnav_lab::judge::TaskVerdict;
+
+    use super::*;
+
+    /// A wrong heading in the drawing once gave "0 of 3 tasks reached", and nothing else.
+    #[test]
+    fn after_a_run_that_reached_nothing_the_starts_are_doubted() {
+        let by_drawing =
+            Mission::parse(include_str!("../../../sim/missions/laboratory/laboratory-a.toml")).unwrap();
+        let task = |reached| TaskVerdict {
+            name: "there".to_owned(),
+            reached,
+            state: "failed".to_owned(),
+            reason: String::new(),
+            time_s: 1.0,
+            path_m: 1.0,
+            final_error_m: None,
+            collisions: 0,
+        };
+        let verdict = |tasks: &[bool]| Verdict {
+            success: false,
+            tasks: tasks.iter().copied().map(task).collect(),
+            sim_seconds: 1.0,
+        };
+        let said = hint(&by_drawing, &verdict(&[false, false])).unwrap();
+        assert!(said.contains("start_heading_deg") && said.contains("sketchnav help missions"), "{said}");
+        assert_eq!(hint(&by_drawing, &verdict(&[false, true])), None);
+        let without = Mission::parse(include_str!("../../../sim/missions/corridor/corridor-a.toml")).unwrap();
+        assert_eq!(hint(&without, &verdict(&[false])), None);
+    }
 }

@@ -14,6 +14,7 @@ use sketchnav_schemas::channels::{MISSION, UNDERSTOOD};
 use sketchnav_schemas::codes::{Order, Process};
 use sketchnav_schemas::geometry::Point;
 use sketchnav_schemas::message::{Here, MissionCommand, Understood};
+use sketchnav_schemas::named;
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::doubts::Canvas;
 
@@ -21,8 +22,6 @@ use crate::args::{RestartOptions, SendOptions};
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::out;
 use crate::systems;
-
-mod named;
 
 /// How often to check whether the successor has joined or the order has appeared.
 const LOOK_EVERY: Duration = Duration::from_millis(2);
@@ -125,7 +124,7 @@ fn task_of(options: &SendOptions, system: &str, run: &RunConfig) -> Result<u32, 
     let (order, tasks) = (options.order, run.mission.task.len() as u32);
     if let Some(name) = &options.name {
         return match order {
-            Order::Goal => Ok(named::task(&run.mission, name)? as u32),
+            Order::Goal => Ok(named::task(&run.mission, name).or_input()? as u32),
             _ => Err(Failure::Input(anyhow!("NAME: expected the order `goal`, found `{order}`"))),
         };
     }

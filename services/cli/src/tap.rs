@@ -13,6 +13,7 @@ use sketchnav_recordings::Recording;
 use sketchnav_runtime::{Node, RawReader, RawSample, System, Wake};
 use sketchnav_schemas::channels::{self, ChannelSpec};
 use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::nearest::nearest;
 
 use crate::args::Tap;
 use crate::failure::{Failure, OrInput, Outcome};
@@ -73,7 +74,10 @@ fn known(name: &str) -> Result<&'static ChannelSpec, Failure> {
                 "channel {name:?}: found a file; to read a recording: sketchnav echo CHANNEL --file {name}, or hz"
             )
         }
-        false => anyhow!("channel {name:?}: expected one of {}", channels::names()),
+        false => match nearest(name.trim_start_matches('/'), channels::all().map(|spec| spec.name)) {
+            Some(meant) => anyhow!("channel {name:?}: no such channel; did you mean {meant}?"),
+            None => anyhow!("channel {name:?}: expected one of {}", channels::names()),
+        },
     };
     // Names with the leading slash that ROS and recordings use are accepted, too.
     channels::find(name.strip_prefix('/').unwrap_or(name)).ok_or_else(unknown).or_input()
@@ -94,7 +98,13 @@ fn recorded(recording: &Recording, tap: &Tap) -> Result<Vec<String>, Failure> {
     if !meant.is_empty() {
         return Ok(meant.into_iter().collect());
     }
-    let (file, names) = (recording.path().display(), names().collect::<Vec<_>>().join(", "));
+    let (file, names) = (recording.path().display(), names().collect::<Vec<_>>());
+    if let Some(named) = &named
+        && let Some(meant) = nearest(named, names.iter().map(String::as_str))
+    {
+        return Err(Failure::Input(anyhow!("{file}: no topic {named:?}; did you mean {meant}?")));
+    }
+    let names = names.join(", ");
     let found = tap.channel.as_deref().map_or("no match of --regex".to_owned(), |name| format!("{name:?}"));
     Err(Failure::Input(anyhow!("{file}: expected one of {names}, found {found}")))
 }

@@ -18,6 +18,7 @@ pub mod corridor_published;
 pub mod cost;
 pub mod deformed;
 mod drawn_task;
+pub mod elsewhere;
 pub mod figures;
 pub mod ground;
 pub mod jobs;

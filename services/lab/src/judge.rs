@@ -2,7 +2,7 @@
 //!
 //! A task is reached if the planner reported so *and* the robot truly stood in the task's place. (Boniardi et al. 2015, IV,
 //! "considered a task successful if … the robot is able to access them".) The [`on_sketch`] module judges by the robot's
-//! own belief instead, as the authors do.
+//! own belief instead, as the authors do. A real robot's true poses are not known, so its own report counts.
 //!
 //! This module is pure: messages and the mission go in, and a [`Verdict`] or [`figures::Figures`] comes out. Nothing here
 //! prints, and nothing reads a recording except [`log::Log`], which collects the messages that the judge needs.
@@ -50,7 +50,7 @@ pub struct TaskVerdict {
     pub reason: String,
     /// Simulation time from the start of the task to its end, in seconds.
     pub time_s: f64,
-    /// Length of the true path, in metres.
+    /// Length of the true path or, if no true pose was recorded, of the path according to the odometry, in metres.
     pub path_m: f64,
     /// Distance in metres from the true position at the end of the task to the middle of its place. `None` if the task never
     /// began, if its place is not known, or if the true position is missing.
@@ -134,7 +134,7 @@ pub fn judge(
 ) -> Verdict {
     let spans = spans(mission.task.len(), status);
     let judged = mission.task.iter().zip(&spans).enumerate().map(|(index, (task, span))| match span {
-        Some(span) => judge_task(task, span, truth, contacts, reason_of(index, span, status)),
+        Some(span) => judge_task(task, span, truth, contacts, last_of(index, span, status)),
         None => not_begun(task),
     });
     let tasks: Vec<_> = judged.collect();
@@ -201,28 +201,31 @@ fn judge_task(
     span: &TaskSpan,
     truth: &[GroundTruth],
     contacts: &[Contact],
-    reason: String,
+    said: Option<&MissionStatus>,
 ) -> TaskVerdict {
-    let driven = span.of(truth);
+    let reason = said.map_or("", |said| said.reason.as_str());
     let at_end = truth_at(truth, span.end_ns).map(|m| m.pose());
     let there = at_end.is_some_and(|pose| task.there.contains(pose.x, pose.y));
     let [x, y] = task.there.middle();
-    let is_unknown = task.there.is_unknown();
-    let reason = if is_unknown { by_its_word(&reason) } else { reason };
+    // Nobody knows where a real robot truly was.
+    let is_real = truth.is_empty();
+    let is_unknown = task.there.is_unknown() || is_real;
+    let reason = if is_unknown { by_its_word(reason) } else { reason.to_owned() };
+    let by_odometry_m = said.map_or(0.0, |said| said.task_path_m);
     TaskVerdict {
         name: task.name.clone(),
         reached: span.state == TaskState::Reached && (there || is_unknown),
         state: span.state.word().to_owned(),
         reason,
         time_s: seconds(span.end_ns - span.begin_ns),
-        path_m: path_length_m(driven),
+        path_m: if is_real { by_odometry_m } else { path_length_m(span.of(truth)) },
         final_error_m: at_end.filter(|_| !is_unknown).map(|pose| (pose.x - x).hypot(pose.y - y)),
         collisions: span.of(contacts).iter().filter(|contact| contact.begins == 1).count() as u32,
     }
 }
 
-/// Returns the reason of a task for which the mission names no place in the true world, so that only the robot's own report
-/// counts.
+/// Returns the reason of a task for which only the robot's own report counts, because the mission names no place in the true
+/// world, or because no true pose was recorded.
 fn by_its_word(reason: &str) -> String {
     let separator = if reason.is_empty() { "" } else { "; " };
     format!("{reason}{separator}according to the robot only")
@@ -241,9 +244,9 @@ fn not_begun(task: &Task) -> TaskVerdict {
     }
 }
 
-fn reason_of(index: usize, span: &TaskSpan, status: &[MissionStatus]) -> String {
-    let last = span.of(status).iter().rev().find(|m| m.task as usize == index);
-    last.map_or_else(String::new, |m| m.reason.as_str().to_owned())
+/// Returns the last status of a task.
+fn last_of<'a>(index: usize, span: &TaskSpan, status: &'a [MissionStatus]) -> Option<&'a MissionStatus> {
+    span.of(status).iter().rev().find(|m| m.task as usize == index)
 }
 
 /// Returns the true pose at `stamp_ns`, or the last one before it if none was sent at that step.
@@ -333,6 +336,22 @@ mod tests {
         assert!(!verdict.success && !verdict.tasks[0].reached && verdict.tasks[1].reached);
         assert_eq!(verdict.tasks[0].state, "reached");
         assert!((verdict.tasks[0].final_error_m.unwrap() - 1.0).abs() < 1e-9);
+    }
+
+    /// The tasks of a real robot used to be judged by a place that nobody could check, so none of them was ever reached.
+    #[test]
+    fn a_real_robot_is_judged_by_its_own_report() {
+        let status = [
+            say(1, 0, TaskState::Driving),
+            MissionStatus { task_path_m: 1.5, ..say(20, 0, TaskState::Reached) },
+            say(21, 1, TaskState::Driving),
+            say(50, 1, TaskState::Lost),
+        ];
+        let verdict = judge(&mission(), &[], &status, &[]);
+        let [a, b] = &verdict.tasks[..] else { panic!("{verdict:?}") };
+        assert_eq!((a.reached, a.path_m, a.final_error_m), (true, 1.5, None));
+        assert_eq!(a.reason, "because; according to the robot only");
+        assert!(!b.reached && !verdict.success, "{b:?}");
     }
 
     #[test]

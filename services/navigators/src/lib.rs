@@ -48,7 +48,9 @@ static KNOWN: LazyLock<Known> = LazyLock::new(|| Known {
 
 /// No navigator has that name.
 #[derive(Debug, thiserror::Error)]
-#[error("navigator.kind: expected one of {known}, found {found:?}")]
+#[error(
+    "navigator.kind: expected one of {known}, found {found:?}; if that is a navigator of your own, run the mission with the program that contains it: `sketchnav help write-a-navigator`"
+)]
 pub struct UnknownNavigator {
     /// The known names, separated by commas.
     pub known: String,

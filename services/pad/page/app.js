@@ -2,26 +2,38 @@
 // step is the server's to allow; here a button is only enabled where the server says that it is.
 
 import { bindBar, showBar } from "./bar.js";
+import { doubts, withRoomNames } from "./checks.js";
 import { Desk } from "./desk.js";
-import { choose, dataUrl, flattened, photo, save } from "./files.js";
+import { bindExchange } from "./exchange.js";
+import { choose, dataUrl, flattened, nameOf, photo, png, save } from "./files.js";
 import { itemOf } from "./items.js";
+import { Keeper, begun } from "./keeper.js";
 import { Crosshair, shortcuts } from "./keyboard.js";
+import { Library } from "./library.js";
 import { Link, takeToken } from "./link.js";
 import {
-  LANDSCAPE, PORTRAIT, blank, canGo, fromFile, fromText, hasMap, isBlank, pathBody, pointCount, sketchBody, toText, withLabel, withOtherText,
-  withPath, withText,
+  LANDSCAPE, PORTRAIT, blank, canGo, fromFile, hasMap, isBlank, isEditOf, pathBody, pointCount, sketchBody, toText, withLabel,
+  withOtherText, withPath, withStart, withText,
 } from "./model.js";
-import { onQuestion, say, show, showFigures } from "./panel.js";
+import { ACCEPTED, fromWords, leftOut, readFile } from "./outside.js";
+import { onQuestion, say, show, showDoubts, showFigures } from "./panel.js";
 import { Pointers, listen } from "./pointer.js";
 import { keep, load } from "./settings.js";
+import { Shelf } from "./shelf.js";
 import { isAsked, meant, tooMuch } from "./states.js";
 import { Study } from "./study.js";
+import { toSvg } from "./svg.js";
+import { onSheet } from "./view.js";
 
 const at = (id) => document.getElementById(id);
 const settings = load();
 /** A tap so near to a place that the robot asks about means that one, screen pixels. */
 const NEAR_PX = 28;
-const robot = { feed: null, hello: null, busy: false, fedAt: 0, walls: null, placed: null };
+/** How long after a change the drawing is checked, milliseconds. */
+const CHECK_MS = 250;
+/** How large a drawing of another program is that is pasted onto one, as a part of a sheet. */
+const PASTED = 0.5;
+const robot = { feed: null, hello: null, busy: false, fedAt: 0, walls: null, placed: readPlaced(), sent: null };
 /** What is asked for in words: the text of the item `key`, or a new text `at` a place. */
 let asking = null;
 
@@ -34,7 +46,15 @@ const host = {
   asked: () => isAsked(robot.feed), answer: (at, heading_deg) => answer(meant(robot.feed.question, at, desk.sheet.px(NEAR_PX)), heading_deg),
 };
 let crosshair = null;
-const desk = new Desk(at("sheet"), readDraft() ?? blank(matchMedia("(orientation: portrait)").matches ? PORTRAIT : LANDSCAPE), host);
+const shelf = new Shelf();
+const keeper = new Keeper(shelf, {
+  keeps,
+  named: (name) => { at("drawing-name").textContent = name ?? "Not in the library yet"; }, say,
+});
+const desk = new Desk(at("sheet"), keeper.reloaded() ?? begun(blank(matchMedia("(orientation: portrait)").matches ? PORTRAIT : LANDSCAPE)), host);
+const library = new Library(shelf, {
+  current: () => keeper.entryOf(desk.drawing), open: openKept, followed: (entry) => keeper.follow(entry),
+});
 const pointers = new Pointers(desk, () => (
   { hand: desk.tool === "hand" && !host.asked(), fingers: settings.fingers || host.asked(), picks: desk.tool === "select" }
 ));
@@ -43,24 +63,12 @@ crosshair = new Crosshair(at("sheet"), at("crosshair"), desk.sheet, desk, () => 
 bindBar(desk, at("sheet"));
 window.addEventListener("blur", () => pointers.cancelAll());
 
-/** What was on the sheet before the page was loaded again. */
-function readDraft() {
-  try {
-    const text = sessionStorage.getItem("draft");
-    robot.placed = JSON.parse(sessionStorage.getItem("placed") ?? "null");
-    return text ? fromText(text) : null;
-  } catch {
-    return null;
-  }
-}
-
-let drafting = 0;
 /** Tools that change what is drawn already. */
 const EDITS = ["select", "door"];
 
 function drawingChanged() {
-  clearTimeout(drafting);
-  drafting = setTimeout(keepDraft, 400);
+  keeper.changed(desk.drawing);
+  checking ||= setTimeout(check, CHECK_MS);
   at("undo").disabled = !desk.canUndo;
   at("redo").disabled = !desk.canRedo;
   for (const button of document.querySelectorAll("#tools [data-tool]")) {
@@ -71,13 +79,49 @@ function drawingChanged() {
   refresh();
 }
 
-function keepDraft() {
+let [checking, checked] = [0, null];
+
+/** Marks what looks wrong with the drawing, once the hand rests and if the robot could be sent by it. */
+function check() {
+  checking = desk.isBusy ? setTimeout(check, CHECK_MS) : 0;
+  const { pose } = robot.feed ?? {};
+  const isOff = study.takesPart || robot.hello?.mode === "watches";
+  if (checking || (checked === desk.drawing && !pose)) return;
+  checked = desk.drawing;
+  const found = isOff ? [] : doubts(desk.drawing, pose ? [pose.x, pose.y] : null);
+  desk.doubt(found);
+  showDoubts(found);
+}
+
+/** Whether what is drawn here belongs in the library. Drawings of a study do not, and a page that watches a mission has none. */
+function keeps() {
+  const { hello } = robot;
+  return hello ? !hello.study && hello.mode !== "watches" : link.failed;
+}
+
+/** A page that was opened afresh shows the drawing that was on a sheet last, unless the robot has another. */
+async function resume() {
+  if (robot.hello?.study || robot.hello?.mode === "watches") return;
+  const kept = await keeper.resumed(desk.drawing);
+  if (kept && isBlank(desk.drawing) && !robot.hello?.drawing) desk.renew(kept);
+  keeper.changed(desk.drawing);
+}
+
+async function openKept(id) {
+  if (id !== keeper.entryOf(desk.drawing)) desk.change(await keeper.open(id));
+}
+
+/** Where the robot was put: that start is not sent again, not by a page that was loaded again either. */
+function setPlaced(start) {
+  robot.placed = start;
+  sessionStorage.setItem("placed", JSON.stringify(start));
+}
+
+function readPlaced() {
   try {
-    sessionStorage.setItem("draft", toText(desk.drawing));
-    sessionStorage.setItem("placed", JSON.stringify(robot.placed));
+    return JSON.parse(sessionStorage.getItem("placed"));
   } catch {
-    // Photos may be larger than the browser's store: the drawing is then not kept over a reload.
-    sessionStorage.removeItem("draft");
+    return null;
   }
 }
 
@@ -113,7 +157,10 @@ at("label").addEventListener("focusout", (event) => {
 // ---------------------------------------------------------------------------- link
 
 const link = new Link(takeToken(), {
-  changed: refresh,
+  changed() {
+    if (link.failed) resume();
+    refresh();
+  },
   hello(hello) {
     const before = robot.hello;
     robot.hello = hello;
@@ -122,7 +169,7 @@ const link = new Link(takeToken(), {
     if (hello.limits?.link_limit_s && document.activeElement !== at("limit")) at("limit").value = hello.limits.link_limit_s;
     if (hello.trail) desk.trail = hello.trail;
     study.told(hello.study ?? null, hello.drives);
-    takeDrawing(hello, before);
+    takeDrawing(hello, before).then(resume);
     takeWalls(hello.walls);
     refresh();
   },
@@ -136,7 +183,7 @@ const link = new Link(takeToken(), {
 });
 
 const study = new Study({
-  desk, changed: () => refresh(), picture: (path) => link.fetch(path),
+  desk, changed: () => refresh(), picture: (path) => link.fetch(path), forget: () => keeper.forget(),
   post: (told) => link.post("/api/study", JSON.stringify(told)),
 });
 
@@ -144,15 +191,15 @@ const study = new Study({
 async function takeDrawing(hello, before) {
   if (hello.mode === "watches") {
     if (desk.tool !== "hand") desk.take("hand");
-    if (hello.canvas && hello.canvas.join() !== desk.drawing.canvas.join()) desk.change(blank(hello.canvas));
+    if (hello.canvas && hello.canvas.join() !== desk.drawing.canvas.join()) desk.change(begun(blank(hello.canvas)));
     return;
   }
   const news = JSON.stringify([hello.drawing, hello.path]) !== JSON.stringify([before?.drawing, before?.path]);
   if (!hello.drawing || !news || (hello.drives && !isBlank(desk.drawing))) return;
   try {
     const drawing = await sentDrawing(hello.drawing);
-    desk.change(hello.path ? withPath(drawing, hello.path) : drawing);
-    robot.placed = desk.drawing.start;
+    desk.change(await keeper.taken(hello.path ? withPath(drawing, hello.path) : drawing));
+    setPlaced(hello.path?.start ?? null);
   } catch (error) {
     say(`The drawing on the server cannot be shown: ${error.message}`, true);
   }
@@ -211,13 +258,27 @@ async function sendSketch() {
   const body = picture ? await flattened(drawing) : sketchBody(drawing);
   const bytes = picture ? body.size : new TextEncoder().encode(body).length;
   refuse(tooMuch(robot.hello?.limits, { strokes: drawing.strokes.length, points: pointCount(drawing), bytes }));
+  const stands = standing(drawing);
   const answer = await link.send("/api/sketch", body, picture ? "image/jpeg" : "application/json", broken);
-  robot.placed = null;
+  if (stands) desk.change(withStart(desk.drawing, stands.at, stands.heading_deg));
+  robot.sent = drawing;
+  setPlaced(null);
   desk.trail = [];
-  keepDraft();
   const degrees = (answer.wall_direction_rad * 180) / Math.PI;
+  if (stands) return doubted(answer, "The map has arrived. The start is now where the robot stands.");
   // Nothing runs at minus nothing.
   return doubted(answer, Number.isFinite(degrees) ? `The map has arrived. Its walls run at ${(Math.round(degrees * 10) / 10 + 0).toFixed(1)}°.` : "The map has arrived.");
+}
+
+/**
+ * Where the robot stands, as a start, if `drawing` is an edit of the map that it has and it knows where it is; `null` otherwise, and if
+ * a person has marked another start, or a path by hand, which begins where it begins.
+ */
+function standing(drawing) {
+  const { pose } = robot.feed ?? {};
+  const isMarked = drawing.start && JSON.stringify(drawing.start) !== JSON.stringify(robot.placed);
+  if (pose?.tracking !== "tracking" || isMarked || drawing.route || !robot.sent || !isEditOf(robot.sent, drawing)) return null;
+  return { at: [pose.x, pose.y], heading_deg: (pose.heading_rad * 180) / Math.PI };
 }
 
 /** What has arrived, and what the robot doubts about it. */
@@ -228,10 +289,9 @@ function doubted(answer, words) {
 async function sendPath() {
   const { drawing } = desk;
   refuse(tooMuch(robot.hello?.limits, { route: drawing.route?.length, goals: drawing.goals.length }));
-  const answer = await link.send("/api/path", pathBody(drawing, robot.placed), "application/json", broken);
-  robot.placed = drawing.start;
+  const answer = await link.send("/api/path", pathBody(withRoomNames(drawing), robot.placed), "application/json", broken);
+  setPlaced(drawing.start);
   desk.trail = [];
-  keepDraft();
   return doubted(answer, drawing.route ? "The path has arrived." : `${drawing.goals.length === 1 ? "The goal has" : "The goals have"} arrived.`);
 }
 
@@ -286,9 +346,16 @@ const does = {
   tool: (name) => robot.hello?.mode === "watches" || desk.take(name),
   undo: () => study.step("undo", () => desk.undo()), redo: () => study.step("redo", () => desk.redo()),
   zoom: (factor) => desk.zoom(factor), fit: () => desk.fit(), help: showKeys, letGo: () => desk.escape(),
-  selecting: () => desk.selecting, abort,
+  selecting: () => desk.selecting, abort, library: showLibrary,
+  save: () => save(`${keeper.nameOf(desk.drawing)}.json`, toText(desk.drawing)),
 };
 shortcuts(does);
+
+async function showLibrary() {
+  if (!keeps()) return;
+  await keeper.keep();
+  await library.show();
+}
 
 function showKeys() {
   at("menu").togglePopover(true);
@@ -302,32 +369,65 @@ at("zoom-in").addEventListener("click", () => does.zoom(1.25));
 at("zoom-out").addEventListener("click", () => does.zoom(0.8));
 at("fit").addEventListener("click", does.fit);
 
+/** Takes in a file as a drawing of its own; a picture lies under what is drawn already. */
+async function takeIn(file) {
+  const { drawing, picture, words } = await readFile(file);
+  const lies = picture !== null && !isBlank(desk.drawing);
+  desk.change(lies ? { ...desk.drawing, underlay: picture } : keeper.imported(drawing, nameOf(file)));
+  say(lies ? `“${file.name}” lies under the sheet, to be traced.` : `“${file.name}” is open.${words}`);
+}
+
+/** Takes in the text of a drawing: as one of its own, or in the middle of what is drawn already. */
+function takeWords(text) {
+  const { drawing, left, own } = fromWords(text);
+  if (isBlank(desk.drawing)) desk.change(keeper.imported(drawing, null));
+  else {
+    desk.take("select");
+    desk.selecting.takeIn(drawing, onSheet(desk.sheet.view, desk.sheet.area.map((side) => side / 2)), own ? 1 : PASTED);
+  }
+  say(`A drawing was pasted.${leftOut(left)}`);
+}
+
+/** Does something, and says what went wrong. */
+async function tried(work) {
+  try {
+    await work();
+  } catch (error) {
+    say(error.message, true);
+  }
+}
+
+bindExchange({
+  desk, takes: keeps, select: () => does.tool("select"),
+  files: (files) => tried(async () => {
+    for (const file of files) await takeIn(file);
+  }),
+  words: (text) => tried(() => takeWords(text)),
+});
+
 /** A button of the menu: does its work, closes the menu, and says what went wrong. */
 function item(id, work) {
-  at(id).addEventListener("click", async () => {
+  at(id).addEventListener("click", () => {
     at("menu").hidePopover();
-    try {
-      await work();
-    } catch (error) {
-      say(error.message, true);
-    }
+    tried(work);
   });
 }
 
-item("new-landscape", () => desk.change(blank(LANDSCAPE)));
-item("new-portrait", () => desk.change(blank(PORTRAIT)));
-item("save", () => save("drawing.json", toText(desk.drawing)));
+item("library-open", does.library);
+item("new-landscape", () => desk.change(begun(blank(LANDSCAPE))));
+item("new-portrait", () => desk.change(begun(blank(PORTRAIT))));
+item("save", does.save);
+item("save-png", async () => save(`${keeper.nameOf(desk.drawing)}.png`, await png(desk.drawing), "image/png"));
+item("save-svg", () => save(`${keeper.nameOf(desk.drawing)}.svg`, toSvg(desk.drawing, { own: true }), "image/svg+xml"));
 item("open", async () => {
-  const file = await choose(".json,application/json");
-  if (!file) return;
-  desk.change(fromText(await file.text()));
-  say(`“${file.name}” is open.`);
+  const file = await choose(ACCEPTED);
+  if (file) await takeIn(file);
 });
 item("photo", async () => {
   const file = await choose("image/*");
   if (!file) return;
   const { size, url } = await photo(file);
-  desk.change({ ...blank(size), photo: url });
+  desk.change(keeper.imported({ ...blank(size), photo: url }, nameOf(file)));
 });
 item("underlay", async () => {
   const file = await choose("image/*");
@@ -396,3 +496,5 @@ at("menu").addEventListener("beforetoggle", (event) => {
   });
 });
 desk.take("pen");
+// Only where the connection is safe from others, as it is over localhost.
+navigator.serviceWorker?.register("sw.js").catch((error) => console.warn(`The page cannot be kept for use without a server: ${error.message}`));

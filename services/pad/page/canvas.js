@@ -15,10 +15,13 @@ import { MARK_PX, tipOf } from "./items.js";
 /** Screens beyond twice as fine cost more than the eye gains. */
 const MAX_RATIO = 2;
 
+/** A mark of what looks wrong: radius of its ring, height of its word, space around that; screen pixels. */
+const DOUBT_PX = { ring: 20, text: 13, pad: 4 };
+
 /** Colours by name, as the style sheet has them for the sheet's element. */
 export function palette(element) {
   const style = getComputedStyle(element);
-  const names = ["paper", "ink", "edge", "obstacle", "obstacle-text", "place", "route", "goal", "goal-text", "start", "robot", "particle", "scan", "plan", "seen", "hidden", "trail", "rubber", "walls", "select", "guide"];
+  const names = ["paper", "ink", "edge", "obstacle", "obstacle-text", "place", "route", "goal", "goal-text", "start", "robot", "particle", "scan", "plan", "seen", "hidden", "trail", "rubber", "walls", "select", "guide", "doubt", "doubt-text"];
   return Object.fromEntries(names.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
 }
 
@@ -138,14 +141,15 @@ export class Sheet {
     return fresh.length > 0;
   }
 
-  /** Draws obstacles and marks anew. `draft` is a shape that is being drawn. */
-  drawMarks({ obstacles, labels, route, goals, start }, draft = null) {
+  /** Draws obstacles and marks anew. `draft` is a shape that is being drawn, `doubts` are what looks wrong. */
+  drawMarks({ obstacles, labels, route, goals, start }, draft = null, doubts = []) {
     const context = this.wipe("marks");
     obstacles.forEach((obstacle) => this.#drawObstacle(context, obstacle));
     labels.forEach(({ text, at }) => this.#write(context, text, at, this.colors.place, MARK_PX.text));
     if (route) this.#drawRoute(context, route);
     goals.forEach((goal, i) => this.#drawGoal(context, goal.at, i));
     if (start) this.#drawStart(context, start);
+    doubts.forEach((doubt) => this.#drawDoubt(context, doubt));
     if (draft) this.#drawDraft(context, draft);
   }
 
@@ -216,6 +220,22 @@ export class Sheet {
     context.fillStyle = this.colors.goal;
     this.#disc(context, at, MARK_PX.goal);
     this.#write(context, String(index + 1), at, this.colors["goal-text"], 13);
+  }
+
+  /** A ring, and a word below it that stays on the sheet. */
+  #drawDoubt(context, { at: [x, y], word }) {
+    const [radius, high, pad] = [DOUBT_PX.ring, DOUBT_PX.text, DOUBT_PX.pad].map((n) => this.px(n));
+    context.strokeStyle = context.fillStyle = this.colors.doubt;
+    context.lineWidth = this.px(3);
+    context.beginPath();
+    context.arc(x, y, radius, 0, 2 * Math.PI);
+    context.stroke();
+    context.font = `600 ${high}px system-ui, sans-serif`;
+    const half = context.measureText(word).width / 2 + pad;
+    context.beginPath();
+    context.roundRect(x - half, y + radius + pad, 2 * half, high + 2 * pad, pad);
+    context.fill();
+    this.#write(context, word, [x, y + radius + 2 * pad + high / 2], this.colors["doubt-text"], DOUBT_PX.text);
   }
 
   #drawStart(context, start) {

@@ -28,6 +28,7 @@ export class Desk {
   #guides = [];
   #overlaid = false;
   #tag = null;
+  #doubts = [];
   #stale = {};
   #frame = 0;
   #host;
@@ -184,6 +185,17 @@ export class Desk {
     this.#redraw("over");
   }
 
+  /** Whether a hand is at something. */
+  get isBusy() {
+    return this.#under !== null;
+  }
+
+  /** What looks wrong with the drawing, `{ at, word }` each. */
+  doubt(doubts) {
+    this.#doubts = doubts;
+    this.#redraw("marks");
+  }
+
   /** A message of the robot. */
   told(feed) {
     this.feed = feed;
@@ -210,7 +222,7 @@ export class Desk {
     const stale = this.#stale;
     this.#stale = {};
     if (stale.ink) this.sheet.drawInk(this.#shown);
-    if (stale.marks) this.sheet.drawMarks(this.#shown, this.#draft);
+    if (stale.marks) this.sheet.drawMarks(this.#shown, this.#draft, this.#doubts);
     if (stale.feed) this.#drawFeed();
     if (stale.over) this.#drawOver();
   }

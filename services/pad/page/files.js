@@ -1,12 +1,14 @@
 // Drawings and pictures from and to the device.
 
+import { toSvg } from "./svg.js";
+
 /** Longest side of a picture that is taken in, pixels: the sheet's own. */
 const LONGEST_PX = 2540;
 
-/** Hands a text to the device as a file. */
-export function save(name, text, type = "application/json") {
+/** Hands a text, or the bytes of a blob, to the device as a file. */
+export function save(name, content, type = "application/json") {
   const link = document.createElement("a");
-  link.href = URL.createObjectURL(new Blob([text], { type }));
+  link.href = URL.createObjectURL(new Blob([content], { type }));
   link.download = name;
   link.click();
   // The download has its own hold on the data once the click was taken.
@@ -23,6 +25,9 @@ export function choose(accept) {
     input.click();
   });
 }
+
+/** A file's name without its ending. */
+export const nameOf = (file) => file.name.replace(/\.[^.]*$/, "").slice(0, 60);
 
 /**
  * A photo as the sheet takes it: upright, no larger than the sheet, as a data URL with its size. It is
@@ -58,14 +63,45 @@ function picture([width, height]) {
   return canvas;
 }
 
+/** Longest side of a small picture, and of one for a file, pixels. */
+const [SMALL_PX, LARGE_PX] = [320, 8192];
+
+/** A small picture of a drawing, with thin lines drawn so that they are seen: a data URL. */
+export async function small(drawing) {
+  const scale = SMALL_PX / Math.max(...drawing.canvas);
+  return (await painted(drawing, scale, 1.5 / scale)).toDataURL("image/png");
+}
+
+/** A drawing as it is shown, with path, goals and start, as a PNG. */
+export async function png(drawing) {
+  const canvas = await painted(drawing, Math.min(1, LARGE_PX / Math.max(...drawing.canvas)), 0);
+  return new Promise((resolve) => { canvas.toBlob(resolve, "image/png"); });
+}
+
+async function painted(drawing, scale, least) {
+  const url = URL.createObjectURL(new Blob([toSvg(drawing, { shown: true, least })], { type: "image/svg+xml" }));
+  try {
+    const image = await decoded(url);
+    const canvas = picture(drawing.canvas.map((side) => Math.max(1, Math.round(side * scale))));
+    canvas.getContext("2d").drawImage(image, 0, 0, canvas.width, canvas.height);
+    return canvas;
+  } finally {
+    URL.revokeObjectURL(url);
+  }
+}
+
+async function decoded(url) {
+  const image = new Image();
+  image.src = url;
+  await image.decode();
+  return image;
+}
+
 /** The map as one picture, a photo with what was drawn on it, for the robot: black ink, JPEG. */
 export async function flattened(drawing) {
   const canvas = picture(drawing.canvas);
   const context = canvas.getContext("2d");
-  const image = new Image();
-  image.src = drawing.photo;
-  await image.decode();
-  context.drawImage(image, 0, 0, ...drawing.canvas);
+  context.drawImage(await decoded(drawing.photo), 0, 0, ...drawing.canvas);
   context.lineCap = context.lineJoin = "round";
   for (const { points, width_px } of drawing.strokes) {
     context.lineWidth = width_px;

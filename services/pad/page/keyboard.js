@@ -9,7 +9,7 @@ const TOOL_KEYS = {
 };
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 /** What is done with what is selected, by its key: methods of Selection. With Ctrl or the command key, with Alt, and without. */
-const WITH_CTRL = { a: ["selectAll"], d: ["duplicate"], c: ["copy"], x: ["cut"], v: ["paste"] };
+const WITH_CTRL = { a: ["selectAll"], d: ["duplicate"] };
 const WITH_CTRL_SHIFT = {
   ArrowLeft: ["align", "left"], ArrowRight: ["align", "right"], ArrowUp: ["align", "top"], ArrowDown: ["align", "bottom"],
 };
@@ -24,10 +24,10 @@ const [NUDGE_PX, FAR_PX] = [1, 5];
 const [STEP_PX, FINE_PX] = [16, 2];
 
 /** Whether keys belong to somebody who writes. */
-const writes = (element) => element.matches("input, textarea, select");
+export const writes = (element) => element.matches("input, textarea, select");
 
 /**
- * Binds the shortcuts. `does` has `tool(name)`, `undo()`, `redo()`, `zoom(factor)`, `fit()`, `help()`, `abort()`
+ * Binds the shortcuts. `does` has `tool(name)`, `undo()`, `redo()`, `zoom(factor)`, `fit()`, `help()`, `library()`, `save()`, `abort()`
  * (answers whether there was something to stop), `letGo()`, `selecting()` (the selection, while the tool that selects is in hand).
  */
 export function shortcuts(does) {
@@ -40,6 +40,8 @@ export function shortcuts(does) {
     if (event.ctrlKey || event.metaKey) {
       if (key === "z") act(event, event.shiftKey ? does.redo : does.undo);
       else if (key === "y") act(event, does.redo);
+      else if (key === "o") act(event, does.library);
+      else if (key === "s") act(event, does.save);
     } else if (event.altKey) return;
     else if (TOOL_KEYS[key]) act(event, () => does.tool(TOOL_KEYS[key]));
     else if (key === "+" || key === "=") act(event, () => does.zoom(1.25));
@@ -53,8 +55,8 @@ export function shortcuts(does) {
 /** Whether a key meant what is selected, and did it. */
 function selects(event, key, does) {
   const ctrl = event.ctrlKey || event.metaKey;
-  // To select everything, or to paste, takes the tool.
-  if (ctrl && !event.shiftKey && !does.selecting() && (key === "a" || key === "v")) does.tool("select");
+  // To select everything takes the tool.
+  if (ctrl && !event.shiftKey && !does.selecting() && key === "a") does.tool("select");
   const selection = does.selecting();
   if (!selection) return false;
   const called = meant(event, key, ctrl);

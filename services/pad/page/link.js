@@ -45,6 +45,8 @@ export class Link {
   /** Round trip, milliseconds, `null` before the first. */
   latencyMs = null;
   up = false;
+  /** Whether an attempt to connect has failed. */
+  failed = false;
   /** Why the server does not let this page in, in its words; `null` where it does, or says nothing. */
   refusal = null;
 
@@ -111,7 +113,7 @@ export class Link {
     if (socket !== this.#socket) return;
     this.#socket = null;
     if (!this.up) this.#askWhy();
-    this.up = false;
+    [this.up, this.failed] = [false, true];
     this.latencyMs = null;
     this.#again(pauseMs(this.#attempts));
     this.#attempts += 1;

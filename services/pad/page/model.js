@@ -244,6 +244,14 @@ export function pathBody({ route, goals, start }, placed = null) {
   return JSON.stringify({ ...begin, goals: goals.map((goal) => (goal.name ? goal : goal.at)) });
 }
 
+/** Whether a drawing is an edit of the one before, of which at least half of the walls and obstacles are left as they were. */
+export function isEditOf(before, after) {
+  const items = ({ strokes, obstacles }) => [...strokes.map(wire), ...obstacles.map(wireObstacle)].map((item) => JSON.stringify(item));
+  const [had, has] = [items(before), new Set(items(after))];
+  return before.id === after.id && before.canvas.join() === after.canvas.join() && !before.photo && !after.photo
+    && 2 * had.filter((item) => has.has(item)).length >= had.length;
+}
+
 /** The drawing with a path as it was sent. */
 export function withPath(drawing, { start, route, goals }) {
   const named = (goals ?? []).map((goal) => (Array.isArray(goal) ? { at: goal } : goal));
@@ -303,16 +311,17 @@ export function fromFile(file) {
   return { canvas: file.canvas, strokes, obstacles, labels, start, goals, route, photo, underlay };
 }
 
-function expect(holds, where, expected, found) {
+/** Throws an `Error` unless it holds. */
+export function expect(holds, where, expected, found) {
   if (holds) return;
   const shown = JSON.stringify(found) ?? "nothing";
   throw new Error(`${where}: expected ${expected}, found ${shown.length > 60 ? `${shown.slice(0, 60)}…` : shown}`);
 }
 
-const isObject = (v) => typeof v === "object" && v !== null && !Array.isArray(v);
-const isPoint = (p) => Array.isArray(p) && p.length === 2 && p.every((n) => Number.isFinite(n) && Math.abs(n) <= FAR_PX);
+export const isObject = (v) => typeof v === "object" && v !== null && !Array.isArray(v);
+export const isPoint = (p) => Array.isArray(p) && p.length === 2 && p.every((n) => Number.isFinite(n) && Math.abs(n) <= FAR_PX);
 
-function list(value, where) {
+export function list(value, where) {
   expect(Array.isArray(value), where, "a list", value);
   return value;
 }

@@ -87,6 +87,15 @@ function showWarnings(state) {
   list.replaceChildren(...texts.map((text) => Object.assign(document.createElement("p"), { textContent: text })));
 }
 
+/** Lists what looks wrong with the drawing, each reason once. */
+export function showDoubts(doubts) {
+  const reasons = [...new Set(doubts.map(({ why }) => why))];
+  const list = at("doubts");
+  if (list.dataset.shown === reasons.join("\n")) return;
+  list.dataset.shown = reasons.join("\n");
+  list.replaceChildren(...reasons.map((why) => Object.assign(document.createElement("li"), { textContent: why })));
+}
+
 let saying = 0;
 
 /** Says something once. What went wrong stays until something else is said. */

@@ -169,6 +169,14 @@ export class Selection {
     this.#copies(withCopies(this.#drawing, this.#clipboard, this.#aside));
   }
 
+  /** Puts another drawing on this one, at a scale, with its middle at `at`. */
+  takeIn(drawing, at, scale) {
+    const keys = allKeys(drawing);
+    const scaled = transformed(drawing, keys, { map: (p) => p.map((v) => v * scale), turn_deg: 0 });
+    const box = boxAround(scaled, keys);
+    this.#copies(withCopies(this.#drawing, copied(scaled, keys), [0, 1].map((i) => at[i] - (box[i] + box[i + 2]) / 2)));
+  }
+
   get #aside() {
     const by = this.#host.sheet.px(COPY_PX);
     return [by, by];

@@ -2,12 +2,13 @@
 // participant has come; only that a drawing begins to count after some practice is this page's own.
 
 import { NOTHING, measured, report } from "./measure.js";
+import { begun } from "./keeper.js";
 import { LANDSCAPE, PORTRAIT, blank } from "./model.js";
 
 const at = (id) => document.getElementById(id);
 const now = () => performance.timeOrigin + performance.now();
 /** What a page keeps over a reload, and what it forgets with a participant. */
-const [STORE, OF_PARTICIPANT] = ["study", ["study", "draft", "placed"]];
+const [STORE, OF_PARTICIPANT] = ["study", ["study", "placed"]];
 const NOBODY = { code: null, practising: true, measure: NOTHING };
 
 function load() {
@@ -28,7 +29,7 @@ export class Study {
   #asks = false;
   #place = false;
 
-  /** The host has `desk`, `post(body)`, `picture(path)` (a blob), `changed()`. */
+  /** The host has `desk`, `post(body)`, `picture(path)` (a blob), `changed()`, `forget()` (the drawing). */
   constructor(host) {
     this.host = host;
     this.#seen = host.desk.drawing;
@@ -51,10 +52,11 @@ export class Study {
 
   /** Whether the sheet is for practice: nothing on it can be sent. */
   get practising() {
-    return this.#takesPart && this.#view.stage === "draw" && this.#kept.practising;
+    return this.takesPart && this.#view.stage === "draw" && this.#kept.practising;
   }
 
-  get #takesPart() {
+  /** Whether a participant of a study is at this page. */
+  get takesPart() {
     return this.#view !== null && this.#drives;
   }
 
@@ -62,12 +64,13 @@ export class Study {
   told(view, drives) {
     [this.#view, this.#drives] = [view, drives];
     document.body.classList.toggle("study", view !== null);
-    if (!this.#takesPart) {
+    if (!this.takesPart) {
       this.#show();
       return;
     }
     if (view.stage === "welcome" && this.#kept.code !== null) {
       OF_PARTICIPANT.forEach((key) => sessionStorage.removeItem(key));
+      this.host.forget();
       location.reload();
       return;
     }
@@ -79,7 +82,7 @@ export class Study {
   /** Whether the robot has driven and stands still, so that there are questions. */
   hasQuestions(feed) {
     const stands = Boolean(feed) && !["driving", "paused"].includes(feed.state);
-    return this.#takesPart && this.#view.stage === "driven" && stands;
+    return this.takesPart && this.#view.stage === "driven" && stands;
   }
 
   /** Shows what there is to do by this state of the robot. */
@@ -100,7 +103,7 @@ export class Study {
   saw(drawing, edits = false) {
     const before = this.#seen;
     this.#seen = drawing;
-    if (drawing === before || !this.#takesPart || this.#view.stage !== "draw" || this.practising) return;
+    if (drawing === before || !this.takesPart || this.#view.stage !== "draw" || this.practising) return;
     const ended = now();
     const screen = matchMedia("(orientation: portrait)").matches ? "portrait" : "landscape";
     const how = edits && this.#how === "draw" ? "edit" : this.#how;
@@ -111,7 +114,7 @@ export class Study {
 
   /** Tells the server what was measured, before the robot drives. */
   async beforeDrive() {
-    if (!this.#takesPart || this.#view.stage !== "draw") return;
+    if (!this.takesPart || this.#view.stage !== "draw") return;
     const measures = report(this.#kept.measure);
     if (!measures) throw new Error("Draw the place on this page first: the time that takes is part of the study.");
     await this.host.post({ measures });
@@ -124,7 +127,7 @@ export class Study {
 
   /** The practice is over: an empty sheet, without a way back to what was on it. */
   #start() {
-    const drawing = blank(this.#view.sheet === "portrait" ? PORTRAIT : LANDSCAPE);
+    const drawing = begun(blank(this.#view.sheet === "portrait" ? PORTRAIT : LANDSCAPE));
     this.host.desk.renew(drawing);
     this.#began = null;
     this.#keep({ ...this.#kept, practising: false, measure: NOTHING });
@@ -148,7 +151,7 @@ export class Study {
 
   /** Which part of the dialog is shown; `null` where there is none. */
   get #part() {
-    if (!this.#takesPart) return null;
+    if (!this.takesPart) return null;
     if (this.#asks) return "study-answers";
     return { welcome: "study-begin", done: "study-thanks" }[this.#view.stage] ?? null;
   }

@@ -4,6 +4,8 @@ macro_rules! files {
     ($($name:literal: $kind:ident),* $(,)?) => {
         /// Name, `content-type` and bytes of each file.
         const FILES: &[(&str, &str, &[u8])] = &[$(($name, $kind, include_bytes!(concat!("../page/", $name))),)*];
+        /// The paths of all files in JSON, for the page to keep.
+        const LIST: &str = concat!("[\"/\"", $(",\"/", $name, "\"",)* "]");
     };
 }
 
@@ -11,6 +13,8 @@ const HTML: &str = "text/html; charset=utf-8";
 const CSS: &str = "text/css; charset=utf-8";
 const SCRIPT: &str = "text/javascript; charset=utf-8";
 const SVG: &str = "image/svg+xml";
+const MANIFEST: &str = "application/manifest+json";
+const JSON: &str = "application/json";
 
 files! {
     "index.html": HTML,
@@ -19,25 +23,39 @@ files! {
     "app.js": SCRIPT,
     "bar.js": SCRIPT,
     "canvas.js": SCRIPT,
+    "checks.js": SCRIPT,
     "desk.js": SCRIPT,
+    "exchange.js": SCRIPT,
+    "excalidraw.js": SCRIPT,
     "feed.js": SCRIPT,
     "files.js": SCRIPT,
     "geometry.js": SCRIPT,
+    "grid.js": SCRIPT,
     "ink.js": SCRIPT,
     "items.js": SCRIPT,
+    "keeper.js": SCRIPT,
     "keyboard.js": SCRIPT,
+    "library.js": SCRIPT,
     "link.js": SCRIPT,
+    "manifest.webmanifest": MANIFEST,
     "measure.js": SCRIPT,
     "model.js": SCRIPT,
+    "outline.js": SCRIPT,
+    "outside.js": SCRIPT,
     "overlay.js": SCRIPT,
     "panel.js": SCRIPT,
+    "placing.js": SCRIPT,
     "pointer.js": SCRIPT,
     "select.js": SCRIPT,
     "selection.js": SCRIPT,
     "settings.js": SCRIPT,
+    "shelf.js": SCRIPT,
     "snap.js": SCRIPT,
     "states.js": SCRIPT,
     "study.js": SCRIPT,
+    "svg.js": SCRIPT,
+    "svgfile.js": SCRIPT,
+    "sw.js": SCRIPT,
     "tools.js": SCRIPT,
     "transform.js": SCRIPT,
     "view.js": SCRIPT,
@@ -46,6 +64,9 @@ files! {
 /// The file at a path of the server: its `content-type` and its bytes.
 pub fn find(path: &str) -> Option<(&'static str, &'static [u8])> {
     let name = if path == "/" { "index.html" } else { path.strip_prefix('/')? };
+    if name == "files.json" {
+        return Some((JSON, LIST.as_bytes()));
+    }
     FILES.iter().find(|(known, ..)| *known == name).map(|(_, kind, bytes)| (*kind, *bytes))
 }
 
@@ -65,11 +86,20 @@ mod tests {
     }
 
     #[test]
+    fn the_list_names_every_file_once() {
+        let (_, list) = find("/files.json").unwrap();
+        let paths: Vec<String> = serde_json::from_slice(list).unwrap();
+        assert_eq!(paths.len(), FILES.len() + 1);
+        assert!(paths.iter().all(|path| find(path).is_some()), "{paths:?}");
+    }
+
+    #[test]
     fn no_file_of_the_folder_is_forgotten() {
         let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/page");
         for entry in std::fs::read_dir(folder).unwrap() {
             let name = entry.unwrap().file_name().into_string().unwrap();
-            let is_asset = [".html", ".css", ".js", ".svg"].iter().any(|end| name.ends_with(end));
+            let is_asset =
+                [".html", ".css", ".js", ".svg", ".webmanifest"].iter().any(|end| name.ends_with(end));
             assert!(!is_asset || find(&format!("/{name}")).is_some(), "{name}");
         }
     }

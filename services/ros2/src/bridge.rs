@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use sketchnav_runtime::{Node, Ordered, RawReader, RawSample, SendTimes, System, Wake};
 use sketchnav_schemas::channels::{self, ChannelSpec, FAULTS, HEALTH, ODOMETRY, Role};
 use sketchnav_schemas::erased::Spare;
+use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::ros2::{encode, transforms};
 use sketchnav_schemas::run::RunConfig;
 
@@ -224,7 +225,7 @@ impl Inlet {
 /// Takes orders from ROS 2.
 struct Orders {
     intake: Intake<Text>,
-    task_count: u32,
+    mission: Mission,
     allowance: Allowance,
 }
 
@@ -232,14 +233,14 @@ impl Orders {
     fn open(run: &RunConfig, participant: &mut Participant) -> Result<Self, BridgeError> {
         let delivery = Delivery::Reliable { depth: ORDER_DEPTH };
         let intake = participant.subscription(ORDER_TOPIC, ORDER_TYPE, delivery)?;
-        Ok(Self { intake, task_count: run.mission.task.len() as u32, allowance: Allowance::default() })
+        Ok(Self { intake, mission: run.mission.clone(), allowance: Allowance::default() })
     }
 
     /// Passes on the orders that have arrived, for the supervisor to give them.
     fn hand_on(&mut self, system: &System, now: Duration) -> Result<(), BridgeError> {
         while let Some(text) = self.intake.take() {
             let order = match self.allowance.take(now) {
-                Ok(true) => parse(&text.data, self.task_count),
+                Ok(true) => parse(&text.data, &self.mission),
                 Ok(false) => continue,
                 Err(error) => Err(error),
             };

@@ -11,17 +11,20 @@ use serde::de::DeserializeOwned;
 use serde::ser::{Serialize, SerializeTuple, Serializer};
 use sketchnav_schemas::ros2::ENCAPSULATION;
 
-use crate::participant::{Receiver, Sender};
+use crate::participant::{PublisherId, Receiver, Sender, dds_type_name};
 use crate::topics::Delivery;
-use crate::{BridgeError, Settings};
+use crate::{BridgeError, Settings, full_name};
+
+/// What precedes the name of a ROS 2 topic in DDS.
+const PREFIX: &str = "rt";
 
 /// A ROS 2 node.
 pub struct Participant {
     node: Node,
-    /// The namespace with a leading slash, or only the slash if there is none.
+    /// The namespace, without slashes around it. Empty for none.
     namespace: String,
     /// Declared last, and therefore dropped last, because the node needs it.
-    _context: Context,
+    context: Context,
 }
 
 impl Participant {
@@ -37,11 +40,11 @@ impl Participant {
         }
         let participant = builder.build().map_err(|error| failed(&error))?;
         let context = Context::from_domain_participant(participant).map_err(|error| failed(&error))?;
-        let namespace = format!("/{}", settings.namespace);
-        let name = NodeName::new(&namespace, name).map_err(|error| failed(&error))?;
+        let namespace = settings.namespace.clone();
+        let name = NodeName::new(&format!("/{namespace}"), name).map_err(|error| failed(&error))?;
         let options = NodeOptions::new().enable_rosout(false).start_parameter_services(false);
         let node = context.new_node(name, options).map_err(|error| failed(&error))?;
-        Ok(Self { node, namespace, _context: context })
+        Ok(Self { node, namespace, context })
     }
 
     /// Opens a topic for publishing.
@@ -54,7 +57,7 @@ impl Participant {
         kind: &str,
         delivery: Delivery,
     ) -> Result<impl Sender + 'static, BridgeError> {
-        let failed = BridgeError::middleware(format!("publishing /{name}"));
+        let failed = BridgeError::middleware(format!("publishing {}", self.full(name)));
         let qos = quality(delivery);
         let topic = self.topic(name, kind, &qos).map_err(|cause| failed(&cause))?;
         let publisher = self.node.create_publisher(&topic, Some(qos)).map_err(|error| failed(&error))?;
@@ -71,7 +74,7 @@ impl Participant {
         kind: &str,
         delivery: Delivery,
     ) -> Result<impl Receiver<F> + 'static, BridgeError> {
-        let failed = BridgeError::middleware(format!("subscribing to /{name}"));
+        let failed = BridgeError::middleware(format!("subscribing to {}", self.full(name)));
         let qos = quality(delivery);
         let topic = self.topic(name, kind, &qos).map_err(|cause| failed(&cause))?;
         let subscription =
@@ -79,8 +82,21 @@ impl Participant {
         Ok(Incoming(subscription))
     }
 
+    /// Returns the full names of the topics of a type that other nodes have announced.
+    pub fn topics_of(&self, kind: &str) -> Vec<String> {
+        let type_name = dds_type_name(kind);
+        let of_type =
+            self.context.discovered_topics().into_iter().filter(|topic| topic.type_name == type_name);
+        of_type.filter_map(|topic| topic.name.strip_prefix(PREFIX).map(str::to_owned)).collect()
+    }
+
+    /// Returns the full name of a topic.
+    pub fn full(&self, name: &str) -> String {
+        full_name(&self.namespace, name)
+    }
+
     fn topic(&self, name: &str, kind: &str, qos: &QosProfile) -> Result<Topic, String> {
-        let name = Name::new(&self.namespace, name).map_err(|error| error.to_string())?;
+        let name = Name::parse(&self.full(name)).map_err(|error| error.to_string())?;
         self.node.create_topic(&name, type_name(kind), qos).map_err(|error| error.to_string())
     }
 }
@@ -120,9 +136,9 @@ impl Sender for Outgoing {
 struct Incoming<F: 'static>(Subscription<F>);
 
 impl<F: DeserializeOwned + 'static> Receiver<F> for Incoming<F> {
-    fn take(&mut self) -> Result<Option<F>, String> {
+    fn take(&mut self) -> Result<Option<(F, PublisherId)>, String> {
         let taken = self.0.take().map_err(|error| error.to_string())?;
-        Ok(taken.map(|(form, _)| form))
+        Ok(taken.map(|(form, info)| (form, info.publisher_gid().to_bytes16())))
     }
 }
 
@@ -141,7 +157,6 @@ impl Serialize for Cdr {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::participant::dds_type_name;
 
     /// The sent bytes must be those of a recording, so nothing may be aligned or counted a second time.
     #[test]

@@ -1,217 +1,202 @@
-//! Drives a ROS 2 robot in place of the simulated world: `/scan` and `/odom` become the sensors' channels and the tick, and
-//! commands become `/cmd_vel`.
+//! Drives a ROS 2 robot in place of the simulated world: its scans (`/scan`) and odometry (`/odom`) become the sensors' channels
+//! and the tick, and commands become velocities (`/cmd_vel`).
 //!
 //! An instant ends with each scan. The robot is stopped if no command has arrived for half a second, and at the end.
 
 use std::time::{Duration, Instant};
 
-use sketchnav_runtime::{HealthReporter, Node, Reader, Step, System, Wake, Writer};
-use sketchnav_schemas::channels::{COMMAND, ODOMETRY, SCAN, TICK};
-use sketchnav_schemas::message::{Header, LaserScan, Odometry, Tick, Twist, VelocityCommand};
+use serde::de::DeserializeOwned;
+use sketchnav_driver::{Driver, DriverError, STANDSTILL};
+use sketchnav_schemas::channels::{ODOMETRY, SCAN};
+use sketchnav_schemas::message::{LaserScan, Odometry, Twist};
 use sketchnav_schemas::ros2::{Field, encode};
-use sketchnav_schemas::run::RunConfig;
 
 use crate::participant::{Intake, Outlet, Participant};
-use crate::readings::{self, OdometryForm, ReadingError, ScanForm, Thinning, Timebase};
+use crate::readings::{self, OdometryForm, Publishers, ReadingError, ScanForm, Timebase};
 use crate::topics::Delivery;
-use crate::{BridgeError, Settings, Summary};
+use crate::{BridgeError, RobotTopics, Settings, Summary};
 
 /// How often to look for messages, since ROS 2 messages wake no process.
 const LOOK_EVERY: Duration = Duration::from_millis(2);
-/// How often to check whether the system still runs.
-const SECOND: Duration = Duration::from_secs(1);
-/// How long the robot moves without a new command before it is stopped.
-const COMMAND_LIMIT: Duration = Duration::from_millis(500);
 /// Maximum time for sending the last message.
 const FAREWELL: Duration = Duration::from_millis(100);
-const STANDSTILL: Twist = Twist { vx_mps: 0.0, vy_mps: 0.0, yaw_rate_radps: 0.0 };
+/// How long a robot may be silent at the start before this is reported.
+const SILENCE: Duration = Duration::from_secs(3);
 
 /// Drives the robot until its mission is over, the system is gone, or the process is asked to end.
 ///
 /// # Errors
 /// [`BridgeError`] if the domain or a channel cannot be opened, or sending is no longer possible.
-pub fn drive(node: &Node, run: &RunConfig, settings: &Settings) -> Result<Summary, BridgeError> {
-    let mut driver = Driver::open(node, run, settings)?;
-    let mut looked = Instant::now();
+pub fn drive(driver: Driver, settings: &Settings, topics: &RobotTopics) -> Result<Summary, BridgeError> {
+    let mut robot = Robot::open(driver, settings, topics)?;
     loop {
-        let step = Step::begin();
-        driver.sense()?;
-        let is_over = driver.command()?;
-        driver.health.end(step);
-        driver.health.report_if_due(driver.stamp_ns)?;
-        if looked.elapsed() >= SECOND {
-            looked = Instant::now();
-            if System::open(node.system().name()).is_err() {
-                break;
-            }
-        }
-        if is_over || node.wait(LOOK_EVERY) == Wake::Terminate {
-            break;
-        }
+        robot.sense()?;
+        let Some(twist) = robot.driver.command(Duration::ZERO)? else { break };
+        robot.move_at(twist)?;
+        robot.driver.idle(LOOK_EVERY)?;
     }
-    driver.end()
+    robot.end()
 }
 
-struct Driver<'a> {
-    node: &'a Node,
-    scans: Intake<ScanForm>,
-    odometry: Intake<OdometryForm>,
+struct Robot {
+    driver: Driver,
+    scans: Sensor<ScanForm>,
+    odometry: Sensor<OdometryForm>,
     wheels: Outlet,
-    scan: Writer<LaserScan>,
-    reading: Writer<Odometry>,
-    tick: Writer<Tick>,
-    commands: Reader<VelocityCommand>,
-    health: HealthReporter,
     time: Timebase,
-    thinning: Thinning,
-    /// The newest odometry reading, if it has not been sent yet.
-    held: Option<Odometry>,
+    began: Instant,
+    /// True once silent sensors have been reported.
+    has_looked: bool,
     has_odometry: bool,
-    /// The last tick of an earlier driver. Commands that answer it or older ticks are ignored.
-    ticks_before: u64,
-    stamp_ns: u64,
-    commanded: Instant,
-    is_moving: bool,
+    /// The last velocity that was sent, and the tick whose answer it is.
+    sent: (Twist, u64),
     refused: u64,
     /// Once this is dropped, nothing is received any more.
-    _participant: Participant,
+    participant: Participant,
 }
 
-impl<'a> Driver<'a> {
-    fn open(node: &'a Node, run: &RunConfig, settings: &Settings) -> Result<Self, BridgeError> {
-        let mut participant = Participant::join(settings, &run.system)?;
-        let sensor = Delivery::Sensor;
-        let scans = participant.subscription("scan", "sensor_msgs/msg/LaserScan", sensor)?;
-        let odometry = participant.subscription("odom", "nav_msgs/msg/Odometry", sensor)?;
+/// A topic of the robot's readings.
+struct Sensor<F> {
+    intake: Intake<F>,
+    kind: &'static str,
+    /// The option that selects another topic.
+    option: &'static str,
+    publishers: Publishers,
+    is_silent: bool,
+}
+
+impl<F: DeserializeOwned + 'static> Sensor<F> {
+    fn open(
+        participant: &mut Participant,
+        topic: &str,
+        kind: &'static str,
+        option: &'static str,
+    ) -> Result<Self, BridgeError> {
+        let intake = participant.subscription(topic, kind, Delivery::Sensor)?;
+        Ok(Self { intake, kind, option, publishers: Publishers::default(), is_silent: true })
+    }
+
+    /// Takes the next reading, and reports a second publisher, whose readings would be mixed with those of the first.
+    fn take(&mut self) -> Option<F> {
+        let (form, publisher) = self.intake.take_with_publisher()?;
+        self.is_silent = false;
+        if self.publishers.is_second(publisher) {
+            let (topic, option) = (self.intake.name(), self.option);
+            sketchnav_schemas::say!(
+                "notice: {topic} has a second publisher; if it belongs to another robot, choose one of them by --domain, \
+                 --namespace or {option}"
+            );
+        }
+        Some(form)
+    }
+
+    /// Reports that nothing has come so far.
+    fn report_silence(&self, participant: &Participant) -> Result<(), BridgeError> {
+        if self.is_silent {
+            let known = participant.topics_of(self.kind)?;
+            let words = readings::silent(self.intake.name(), self.kind, self.option, &known);
+            sketchnav_schemas::say!("notice: {words}");
+        }
+        Ok(())
+    }
+}
+
+impl Robot {
+    fn open(driver: Driver, settings: &Settings, topics: &RobotTopics) -> Result<Self, BridgeError> {
+        let mut participant = Participant::join(settings, &driver.run().system)?;
+        let RobotTopics { scan, odom, cmd_vel } = topics;
+        let scans = Sensor::open(&mut participant, scan, "sensor_msgs/msg/LaserScan", "--scan")?;
+        let odometry = Sensor::open(&mut participant, odom, "nav_msgs/msg/Odometry", "--odom")?;
         let wheels =
-            participant.publisher("cmd_vel", "geometry_msgs/msg/Twist", Delivery::Reliable { depth: 1 })?;
-        let (mut scan, mut reading, mut tick) =
-            (node.writer(SCAN)?, node.writer(ODOMETRY)?, node.writer(TICK)?);
-        // If an earlier driver has died, its sequence numbers and its clock are continued.
-        scan.resume_after_history();
-        reading.resume_after_history();
-        tick.resume_after_history();
-        let begin_ns = tick.last_sent().map_or(0, |tick| tick.header.stamp_ns + 1);
-        let period_ns = (1e9 / run.robot.tick_hz()) as u64;
+            participant.publisher(cmd_vel, "geometry_msgs/msg/Twist", Delivery::Reliable { depth: 1 })?;
         Ok(Self {
-            node,
+            time: Timebase::at(driver.now_ns()),
+            driver,
             scans,
             odometry,
             wheels,
-            scan,
-            reading,
-            commands: node.reader(COMMAND)?,
-            health: HealthReporter::new(node)?,
-            time: Timebase::at(begin_ns),
-            thinning: Thinning::new(period_ns, ODOMETRY.spec.per_tick),
-            held: None,
             has_odometry: false,
-            ticks_before: tick.last_seq(),
-            tick,
-            stamp_ns: begin_ns,
-            commanded: Instant::now(),
-            is_moving: false,
+            sent: (STANDSTILL, 0),
             refused: 0,
-            _participant: participant,
+            began: Instant::now(),
+            has_looked: false,
+            participant,
         })
     }
 
     /// Passes on the robot's readings.
     fn sense(&mut self) -> Result<(), BridgeError> {
+        let now = self.began.elapsed();
         while let Some(form) = self.odometry.take() {
-            let stamp_ns = self.time.of(&form.header.stamp);
-            match readings::odometry(form, stamp_ns) {
-                Ok(odometry) => self.on_odometry(odometry)?,
-                Err(error) => self.refuse("odom", &error),
-            }
+            let stamp_ns = self.time.of(&form.header.stamp, now);
+            let reading = stamp_ns.and_then(|stamp_ns| readings::odometry(form, stamp_ns));
+            let sent = reading.and_then(|odometry| self.on_odometry(odometry));
+            self.passed_on("odometry", sent)?;
         }
         while let Some(form) = self.scans.take() {
-            let stamp_ns = self.time.of(&form.header.stamp);
-            match readings::scan(form, stamp_ns) {
-                Ok(scan) if self.tick.last_seq() > self.ticks_before && stamp_ns <= self.stamp_ns => {
-                    let (found_ns, before_ns) = (scan.header.stamp_ns, self.stamp_ns);
-                    self.refuse("scan", &ReadingError::Stamp { found_ns, before_ns });
-                }
-                Ok(scan) => self.on_scan(&scan)?,
-                Err(error) => self.refuse("scan", &error),
-            }
+            let stamp_ns = self.time.of(&form.header.stamp, now);
+            let reading = stamp_ns.and_then(|stamp_ns| readings::scan(form, stamp_ns));
+            let sent = reading.and_then(|scan| self.on_scan(&scan));
+            self.passed_on("scan", sent)?;
+        }
+        if now >= SILENCE && !std::mem::replace(&mut self.has_looked, true) {
+            self.scans.report_silence(&self.participant)?;
+            self.odometry.report_silence(&self.participant)?;
         }
         Ok(())
     }
 
-    fn on_odometry(&mut self, odometry: Odometry) -> Result<(), BridgeError> {
+    fn on_odometry(&mut self, odometry: Odometry) -> Result<(), ReadingError> {
+        self.driver.send(ODOMETRY, odometry.header.stamp_ns, |message| *message = odometry)?;
         self.has_odometry = true;
-        if self.thinning.takes(odometry.header.stamp_ns) {
-            self.held = None;
-            self.reading.send(|message| *message = odometry)?;
-        } else {
-            self.held = Some(odometry);
-        }
         Ok(())
     }
 
     /// Passes on a scan, which ends an instant. A scan that arrives before the first odometry reading is left out, because
     /// its position is unknown.
-    fn on_scan(&mut self, scan: &LaserScan) -> Result<(), BridgeError> {
-        if !self.has_odometry {
-            return Ok(());
+    fn on_scan(&mut self, scan: &LaserScan) -> Result<(), ReadingError> {
+        if self.has_odometry {
+            self.driver.send(SCAN, scan.header.stamp_ns, |message| *message = *scan)?;
+            self.driver.tick(scan.header.stamp_ns)?;
         }
-        if let Some(odometry) = self.held.take() {
-            self.reading.send(|message| *message = odometry)?;
-        }
-        self.scan.send(|message| *message = *scan)?;
-        self.stamp_ns = scan.header.stamp_ns;
-        let (node, number) = (self.node, self.tick.last_seq() + 1);
-        self.tick.send(|tick| {
-            tick.header = Header { seq: 0, stamp_ns: scan.header.stamp_ns, source_seq: number };
-            node.name_readings(tick);
-        })?;
-        self.thinning.ticked();
         Ok(())
     }
 
     /// Counts a reading that must not be passed on, and prints every hundredth of them, beginning with the first, to
     /// standard error.
-    fn refuse(&mut self, topic: &str, error: &ReadingError) {
+    fn passed_on(&mut self, reading: &str, sent: Result<(), ReadingError>) -> Result<(), BridgeError> {
+        let error = match sent {
+            // After the end, the loop ends with the next command.
+            Ok(()) | Err(ReadingError::Driver(DriverError::Over { .. })) => return Ok(()),
+            Err(ReadingError::Driver(DriverError::Runtime(error))) => return Err(error.into()),
+            Err(error) => error,
+        };
         if self.refused.is_multiple_of(100) {
-            sketchnav_schemas::say!("/{topic}: left out ({} so far): {error}", self.refused + 1);
+            sketchnav_schemas::say!("{reading}: left out ({} so far): {error}", self.refused + 1);
         }
         self.refused += 1;
-        self.node.count_refused();
+        self.driver.count_refused();
+        Ok(())
     }
 
-    /// Passes commands on. Returns true if the last one was among them.
-    fn command(&mut self) -> Result<bool, BridgeError> {
-        let mut newest = None;
-        while let Some(command) = self.commands.receive_valid()? {
-            if command.header.source_seq > self.ticks_before {
-                newest = Some(*command);
-            }
-        }
-        if let Some(command) = newest {
-            self.commanded = Instant::now();
-            self.send(command.twist)?;
-            return Ok(command.last == 1);
-        }
-        if self.is_moving && self.commanded.elapsed() > COMMAND_LIMIT {
-            self.send(STANDSTILL)?;
-        }
-        Ok(false)
+    /// Passes on each command, and stops the robot if the newest one is too old.
+    fn move_at(&mut self, twist: Twist) -> Result<(), BridgeError> {
+        let command = (twist, self.driver.answered());
+        if command != self.sent { self.send(command) } else { Ok(()) }
     }
 
-    fn send(&mut self, twist: Twist) -> Result<(), BridgeError> {
-        self.is_moving = twist != STANDSTILL;
+    fn send(&mut self, command: (Twist, u64)) -> Result<(), BridgeError> {
+        self.sent = command;
         let mut cdr = Vec::new();
-        encode(&twist.to_form_in("twist", Default::default())?, &mut cdr)?;
+        encode(&command.0.to_form_in("twist", Default::default())?, &mut cdr)?;
         self.wheels.publish(cdr)
     }
 
     fn end(mut self) -> Result<Summary, BridgeError> {
-        self.send(STANDSTILL)?;
+        self.send((STANDSTILL, 0))?;
         // The last command is sent by another thread, which cannot report when it has been sent.
         std::thread::sleep(FAREWELL);
-        self.health.report(self.stamp_ns)?;
         let (sent, unsent) = self.wheels.counts();
-        Ok(Summary { sent, unsent, lost: self.commands.lost() })
+        Ok(Summary { sent, unsent, lost: self.driver.lost() })
     }
 }

@@ -47,11 +47,31 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Returns the full name of a topic.
+    /// Returns the full name of a topic, below the namespace unless the name begins with a slash.
     pub fn topic(&self, name: &str) -> String {
-        let slash = if self.namespace.is_empty() { "" } else { "/" };
-        format!("{slash}{}/{name}", self.namespace)
+        full_name(&self.namespace, name)
     }
+}
+
+/// Returns the full name of a topic in a namespace, which has no slashes around it. A name that begins with a slash is full
+/// already.
+fn full_name(namespace: &str, topic: &str) -> String {
+    match (topic.starts_with('/'), namespace.is_empty()) {
+        (true, _) => topic.to_owned(),
+        (false, true) => format!("/{topic}"),
+        (false, false) => format!("/{namespace}/{topic}"),
+    }
+}
+
+/// The names of a robot's topics. Those without a leading slash are in the namespace of the [`Settings`].
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RobotTopics {
+    /// Scans, `sensor_msgs/msg/LaserScan`.
+    pub scan: String,
+    /// Odometry, `nav_msgs/msg/Odometry`.
+    pub odom: String,
+    /// Velocities for the robot, `geometry_msgs/msg/Twist`.
+    pub cmd_vel: String,
 }
 
 /// The middleware that carries the messages. Only nodes that use the same one can communicate.
@@ -98,6 +118,9 @@ pub enum BridgeError {
     /// The system's channels failed.
     #[error(transparent)]
     Runtime(#[from] sketchnav_runtime::Error),
+    /// The driver failed.
+    #[error(transparent)]
+    Driver(#[from] sketchnav_driver::DriverError),
     /// A derived message has no ROS 2 form.
     #[error("a derived message: {0}")]
     Form(#[from] sketchnav_schemas::ros2::Ros2Error),

@@ -3,6 +3,8 @@
 //! Messages are sent as the same CDR that a recording contains. They are carried by [`dds`](crate::dds) or
 //! [`rmw_zenoh`](crate::rmw_zenoh), each of which has a cargo feature.
 
+use std::collections::BTreeSet;
+
 use serde::de::DeserializeOwned;
 
 #[cfg(feature = "dds")]
@@ -41,7 +43,17 @@ impl Participant {
         }
     }
 
-    /// Opens a topic for publishing. The name has no leading slash, and the type has the form `package/msg/Type`.
+    fn full(&self, name: &str) -> String {
+        match self {
+            #[cfg(feature = "dds")]
+            Self::Dds(participant) => participant.full(name),
+            #[cfg(feature = "zenoh")]
+            Self::Zenoh(participant) => participant.full(name),
+        }
+    }
+
+    /// Opens a topic for publishing. A name without a leading slash is in the namespace of the settings, and the type has the
+    /// form `package/msg/Type`.
     ///
     /// # Errors
     /// [`BridgeError::Middleware`] if the topic cannot be opened, for example because the name is not allowed in ROS 2.
@@ -52,7 +64,7 @@ impl Participant {
             #[cfg(feature = "zenoh")]
             Self::Zenoh(participant) => Box::new(participant.publisher(name, kind, delivery)?),
         };
-        Ok(Outlet { name: name.to_owned(), sender, sent: 0, unsent: 0 })
+        Ok(Outlet { name: self.full(name), sender, sent: 0, unsent: 0 })
     }
 
     /// Subscribes to a topic.
@@ -71,7 +83,24 @@ impl Participant {
             #[cfg(feature = "zenoh")]
             Self::Zenoh(participant) => Box::new(participant.subscription(name, kind, delivery)?),
         };
-        Ok(Intake { name: name.to_owned(), receiver })
+        Ok(Intake { name: self.full(name), receiver })
+    }
+
+    /// Returns the full names of the topics of the type `package/msg/Type` that other nodes have announced, in order.
+    ///
+    /// # Errors
+    /// [`BridgeError::Middleware`] if the router cannot be asked.
+    pub fn topics_of(&self, kind: &str) -> Result<BTreeSet<String>, BridgeError> {
+        match self {
+            #[cfg(feature = "dds")]
+            Self::Dds(participant) => Ok(participant.topics_of(kind).into_iter().collect()),
+            #[cfg(feature = "zenoh")]
+            Self::Zenoh(participant) => {
+                let failed = BridgeError::middleware(format!("looking for topics of type {kind}"));
+                let found = participant.topics_of(kind).map_err(|cause| failed(&cause))?;
+                Ok(found.into_iter().collect())
+            }
+        }
     }
 }
 
@@ -81,7 +110,6 @@ fn node_name(system: &str) -> String {
 }
 
 /// Returns the full name of the type `package/msg/Type` in DDS and Zenoh: `package::msg::dds_::Type_`.
-#[cfg(any(feature = "zenoh", test))]
 pub fn dds_type_name(kind: &str) -> String {
     let (package, name) = kind.split_once("/msg/").unwrap_or(("", kind));
     format!("{package}::msg::dds_::{name}_")
@@ -96,13 +124,16 @@ pub trait Sender {
     fn send(&mut self, cdr: Vec<u8>) -> Result<bool, String>;
 }
 
+/// Identifies a publisher of a topic.
+pub type PublisherId = [u8; 16];
+
 /// Receives the messages of a topic.
 pub trait Receiver<F> {
-    /// Takes the next message from the queue.
+    /// Takes the next message from the queue, with its publisher.
     ///
     /// # Errors
     /// A text with the reason if the next one is not a message of the type.
-    fn take(&mut self) -> Result<Option<F>, String>;
+    fn take(&mut self) -> Result<Option<(F, PublisherId)>, String>;
 }
 
 /// A topic that this node publishes.
@@ -123,7 +154,7 @@ impl Outlet {
         match self.sender.send(cdr) {
             Ok(true) => self.sent += 1,
             Ok(false) => self.unsent += 1,
-            Err(cause) => return Err(BridgeError::middleware(format!("publishing /{}", self.name))(&cause)),
+            Err(cause) => return Err(BridgeError::middleware(format!("publishing {}", self.name))(&cause)),
         }
         Ok(())
     }
@@ -144,10 +175,20 @@ impl<F> Intake<F> {
     /// Takes the next message. Any node may send anything, so data that is not a message of the type is reported on
     /// standard error.
     pub fn take(&mut self) -> Option<F> {
+        self.take_with_publisher().map(|(form, _)| form)
+    }
+
+    /// Takes the next message as [`Intake::take`] does, with its publisher.
+    pub fn take_with_publisher(&mut self) -> Option<(F, PublisherId)> {
         self.receiver.take().unwrap_or_else(|error| {
-            sketchnav_schemas::say!("/{}: {error}", self.name);
+            sketchnav_schemas::say!("{}: {error}", self.name);
             None
         })
+    }
+
+    /// Returns the full name of the topic.
+    pub fn name(&self) -> &str {
+        &self.name
     }
 }
 

@@ -2,9 +2,16 @@
 //!
 //! Readings are checked here, and errors say what was expected and what was found. Ranges follow REP 117.
 
+use std::collections::BTreeSet;
+use std::time::Duration;
+
 use ros2_interfaces_jazzy_serde::builtin_interfaces::msg::Time;
+use sketchnav_driver::DriverError;
 use sketchnav_schemas::message::{Header, LaserScan, MAX_BEAMS, Message, Odometry};
 use sketchnav_schemas::ros2::{Ros2, Ros2Error};
+use sketchnav_schemas::time::NS_PER_S;
+
+use crate::participant::PublisherId;
 
 /// The form of `sensor_msgs/msg/LaserScan`.
 pub type ScanForm = <LaserScan as Ros2>::Form;
@@ -25,37 +32,58 @@ pub enum ReadingError {
     /// The pose or the velocity is impossible.
     #[error("expected a finite pose with a heading, and a finite velocity, found others")]
     Odometry,
-    /// The stamp is not later than the previous one.
+    /// The stamp cannot be right.
     #[error(
-        "expected a stamp later than that of the previous reading, found {found_ns} ns for {before_ns} ns"
+        "expected a stamp within {LIMIT_S} s of the time that has passed since the previous reading, found one that is {off_s:.1} s \
+         off: a clock was set, or another robot publishes in this domain; start the bridge again if it was a clock"
     )]
-    Stamp {
-        /// The rejected stamp, in nanoseconds.
-        found_ns: u64,
-        /// The previous stamp, in nanoseconds.
-        before_ns: u64,
+    Jump {
+        /// How much later the stamp is than it should be, in seconds. Negative if it is earlier.
+        off_s: f64,
     },
+    /// The driver refused the reading.
+    #[error(transparent)]
+    Driver(#[from] DriverError),
 }
+
+const SECOND_NS: i128 = NS_PER_S as i128;
+
+/// How far a stamp may be from the time at which it arrives, in seconds, seen from the reading before it. Clocks that run at
+/// another speed, as those of simulators, stay far below that.
+const LIMIT_S: i128 = 60;
 
 /// Converts the robot's stamps to simulation time. The first reading gets the current time of the mission.
 #[derive(Debug, Clone, Copy)]
 pub struct Timebase {
     begin_ns: u64,
     first_ns: Option<i128>,
+    /// The stamp of the last reading, in nanoseconds, and when it arrived.
+    last: Option<(i128, Duration)>,
 }
 
 impl Timebase {
     /// Starts at this simulation time, in nanoseconds.
     pub fn at(begin_ns: u64) -> Self {
-        Self { begin_ns, first_ns: None }
+        Self { begin_ns, first_ns: None, last: None }
     }
 
-    /// Returns the simulation time of a stamp, in nanoseconds. It is never before the start.
-    pub fn of(&mut self, stamp: &Time) -> u64 {
-        let found = i128::from(stamp.sec) * 1_000_000_000 + i128::from(stamp.nanosec);
+    /// Returns the simulation time of a stamp that arrived at `now`, in nanoseconds. It is never before the start. `now` is the
+    /// time since any moment.
+    ///
+    /// # Errors
+    /// [`ReadingError::Jump`] if the stamp is too far from the previous one for the time that has passed.
+    pub fn of(&mut self, stamp: &Time, now: Duration) -> Result<u64, ReadingError> {
+        let found = i128::from(stamp.sec) * SECOND_NS + i128::from(stamp.nanosec);
+        if let Some((last, arrived)) = self.last {
+            let off_ns = found - last - now.saturating_sub(arrived).as_nanos() as i128;
+            if off_ns.abs() > LIMIT_S * SECOND_NS {
+                return Err(ReadingError::Jump { off_s: off_ns as f64 / SECOND_NS as f64 });
+            }
+        }
+        self.last = Some((found, now));
         let first = *self.first_ns.get_or_insert(found);
         let since = u64::try_from((found - first).max(0)).unwrap_or(u64::MAX);
-        self.begin_ns.saturating_add(since)
+        Ok(self.begin_ns.saturating_add(since))
     }
 }
 
@@ -91,36 +119,30 @@ pub fn odometry(mut form: OdometryForm, stamp_ns: u64) -> Result<Odometry, Readi
     if odometry.is_valid() { Ok(odometry) } else { Err(ReadingError::Odometry) }
 }
 
-/// Selects which odometry readings are sent, so that there are no more between two ticks than the channel holds for a late
-/// reader.
-#[derive(Debug)]
-pub struct Thinning {
-    gap_ns: u64,
-    most: usize,
-    last_ns: Option<u64>,
-    since_tick: usize,
+/// Notices when a topic has more than one publisher.
+#[derive(Debug, Default)]
+pub struct Publishers {
+    first: Option<PublisherId>,
+    has_several: bool,
 }
 
-impl Thinning {
-    /// Creates a selection for ticks with a period of `period_ns` nanoseconds, and `per_tick` messages per tick.
-    pub fn new(period_ns: u64, per_tick: usize) -> Self {
-        let most = per_tick.saturating_sub(1).max(1);
-        Self { gap_ns: period_ns / per_tick.max(1) as u64, most, last_ns: None, since_tick: 0 }
+impl Publishers {
+    /// Takes the publisher of a message into account. Returns true for the first message that comes from a second one.
+    pub fn is_second(&mut self, publisher: PublisherId) -> bool {
+        let is_other = *self.first.get_or_insert(publisher) != publisher;
+        is_other && !std::mem::replace(&mut self.has_several, true)
     }
+}
 
-    /// Returns true if a reading with this stamp should be sent now. (The last reading before a tick is sent in any case.)
-    pub fn takes(&mut self, stamp_ns: u64) -> bool {
-        let is_far = self.last_ns.is_none_or(|last| stamp_ns >= last + self.gap_ns);
-        let takes = is_far && self.since_tick < self.most;
-        if takes {
-            (self.last_ns, self.since_tick) = (Some(stamp_ns), self.since_tick + 1);
-        }
-        takes
-    }
-
-    /// Notes that a tick was sent.
-    pub fn ticked(&mut self) {
-        self.since_tick = 0;
+/// Returns a notice about a topic from which nothing has come, with the other topics of its type. `option` selects another one.
+pub fn silent(topic: &str, kind: &str, option: &str, known: &BTreeSet<String>) -> String {
+    let others: Vec<_> = known.iter().map(String::as_str).filter(|name| *name != topic).collect();
+    match others[..] {
+        [] => format!("nothing on {topic} yet; no other topic of type {kind} was found in this domain"),
+        _ => format!(
+            "nothing on {topic} yet; topics of type {kind} here: {} (see {option})",
+            others.join(", ")
+        ),
     }
 }
 
@@ -193,24 +215,46 @@ mod tests {
     #[test]
     fn the_robots_clock_is_mapped_to_mission_time() {
         let mut time = Timebase::at(500);
-        let stamp = |sec, nanosec| Time { sec, nanosec };
-        assert_eq!(time.of(&stamp(1_700_000_000, 10)), 500);
-        assert_eq!(time.of(&stamp(1_700_000_001, 30)), 1_000_000_520);
-        assert_eq!(time.of(&stamp(-5, 0)), 500);
+        let mut of =
+            |sec, nanosec, now_s| time.of(&Time { sec, nanosec }, Duration::from_secs(now_s)).unwrap();
+        assert_eq!(of(1_700_000_000, 10, 3), 500);
+        assert_eq!(of(1_700_000_001, 30, 4), 1_000_000_520);
+        assert_eq!(of(1_699_999_999, 0, 4), 500);
+    }
+
+    /// The stamps of a second robot with another clock once made a mission 56 years older.
+    #[test]
+    fn a_stamp_that_cannot_be_right_is_rejected() {
+        let mut time = Timebase::at(0);
+        let mut of = |sec, now_s| time.of(&Time { sec, nanosec: 0 }, Duration::from_secs(now_s));
+        of(1_000, 0).unwrap();
+        for sec in [1_795_867_289, 1_062, 938, 0] {
+            let error = of(sec, 1).unwrap_err();
+            assert!(matches!(error, ReadingError::Jump { .. }), "{sec}: {error}");
+        }
+        assert_eq!(of(1_001, 1).unwrap(), 1_000_000_000);
+        // The robot was silent for ten minutes.
+        assert_eq!(of(1_601, 601).unwrap(), 601_000_000_000);
     }
 
     #[test]
-    fn fast_wheels_are_thinned_and_slow_ones_are_not() {
-        let (period_ns, per_tick) = (100_000_000, 8);
-        for (readings_hz, sent_a_tick) in [(20, 2), (50, 5), (1000, 7)] {
-            let mut thinning = Thinning::new(period_ns, per_tick);
-            for tick in 0..5 {
-                let stamps =
-                    (0..readings_hz / 10).map(|i| tick * period_ns + i * 1_000_000_000 / readings_hz);
-                let sent = stamps.filter(|stamp| thinning.takes(*stamp)).count();
-                assert_eq!(sent, sent_a_tick, "{readings_hz} Hz");
-                thinning.ticked();
-            }
-        }
+    fn a_second_publisher_is_noticed_once() {
+        let mut publishers = Publishers::default();
+        let seen = [1, 1, 2, 1, 3].map(|publisher| publishers.is_second([publisher; 16]));
+        assert_eq!(seen, [false, false, true, false, false]);
+    }
+
+    #[test]
+    fn a_notice_about_a_silent_topic_names_others_of_its_type() {
+        let known = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<BTreeSet<_>>();
+        let kind = "nav_msgs/msg/Odometry";
+        assert_eq!(
+            silent("/odom", kind, "--odom", &known(&["/odom", "/odometry/filtered"])),
+            "nothing on /odom yet; topics of type nav_msgs/msg/Odometry here: /odometry/filtered (see --odom)"
+        );
+        assert_eq!(
+            silent("/odom", kind, "--odom", &known(&["/odom"])),
+            "nothing on /odom yet; no other topic of type nav_msgs/msg/Odometry was found in this domain"
+        );
     }
 }

@@ -20,7 +20,7 @@ use zenoh::time::Timestamp;
 use zenoh::{Config, Session, Wait};
 
 use self::names::{End, Node, Typed};
-use crate::participant::{Receiver, Sender, dds_type_name};
+use crate::participant::{PublisherId, Receiver, Sender, dds_type_name};
 use crate::topics::{self, Delivery};
 use crate::{BridgeError, Settings};
 
@@ -83,7 +83,7 @@ impl Participant {
         kind: &str,
         delivery: Delivery,
     ) -> Result<impl Sender + 'static, BridgeError> {
-        let failed = BridgeError::middleware(format!("publishing /{name}"));
+        let failed = BridgeError::middleware(format!("publishing {}", self.full(name)));
         let opened = self.open(End::Publisher, name, kind, delivery).map_err(|cause| failed(&cause))?;
         let is_latched = delivery == Delivery::Latched;
         // A slow subscriber must not delay the others. Latched messages are rare and must arrive.
@@ -106,11 +106,28 @@ impl Participant {
         kind: &str,
         delivery: Delivery,
     ) -> Result<impl Receiver<F> + 'static, BridgeError> {
-        let failed = BridgeError::middleware(format!("subscribing to /{name}"));
+        let failed = BridgeError::middleware(format!("subscribing to {}", self.full(name)));
         let opened = self.open(End::Subscription, name, kind, delivery).map_err(|cause| failed(&cause))?;
         let subscriber = self.session.declare_subscriber(opened.key).with(RingChannel::new(delivery.depth()));
         let subscriber = subscriber.wait().map_err(|error| failed(&error))?;
         Ok(Incoming { subscriber, _token: opened.token })
+    }
+
+    /// Returns the full names of the topics of a type that nodes publish.
+    ///
+    /// # Errors
+    /// A text with the reason if the router cannot be asked.
+    pub fn topics_of(&self, kind: &str) -> Result<Vec<String>, String> {
+        let type_name = dds_type_name(kind);
+        let replies = self.session.liveliness().get(names::graph(self.node.domain)).wait();
+        let replies = replies.map_err(|error| plain(&error))?;
+        let tokens = replies.into_iter().filter_map(|reply| reply.into_result().ok());
+        Ok(tokens.filter_map(|token| names::published(token.key_expr().as_str(), &type_name)).collect())
+    }
+
+    /// Returns the full name of a topic.
+    pub fn full(&self, name: &str) -> String {
+        self.node.full(name)
     }
 
     fn open(&mut self, end: End, name: &str, kind: &str, delivery: Delivery) -> Result<Opened, String> {
@@ -222,10 +239,12 @@ struct Incoming {
 }
 
 impl<F: DeserializeOwned> Receiver<F> for Incoming {
-    fn take(&mut self) -> Result<Option<F>, String> {
+    fn take(&mut self) -> Result<Option<(F, PublisherId)>, String> {
         let Some(sample) = self.subscriber.try_recv().map_err(|error| error.to_string())? else {
             return Ok(None);
         };
-        decode(&sample.payload().to_bytes()).map(Some).map_err(|error| error.to_string())
+        let form = decode(&sample.payload().to_bytes()).map_err(|error| error.to_string())?;
+        let attachment = sample.attachment().map(|attachment| attachment.to_bytes());
+        Ok(Some((form, attachment.map_or([0; 16], |attachment| names::publisher_of(&attachment)))))
     }
 }

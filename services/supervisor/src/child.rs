@@ -127,7 +127,9 @@ impl Child {
     /// restarts.
     pub(crate) fn schedule(&mut self, status: ExitStatus, progress: u32) -> bool {
         let now = Instant::now();
-        self.mourned.get_or_insert((now, progress));
+        // Clearing what a dead process left in shared memory is part of its recovery.
+        let died = self.ended.map_or(now, |(_, when)| when);
+        self.mourned.get_or_insert((died, progress));
         let pause = self.restarts.pause_after_death(self.end(status), progress);
         self.due = pause.map(|pause| now + pause);
         self.due.is_some()

@@ -100,6 +100,8 @@ pub struct Supervisor {
     recording_failure: Option<RecordingFailure>,
     /// Detects a stuck lockstep. `None` unless the processes are paced only by each other.
     stall: Option<Stall>,
+    /// The processes that the user runs by hand.
+    by_hand: Vec<Process>,
 }
 
 struct Ports {
@@ -174,6 +176,7 @@ impl Supervisor {
         let mut supervisor = Self::prepare(system, pad, grace, ceded)?;
         let paces_itself = run.pace == Pace::Lockstep && !pad.draws() && ceded == Ceded::default();
         supervisor.stall = paces_itself.then(|| Stall::begin(grace.stalled, Instant::now()));
+        supervisor.by_hand = run.without;
         for line in lines {
             supervisor.spawn(line)?;
         }
@@ -357,6 +360,7 @@ impl Supervisor {
             outstanding_faults: Vec::new(),
             recording_failure: None,
             stall: None,
+            by_hand: Vec::new(),
         };
         let node = supervisor.node.insert(Node::join(system, Process::Supervisor)?);
         supervisor.channels = Some(Channels::create(node)?);
@@ -432,7 +436,8 @@ impl Supervisor {
         Ok(())
     }
 
-    /// Checks that the lockstep is not stuck. While a recorder waits because its disk is full, the check is suspended.
+    /// Checks that the lockstep is not stuck. The check is suspended while a recorder waits because its disk is full, and while
+    /// a process that the user runs by hand is missing.
     ///
     /// # Errors
     /// [`Error::Stalled`] if all processes have been waiting for each other for too long.
@@ -440,7 +445,8 @@ impl Supervisor {
         let (Some(stall), Some(node), Some(ports)) = (&mut self.stall, &self.node, &self.ports) else {
             return Ok(());
         };
-        let mut everybody_waits = !ports.faults.recording_stands();
+        let mut everybody_waits =
+            !ports.faults.recording_stands() && has_joined(node.system(), &self.by_hand)?;
         let mut progress = 0;
         for child in &mut self.children {
             progress += u64::from(node.progress(child.process));
@@ -524,6 +530,15 @@ impl Supervisor {
         }
         if killed.is_empty() { result } else { result.and(Err(Error::Killed(killed))) }
     }
+}
+
+/// Returns true if all of these processes take part in the system.
+fn has_joined(system: &System, processes: &[Process]) -> Result<bool> {
+    if processes.is_empty() {
+        return Ok(true);
+    }
+    let joined = system.processes()?;
+    Ok(processes.iter().all(|process| joined.iter().any(|(name, _)| name == process.word())))
 }
 
 fn check_limits() -> Result<()> {

@@ -26,7 +26,7 @@ const LIMIT: Duration = Duration::from_secs(180);
 const ROLE: &str = "TEST_ROLE";
 const SYSTEM: &str = "TEST_SYSTEM";
 /// The plot: `finish`, `endless`, or a process and what it does: `planner-exits`, `world-dies`, `world-stays` (for a grace of
-/// eight seconds), `world-stays-long`, `sketcher-stopped` (by the test), `planner-waits`.
+/// eight seconds), `world-stays-long`, `sketcher-stopped` (by the test), `planner-waits`, `world-by-hand` (which never joins).
 const PLOT: &str = "TEST_PLOT";
 const NOTES: &str = "TEST_NOTES";
 
@@ -65,18 +65,34 @@ fn supervisor() {
     sketchnav_navigators::register(&[]).unwrap();
     let mut run: RunConfig = serde_json::from_str(include_str!("../../runtime/tests/run.json")).unwrap();
     run.system = variable(SYSTEM);
-    let order = [Process::Recorder, Process::Planner, Process::World, Process::Sketcher];
-    let lines = order.map(|process| ProcessLine { process, command: act(process.word()), resumes: false });
+    let is_by_hand = variable(PLOT) == "world-by-hand";
+    let mut order = vec![Process::Recorder, Process::Planner, Process::World, Process::Sketcher];
+    if is_by_hand {
+        run.without = vec![Process::World];
+        order.retain(|process| *process != Process::World);
+    }
+    let lines = order.into_iter();
+    let lines = lines.map(|process| ProcessLine { process, command: act(process.word()), resumes: false });
     let stays = ["world-stays", "sketcher-stopped"].contains(&variable(PLOT).as_str());
     let services = if stays { Duration::from_secs(8) } else { LONG };
-    let stalled = if variable(PLOT) == "planner-waits" { Duration::from_secs(2) } else { LONG };
+    let stalled = match variable(PLOT).as_str() {
+        "planner-waits" => Duration::from_secs(2),
+        "world-by-hand" => Duration::from_millis(100),
+        _ => LONG,
+    };
     let grace = Grace { services, recorder: LONG, stopped: LONG, stalled };
-    let mut supervisor = match Supervisor::start(&run, lines.into(), grace) {
+    let mut supervisor = match Supervisor::start(&run, lines.collect(), grace) {
         Ok(supervisor) => supervisor,
         Err(error) => return println!("\n> refused: {error}"),
     };
     println!("\n> started");
     let end = loop {
+        if is_by_hand {
+            break format!(
+                "{:?}",
+                supervisor.poll(Duration::from_secs(2)).map_err(|error| error.to_string())
+            );
+        }
         match supervisor.poll(LONG) {
             Ok(Progress::Running) => {}
             Ok(progress) => break format!("{progress:?}"),
@@ -371,6 +387,17 @@ fn a_stalled_lockstep_run_is_reported_and_ended() {
     let expected = "bad input false: the mission is stuck: every process has waited for another one for 2 s; the \
                     last answered tick is 0";
     assert_eq!(said, expected);
+    assert!(play.line().starts_with("down Ok(())"));
+    stage.nothing_is_left();
+}
+
+/// A mission used to be ended as stuck while it waited for a driver that the user had yet to start.
+#[test]
+fn a_lockstep_waits_for_a_process_that_is_run_by_hand() {
+    let stage = Stage::new("hand");
+    let mut play = stage.play("world-by-hand");
+    assert_eq!(play.line(), "started");
+    assert_eq!(play.line(), "Ok(Running)");
     assert!(play.line().starts_with("down Ok(())"));
     stage.nothing_is_left();
 }

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use sketchnav_schemas::toml_text;
 use sketchnav_sim::{SimError, files};
 
 use crate::error::DeformError;
@@ -16,7 +17,7 @@ pub fn floor(path: &Path) -> Result<Floor, DeformError> {
         Some("toml") => {
             let text = sketchnav_files::read_to_string(path, sketchnav_files::FLOOR_PLAN)
                 .map_err(|error| SimError::from(error).in_file(path))?;
-            let plan = toml::from_str(&text).map_err(|error| SimError::from(error).in_file(path))?;
+            let plan = toml_text::read(&text).map_err(|error| SimError::from(error).in_file(path))?;
             Floor::of_plan(&plan).map_err(|error| in_file(error, path))
         }
         Some("yaml" | "yml") => {

@@ -62,6 +62,28 @@ impl Browser {
         self.runs(script)
     }
 
+    /// Draws, closes pages, kills the browser and uses the library on the page at `link` (`phase` is `draws`), or, after the
+    /// server has ended, opens the page again in the same browser profile (`offline`).
+    pub fn keeps(&self, place: &Place, link: &str, phase: &str) -> Ended {
+        let mut script = needs::program("node").expect("node, which was there before");
+        script.arg(repository().join("tests/pad/keeping.mjs")).arg(link).arg(place.files()).arg(phase);
+        self.runs(script)
+    }
+
+    /// Takes drawings and pictures of other programs in, and saves pictures, on the page at `link`.
+    pub fn exchanges(&self, place: &Place, link: &str) -> Ended {
+        let mut script = needs::program("node").expect("node, which was there before");
+        script.arg(repository().join("tests/pad/exchanging.mjs")).arg(link).arg(place.files());
+        self.runs(script)
+    }
+
+    /// Draws what no robot could drive by, and mends it, on the page at `link`.
+    pub fn checks(&self, place: &Place, link: &str) -> Ended {
+        let mut script = needs::program("node").expect("node, which was there before");
+        script.arg(repository().join("tests/pad/checking.mjs")).arg(link).arg(place.files());
+        self.runs(script)
+    }
+
     /// Waits until the robot asks on the page at `link`, and answers with a tap and with a button.
     pub fn answers(&self, place: &Place, link: &str) -> Ended {
         let mut script = needs::program("node").expect("node, which was there before");

@@ -62,6 +62,16 @@ pub struct Ros2Options {
     /// /cmd_vel (geometry_msgs/Twist).
     #[arg(long, conflicts_with_all = ["topics", "orders"])]
     pub drive: bool,
+    /// With --drive: the topic of the robot's laser scans. Default: scan. As in ROS 2, a name that begins with a slash is not put
+    /// into the namespace.
+    #[arg(long, value_name = "TOPIC", value_parser = parse_topic, requires = "drive")]
+    pub scan: Option<String>,
+    /// With --drive: the topic of the robot's odometry, such as odometry/filtered. Default: odom.
+    #[arg(long, value_name = "TOPIC", value_parser = parse_topic, requires = "drive")]
+    pub odom: Option<String>,
+    /// With --drive: the topic of velocities for the robot. Default: cmd_vel.
+    #[arg(long, value_name = "TOPIC", value_parser = parse_topic, requires = "drive")]
+    pub cmd_vel: Option<String>,
 }
 
 /// A ROS 2 middleware.
@@ -105,14 +115,23 @@ pub fn parse_domain(text: &str) -> Result<u16, String> {
 /// Parses a ROS 2 namespace, which may be empty, and removes a leading slash.
 fn parse_namespace(text: &str) -> Result<String, String> {
     let name = text.strip_prefix('/').unwrap_or(text);
-    let is_token = |token: &str| {
-        token.starts_with(|c: char| c.is_ascii_alphabetic())
-            && token.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
-            && !token.contains("__")
-    };
     let holds = name.is_empty() || name.split('/').all(is_token);
     let expected = || "expected a namespace of ROS 2, as robot_1 or fleet/robot_1".to_owned();
     if holds { Ok(name.to_owned()) } else { Err(expected()) }
+}
+
+/// Parses the name of a ROS 2 topic, which may begin with a slash.
+fn parse_topic(text: &str) -> Result<String, String> {
+    let holds = text.strip_prefix('/').unwrap_or(text).split('/').all(is_token);
+    let expected = || "expected a topic of ROS 2, as odometry/filtered or /robot_1/odom".to_owned();
+    if holds { Ok(text.to_owned()) } else { Err(expected()) }
+}
+
+/// Returns true if ROS 2 allows this text between two slashes of a name.
+fn is_token(token: &str) -> bool {
+    token.starts_with(|c: char| c.is_ascii_alphabetic())
+        && token.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+        && !token.contains("__")
 }
 
 /// A pattern that selects topics by their whole names.
@@ -181,6 +200,16 @@ mod tests {
         }
         for wrong in ["1", "a//b", "a/", "a b", "~a", "a__b", "_a", "ä"] {
             assert!(parse_namespace(wrong).unwrap_err().contains("expected a namespace"), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn a_robots_topic_is_valid_in_ros_2() {
+        for text in ["scan", "odometry/filtered", "/robot_1/odom"] {
+            assert_eq!(parse_topic(text).as_deref(), Ok(text));
+        }
+        for wrong in ["", "/", "scan/", "a//b", "2scan", "a b"] {
+            assert!(parse_topic(wrong).unwrap_err().contains("expected a topic"), "{wrong}");
         }
     }
 

@@ -14,6 +14,14 @@ pub fn parse_service(word: &str) -> Result<Process, String> {
     }
 }
 
+/// Parses the name of a service whose core can be run again on a recording, which is any but the recorder.
+pub fn parse_rerun(word: &str) -> Result<Process, String> {
+    let again = || SERVICES.into_iter().filter(|process| *process != Process::Recorder);
+    again()
+        .find(|process| process.word() == word)
+        .ok_or_else(|| format!("expected one of {}", words(again())))
+}
+
 /// Parses the name of a process that can be served by hand.
 pub fn parse_served(word: &str) -> Result<Process, String> {
     match EXTRAS.into_iter().find(|extra| extra.word() == word) {
@@ -104,6 +112,17 @@ mod tests {
         for wrong in ["", "520", "520,", "a,b", "1,2,3", "nan,1", "1,inf"] {
             assert!(parse_drawn_place(wrong).unwrap_err().contains("expected two numbers"), "{wrong}");
         }
+    }
+
+    /// The error for a misspelt process once offered the recorder, which was then refused.
+    #[test]
+    fn every_process_that_the_error_offers_for_rerun_is_accepted() {
+        let error = parse_rerun("planer").unwrap_err();
+        let offered = error.strip_prefix("expected one of ").unwrap();
+        assert_eq!(offered, "world, sketcher, localizer, planner");
+        assert!(
+            offered.split(", ").all(|word| parse_rerun(word).is_ok()) && parse_rerun("recorder").is_err()
+        );
     }
 
     #[test]

@@ -3,7 +3,8 @@
 //!
 //! The jobs of a suite are driven in small parts, each of which is written completely or not at all, so a run that was
 //! interrupted can resume where it left off. Parts from another experiment, build or machine are rejected as by
-//! `--merge`. A study is skipped if its JSON file was written by the same program for the same size. `--page` fills in
+//! `--merge`. With `--world`, the suites are driven in a simulator, and their figures are kept beside those of the project's own
+//! world. A study is skipped if its JSON file was written by the same program for the same size. `--page` fills in
 //! the figures of pages.
 
 use std::fmt::Write as _;
@@ -15,13 +16,14 @@ use serde_json::{Value, json};
 use sketchnav_files::PAGE;
 use sketchnav_lab::EvalError;
 use sketchnav_lab::experiments::TaskOutcome as Ended;
+use sketchnav_lab::experiments::elsewhere::Elsewhere;
 use sketchnav_lab::experiments::figures::{Experiment, Method};
 use sketchnav_lab::experiments::studies::{Size, Study, report};
 use sketchnav_lab::experiments::{studies, suites, table};
 
 use super::page::Pages;
 use super::parts::{self, Origin};
-use super::{Driven, choose, classify, drive_each, folders, jobs, machine, methods, study};
+use super::{Driven, choose, classify, drive_each, elsewhere, folders, jobs, machine, methods, study};
 use crate::args::EvalOptions;
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::{out, say};
@@ -35,7 +37,7 @@ const PARTS: &str = "parts";
 
 /// An entry of the list: an experiment and its figures.
 struct Entry {
-    name: &'static str,
+    name: String,
     title: String,
     experiment: Experiment,
     /// The size of the experiment, if it is a study.
@@ -56,17 +58,21 @@ pub fn run(options: &EvalOptions) -> Result<Outcome, Failure> {
         .ok_or_else(|| anyhow!("eval {WORD}: expected -o DIR, the folder of the results"))
         .or_input()?;
     let wanted = wanted(options)?;
+    let simulator = match options.world {
+        Some(_) => elsewhere::open(options, &folders(options).or_input()?.project).or_input()?,
+        None => None,
+    };
     let mut pages = Pages::open(&options.pages)?;
     std::fs::create_dir_all(folder).with_context(|| folder.display().to_string()).or_input()?;
     let (mut entries, mut left_out) = (Vec::<Entry>::new(), Vec::new());
     for name in wanted {
         let driven = match studies::find(name) {
             Some(study) => of_study(study, folder, options)?,
-            None => of_suite(name, folder, options)?,
+            None => of_suite(name, simulator.as_ref(), folder, options)?,
         };
         match driven {
             Ok(entry) => {
-                pages.put(name, entry.experiment.clone())?;
+                pages.put(&entry.name, entry.experiment.clone())?;
                 entries.push(entry);
             }
             Err(why) => left_out.push(format!("`{name}`: {why}")),
@@ -85,7 +91,11 @@ fn wanted(options: &EvalOptions) -> Result<Vec<&'static str>, Failure> {
     if let Some(found) = options.suites.iter().find(|wanted| !known.contains(&wanted.as_str())) {
         return Err(classify(EvalError::Suite { found: found.clone(), known: known.join(", ") }));
     }
-    let is_wanted = |name: &&str| options.suites.is_empty() || options.suites.iter().any(|word| word == name);
+    let is_wanted = |name: &&str| {
+        let is_named = options.suites.iter().any(|word| word == name);
+        let is_driven = options.world.is_none() || studies::find(name).is_none();
+        is_driven && (options.suites.is_empty() || is_named)
+    };
     Ok(known.into_iter().filter(is_wanted).collect())
 }
 
@@ -102,7 +112,8 @@ pub fn refuse_for_one(name: &str, options: &EvalOptions) -> anyhow::Result<()> {
 fn refuse_meaningless_options(options: &EvalOptions) -> anyhow::Result<()> {
     let given = [
         ("--method", !options.methods.is_empty()),
-        ("--drawings", !options.drawings.is_empty()),
+        // In the project's own world, they would replace the figures of all drawings.
+        ("--drawings", !options.drawings.is_empty() && options.world.is_none()),
         ("--set", !options.parameters.is_empty()),
         ("--cost", options.cost),
         ("--only", options.only.is_some()),
@@ -123,6 +134,7 @@ fn refuse_meaningless_options(options: &EvalOptions) -> anyhow::Result<()> {
 /// Drives a suite, or returns a message if its data are missing.
 fn of_suite(
     name: &'static str,
+    simulator: Option<&Elsewhere>,
     folder: &Path,
     options: &EvalOptions,
 ) -> Result<Result<Entry, String>, Failure> {
@@ -132,33 +144,39 @@ fn of_suite(
         loaded => loaded.map_err(classify)?,
     };
     choose(&mut suite, options)?;
+    if let Some(Err(why)) = simulator.map(|simulator| simulator.take(&mut suite)) {
+        return Ok(Err(why));
+    }
     let methods = match suites::compared(name) {
+        // One drive there takes as long as dozens here.
+        [first, ..] if simulator.is_some() => vec![(*first).to_owned()],
         [] => methods(&suite, options).or_input()?,
         compared => compared.iter().map(|&method| method.to_owned()).collect(),
     };
     let jobs = jobs(&suite, &methods, options)?;
     let origin = Origin::of(&suite, &jobs, options.seed, &all_folders).or_input()?;
-    let parts_folder = folder.join(PARTS).join(name);
+    let parts_folder = folder.join(PARTS).join(&suite.name);
     std::fs::create_dir_all(&parts_folder).with_context(|| parts_folder.display().to_string()).or_input()?;
     for numbers in ranges(jobs.len()) {
         let path = parts_folder.join(format!("{:06}.json", numbers.start()));
         if path.is_file() {
             continue;
         }
-        say!("{name}: jobs {}-{} of {}", numbers.start(), numbers.end(), jobs.len());
+        say!("{}: jobs {}-{} of {}", suite.name, numbers.start(), numbers.end(), jobs.len());
         let driven = drive_each(&parts::chosen(&jobs, &numbers).or_input()?, options)?;
         parts::write(&path, origin.clone(), &numbers, driven)?;
     }
     let outcomes = parts::merge(&parts_folder, &origin, &options.accept).or_input()?;
     let driven = Driven { suite: &suite, methods: &methods, jobs: &jobs, outcomes: &outcomes };
-    write(&folder.join(format!("{name}.json")), &super::json(&driven, options, None, None)?)?;
-    write(&folder.join(format!("{name}.md")), &page(&driven, options))?;
-    let of_methods = methods.iter().map(|method| Method::of(&suite, method, &outcomes)).collect();
     let command = command(name, &methods, options);
+    write(&folder.join(format!("{}.json", suite.name)), &super::json(&driven, options, None, None)?)?;
+    write(&folder.join(format!("{}.md", suite.name)), &page(&driven, &command))?;
+    let of_methods = methods.iter().map(|method| Method::of(&suite, method, &outcomes)).collect();
     let program = machine::program()?;
     let notices = suite.notices.clone();
     let experiment = Experiment { command, program, methods: of_methods, notices, tables: Vec::new() };
-    Ok(Ok(Entry { name, title: suite.title.clone(), experiment, size: None }))
+    let title = suite.title.clone();
+    Ok(Ok(Entry { name: suite.name, title, experiment, size: None }))
 }
 
 /// Returns the range of job numbers of each part.
@@ -170,12 +188,8 @@ fn of_method<'a>(driven: &'a Driven<'_>, method: &str) -> Vec<&'a Ended> {
     driven.outcomes.iter().filter(|ended| ended.method == method).collect()
 }
 
-fn page(driven: &Driven<'_>, options: &EvalOptions) -> String {
-    let mut text = heading(
-        &driven.suite.name,
-        &driven.suite.title,
-        &command(&driven.suite.name, driven.methods, options),
-    );
+fn page(driven: &Driven<'_>, command: &str) -> String {
+    let mut text = heading(&driven.suite.name, &driven.suite.title, command);
     for notice in &driven.suite.notices {
         let _ = writeln!(text, "{notice}\n");
     }
@@ -202,6 +216,8 @@ fn heading(name: &str, title: &str, command: &str) -> String {
 /// Returns the command that repeats the figures of one experiment.
 fn command(name: &str, methods: &[String], options: &EvalOptions) -> String {
     let given = [
+        options.world.map(|simulator| format!("--world {}", simulator.word())),
+        (!options.drawings.is_empty()).then(|| format!("--drawings {}", options.drawings.join(","))),
         (!methods.is_empty()).then(|| format!("--method {}", methods.join(","))),
         options.trials.map(|trials| format!("--trials {trials}")),
         options.sample.map(|sample| format!("--sample {sample}")),
@@ -222,7 +238,7 @@ fn of_study(
     let program = machine::program()?;
     let command = command(study.name, &[], options);
     let entry = |tables| Entry {
-        name: study.name,
+        name: study.name.to_owned(),
         title: study.title.to_owned(),
         experiment: Experiment {
             command: command.clone(),
@@ -298,7 +314,7 @@ mod tests {
     }
 
     fn drive(folder: &Path) -> Entry {
-        of_suite("laboratory", folder, &options(folder)).unwrap().unwrap()
+        of_suite("laboratory", None, folder, &options(folder)).unwrap().unwrap()
     }
 
     /// Driving all suites takes hours, and a run that was interrupted used to start again from the beginning.
@@ -328,7 +344,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         drive(folder.path());
         let other = EvalOptions { seed: 2, ..options(folder.path()) };
-        let refused = of_suite("laboratory", folder.path(), &other).err().unwrap();
+        let refused = of_suite("laboratory", None, folder.path(), &other).err().unwrap();
         assert!(
             matches!(refused, Failure::Input(error) if error.to_string().contains("seed: expected 2, found 1"))
         );

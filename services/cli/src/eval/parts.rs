@@ -131,6 +131,7 @@ fn inputs(job: &Job<'_>) -> anyhow::Result<String> {
         tasks_are_one,
         thinking_scans,
         person,
+        elsewhere,
         ..
     } = job.trial;
     let bytes = bytes.as_ref().map(|page| crc32fast::hash(page.origin()));
@@ -139,7 +140,7 @@ fn inputs(job: &Job<'_>) -> anyhow::Result<String> {
     let ends = (ends_with_contact, tasks_are_one);
     let how = (name, drawing, job.method, method, job.repetition, job.seed, ends, thinking_scans);
     let what = serde_json::to_string(&(mission, robot))?;
-    Ok(format!("{how:?} {sheet:?} {bytes:?} {person:?} {what}"))
+    Ok(format!("{how:?} {sheet:?} {bytes:?} {person:?} {elsewhere:?} {what}"))
 }
 
 /// Prints the jobs with their numbers.

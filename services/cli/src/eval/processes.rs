@@ -4,11 +4,12 @@
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
-use std::process::Stdio;
+use std::process::{Command, Output, Stdio};
 
 use anyhow::{Context, anyhow};
 use serde::Serialize;
 use sketchnav_lab::experiments::jobs::Job;
+use sketchnav_lab::experiments::trial::Trial;
 use sketchnav_recordings::diff::{Difference, diff};
 use sketchnav_recordings::{RecordingError, Writer};
 use sketchnav_rehearsal::{Onlooker, Rehearsal, Tap};
@@ -97,7 +98,7 @@ fn compare(job: &Job<'_>, place: &Path) -> anyhow::Result<Option<Difference>> {
     let run = job.trial.run(job.method, job.seed, 0)?;
     let rehearsed = place.join("rehearsed.mcap");
     rehearse(job, &run, &rehearsed)?;
-    let mission = write_mission(job, &run, place)?;
+    let mission = write_mission(job.trial, &run, place)?;
     let by_processes = by_processes(&mission, run.seed, place)?;
     Ok(diff(&by_processes, &rehearsed)?)
 }
@@ -116,10 +117,10 @@ fn rehearse(job: &Job<'_>, run: &RunConfig, path: &Path) -> anyhow::Result<()> {
 }
 
 /// Writes the trial as a user would write it, with files for the mission, the robot and the drawing.
-fn write_mission(job: &Job<'_>, run: &RunConfig, place: &Path) -> anyhow::Result<PathBuf> {
+pub fn write_mission(trial: &Trial, run: &RunConfig, place: &Path) -> anyhow::Result<PathBuf> {
     let mut mission = Mission { robot: "robot.toml".into(), ..run.mission.clone() };
     std::fs::write(place.join("robot.toml"), toml::to_string(&run.robot)?)?;
-    if let Some(page) = &job.trial.bytes {
+    if let Some(page) = &trial.bytes {
         for (_, file) in mission.navigator_files_mut() {
             *file = "drawing".into();
         }
@@ -132,10 +133,21 @@ fn write_mission(job: &Job<'_>, run: &RunConfig, place: &Path) -> anyhow::Result
 
 /// Runs the system in lockstep and returns its recording.
 fn by_processes(mission: &Path, seed: u64, place: &Path) -> anyhow::Result<PathBuf> {
+    let system = format!("eval-{}", std::process::id());
+    let output = command(mission, seed, place, &system)?.output().context("starting the mission")?;
+    recording(&output)
+}
+
+/// Returns the command that runs a mission in lockstep, as a system of this name.
+pub fn command(mission: &Path, seed: u64, place: &Path, system: &str) -> anyhow::Result<Command> {
     let mut command = sketchnav_supervisor::this_program().context("path of this program")?;
     command.arg("run").arg(mission).args(["--json", "--seed", &seed.to_string(), "--out"]).arg(place);
-    command.args(["--system", &format!("eval-{}", std::process::id())]).stdin(Stdio::null());
-    let output = command.output().context("starting the mission")?;
+    command.args(["--system", system]).stdin(Stdio::null());
+    Ok(command)
+}
+
+/// Returns the recording of a mission that has ended, by what it printed.
+pub fn recording(output: &Output) -> anyhow::Result<PathBuf> {
     let report: serde_json::Value = serde_json::from_slice(&output.stdout).context("the mission's report")?;
     let Some(recording) = report["recording"].as_str() else {
         let said =

@@ -48,6 +48,7 @@ fn refuse_meaningless_options(study: &Study, options: &EvalOptions) -> anyhow::R
         ("--sample", options.sample.is_some()),
         ("--only", options.only.is_some()),
         ("--pictures", options.pictures.is_some()),
+        ("--world", options.world.is_some()),
         ("--check-processes", options.check_processes.is_some()),
         ("--list-jobs", options.list_jobs),
         ("--job", options.job.is_some()),

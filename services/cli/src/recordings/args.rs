@@ -221,7 +221,7 @@ fn parse_start(text: &str) -> Result<[f64; 3], String> {
 #[derive(Debug, Clone, Args)]
 pub struct RerunOptions {
     /// The service: world, sketcher, localizer or planner.
-    #[arg(long, value_parser = crate::args::values::parse_service)]
+    #[arg(long, value_parser = crate::args::values::parse_rerun)]
     pub process: Process,
     /// Set a parameter of the service, such as `particles=500`; may be repeated. The results are printed beside the
     /// recorded ones.

@@ -22,6 +22,7 @@ use sketchnav_recordings::faults::FaultInfo;
 use sketchnav_recordings::import::LOG_SYSTEM;
 use sketchnav_recordings::rejected::Rejections;
 use sketchnav_recordings::sources::RecordedRun;
+use sketchnav_schemas::codes::FaultKind;
 use sketchnav_stage::account::Summary;
 
 use super::account;
@@ -29,6 +30,15 @@ use super::args::JudgeOptions;
 use super::whole::Whole;
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::{self, out, say};
+
+/// The kinds of reports on the channel `faults` that are failures. The others are their causes, recoveries and orders.
+const FAILURES: [FaultKind; 5] = [
+    FaultKind::Died,
+    FaultKind::Unresponsive,
+    FaultKind::GivenUp,
+    FaultKind::StateRefused,
+    FaultKind::RecordingFailed,
+];
 
 /// The figures of a recording, and which recording they belong to.
 #[derive(Debug, Serialize)]
@@ -311,6 +321,13 @@ pub fn rows(judged: &Judged) -> Vec<(String, String)> {
     row("messages missing", judged.missing.to_string());
     row("messages rejected as invalid", judged.rejected.messages().to_string());
     row("restarts", judged.restarts.to_string());
-    row("faults reported", judged.faults.len().to_string());
+    let reported = |kinds: &[FaultKind]| {
+        let is_one = |fault: &&FaultInfo| kinds.iter().any(|kind| kind.word() == fault.kind);
+        judged.faults.iter().filter(is_one).count()
+    };
+    row(
+        "faults injected, failures",
+        format!("{}, {}", reported(&[FaultKind::Injected]), reported(&FAILURES)),
+    );
     rows
 }

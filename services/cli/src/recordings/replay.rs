@@ -15,6 +15,7 @@ use std::path::Path;
 use anyhow::{Context, anyhow};
 use sketchnav_recordings::sources::RecordedRun;
 use sketchnav_recordings::{Recording, RecordingError};
+use sketchnav_schemas::channels::{self, Role, STATUS};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::run::{Pace, RunConfig, Split};
 use sketchnav_supervisor::{Grace, ProcessLine, Supervisor};
@@ -38,7 +39,8 @@ pub fn replay(file: &Path, options: &ReplayOptions) -> Result<Outcome, Failure> 
     let mut supervisor = Supervisor::start_for_player(&run, lines, Grace::default(), plan.ceded)
         .context("starting the system")?;
     if live.is_empty() {
-        say!("playing in the system {}; look at it with: sketchnav echo estimate --system {0}", run.system);
+        let channel = to_look_at(run.mission.navigator_kind());
+        say!("playing in the system {}; look at it with: sketchnav echo {channel} --system {0}", run.system);
     }
     let played = Player::new(&recording, &run, options, &plan, &supervisor)
         .and_then(|mut player| player.play(&mut supervisor));
@@ -49,6 +51,12 @@ pub fn replay(file: &Path, options: &ReplayOptions) -> Result<Outcome, Failure> 
         End::Played => Ok(Outcome::Success),
         End::Interrupted => Err(Failure::Other(anyhow!("interrupted before the end"))),
     }
+}
+
+/// Returns the channel that says most about a run of this kind of navigator: that of the situations.
+fn to_look_at(kind: &str) -> &'static str {
+    let situation = channels::of_kind(kind).find(|spec| spec.role == Role::Situation);
+    situation.map_or(STATUS.spec.name, |spec| spec.name)
 }
 
 /// Classifies an error: either the recording, which the error names, is invalid, or the system failed.
@@ -104,4 +112,19 @@ fn absolute(path: &Path, what: &'static str) -> Result<String, Failure> {
     let path = std::path::absolute(path).context(what).or_input()?.into_os_string().into_string();
     let wrong = |path| anyhow!("{what}: expected a path in UTF-8, found {}", Path::new(&path).display());
     path.map_err(wrong).or_input()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every replay once suggested the channel `estimate`, which most kinds of navigators do not have.
+    #[test]
+    fn the_channel_to_look_at_is_one_of_the_navigator() {
+        for navigator in sketchnav_navigators::all() {
+            let channel = to_look_at(navigator.kind);
+            assert!(channels::of_kind(navigator.kind).any(|spec| spec.name == channel), "{channel}");
+        }
+        assert_eq!((to_look_at("sketch"), to_look_at("unknown")), ("estimate", "status"));
+    }
 }

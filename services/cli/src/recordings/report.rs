@@ -96,7 +96,7 @@ impl Page<'_> {
 
     fn head(&self) -> Markup {
         let fact = |key: &str| match key {
-            "method" => sketchnav_navigators::method_of(self.run),
+            "method" => self.log.driven().unwrap_or_else(|| sketchnav_navigators::method_of(self.run)),
             _ => self.recording.fact("sketchnav", key).unwrap_or("–"),
         };
         let file = self.recording.path().file_name().unwrap_or_default().to_string_lossy();
@@ -116,7 +116,6 @@ impl Page<'_> {
                 span { "recording " b { (file) } }
                 @for key in ["seed", "method", "pace", "robot", "version"] { span { (key) " " b { (fact(key)) } } }
             }
-            @if let Some(words) = self.log.driven() { p.notice { "The planner said: " (words) "." } }
             @let Doubts { warnings, left_out } = doubts::of(self.run, self.files).unwrap_or_default();
             @for warning in warnings.iter().chain(self.planned) { p.notice { "Doubted before the start: " (warning) "." } }
             @for what in &left_out { p.facts { "Left out of the drawing: " (what) "." } }

@@ -1,5 +1,7 @@
 //! Finds the samples of several objects that belong together: those with equal times, or those nearest in time.
 
+use sketchnav_schemas::statistics::median;
+
 use super::Track;
 
 /// Added to a tolerance, in seconds, since decimal fractions are not exact.
@@ -130,7 +132,7 @@ impl Meetings {
     /// Describes the differences between the stamps, and what can be done about them.
     pub fn miss(&self) -> String {
         let Some(least_s) = self.misses_s.first() else { return "there are no samples".to_owned() };
-        let median_s = self.misses_s[self.misses_s.len() / 2];
+        let median_s = median(&self.misses_s).unwrap_or(*least_s);
         if !self.overlap && median_s > FAR_APART_S {
             let least = figure(*least_s);
             return format!("their times do not overlap: the nearest stamps are {least} s apart");

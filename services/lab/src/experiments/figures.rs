@@ -15,6 +15,7 @@
 //! <!--= corridor-published notices--> … what the reader of its figures must know … <!--=-->
 //! <!--= routes boniardi-2015 share-on-sketch-->60.0 % (42 to 78 over 25 drawings) of 100<!--=-->
 //! <!--= routes groups--> … a table with a row for each group of the experiment's lines … <!--=-->
+//! <!--= building@mujoco outline of a; b-->90 of 90, 90 of 90<!--=-->
 //! ```
 //!
 //! A figure keeps its value and gets a dagger if its experiment was not driven, or not by that method, or if the kept
@@ -24,10 +25,12 @@ mod forms;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
+use std::iter;
 
 use serde::{Deserialize, Serialize};
 
 use crate::error::EvalError;
+use crate::experiments::elsewhere::{SIMULATORS, suite_in};
 use crate::experiments::outcome::TaskOutcome;
 use crate::experiments::statistics::Tally;
 use crate::experiments::studies::Table;
@@ -165,8 +168,12 @@ impl Figures {
     /// Returns the table of all experiments.
     fn table(&self) -> String {
         let mut text = "\n\n| experiment | command | tasks reached |\n|---|---|---|\n".to_owned();
-        for name in suites::names().chain(studies::names()) {
-            let row = self.experiments.get(name).map(|found| {
+        let in_simulators = |name| {
+            SIMULATORS.map(|it| suite_in(name, it)).into_iter().filter(|it| self.experiments.contains_key(it))
+        };
+        let names = suites::names().chain(studies::names());
+        for name in names.flat_map(|name| iter::once(name.to_owned()).chain(in_simulators(name))) {
+            let row = self.experiments.get(&name).map(|found| {
                 let reached: Vec<_> = found.methods.iter().map(Method::words).collect();
                 let reached = if reached.is_empty() { STUDIED.into() } else { reached.join("<br>") };
                 format!("`{}` | {reached}", found.command)
@@ -313,7 +320,11 @@ impl<'a> Marker<'a> {
 }
 
 fn is_suite(experiment: &str) -> Result<(), Wrong> {
-    let is_known = suites::names().any(|known| known == experiment);
+    let suite = match experiment.split_once('@') {
+        Some((suite, simulator)) if SIMULATORS.contains(&simulator) => suite,
+        _ => experiment,
+    };
+    let is_known = suites::names().any(|known| known == suite);
     let known = || suites::names().chain(studies::names()).collect::<Vec<_>>().join(", ");
     let wrong = || one_of(&known(), experiment);
     is_known.then_some(()).ok_or_else(wrong)
@@ -351,7 +362,14 @@ mod tests {
         let groups = vec![("portrait".to_owned(), total)];
         let paper = Method { method: "boniardi-2015".into(), total, lines: BTreeMap::new(), groups };
         let routes = Experiment { methods: vec![paper], ..people.clone() };
-        let all = [("people", people), ("directions-success", success), ("routes", routes)];
+        let simulated =
+            Experiment { command: "sketchnav eval people --world mujoco".into(), ..people.clone() };
+        let all = [
+            ("people", people),
+            ("people@mujoco", simulated),
+            ("directions-success", success),
+            ("routes", routes),
+        ];
         Figures { experiments: all.map(|(name, experiment)| (name.to_owned(), experiment)).into() }
     }
 
@@ -381,6 +399,7 @@ mod tests {
             ("directions-success 1 number D: 5 mm, D/R", "28.0 (25.1 to 31) of 925"),
             ("directions-success 1 number lost: 5 mm, D/R", "1.500"),
             ("people outline majority", "2 of 2"),
+            ("people@mujoco outline of yard", "2 of 2"),
             ("people notices", "One house. Ten people."),
             ("routes boniardi-2015 share", "34.0 % (18 to 52 over 25 drawings) of 100"),
             ("routes boniardi-2015 share-on-sketch", "60.0 % (42 to 78 over 25 drawings) of 100"),
@@ -430,12 +449,15 @@ mod tests {
         assert!(suites::names().chain(studies::names()).all(|name| page.contains(&format!("| `{name}` |"))));
         assert!(page.contains("| `sketchnav eval people --seed 1` | `outline` 97.5 % (95 to 99) of 320 |"));
         assert!(page.contains("`sketchnav eval deformed` | not driven †"));
+        let mujoco = "| `people@mujoco` | `sketchnav eval people --world mujoco` | `outline` 97.5 %";
+        assert!(page.contains(mujoco) && !page.contains("irsim"), "{page}");
     }
 
     #[test]
     fn an_unknown_marker_is_an_error_with_its_line() {
         for (page, words) in [
             ("\n<!--= peopl outline share-->x<!--=-->", "line 2: expected one of ablation,"),
+            ("<!--= people@gazebo outline share-->x<!--=-->", "found \"people@gazebo\""),
             ("<!--= people team share-->x<!--=-->", "line 1: expected one of outline, found \"team\""),
             ("<!--= people outline shares-->x<!--=-->", "expected one of share, percent"),
             ("<!--= people outline known-on-sketch-->x<!--=-->", "expected one of share, percent"),

@@ -5,9 +5,9 @@ use sketchnav_landmarks::language;
 use sketchnav_landmarks::mission::{LandmarksMission, Method};
 use sketchnav_rehearsal::{Onlooker, Rehearsal, RehearsalError, Tap};
 use sketchnav_schemas::channels::{ChannelSpec, STATUS};
-use sketchnav_schemas::codes::TaskState;
+use sketchnav_schemas::codes::{Process, TaskState};
 use sketchnav_schemas::erased;
-use sketchnav_schemas::message::Here;
+use sketchnav_schemas::message::{Health, Here};
 use sketchnav_schemas::mission::{MissionError, Task};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::time::seconds;
@@ -156,12 +156,17 @@ fn drive_from(
             .map(|(person, sheet)| Bystander::new(person, &sheet.paper, seed)),
         witness: trial.asks_rooms.then(|| Witness::new(&run)).flatten(),
     };
-    let rehearsal = match page {
-        Some(bytes) => Rehearsal::by_bytes(&run, bytes),
-        None => Rehearsal::new(&run),
+    let busy_s = match &trial.elsewhere {
+        Some(simulator) => {
+            simulator.drive(trial, &run, &mut watcher).map_err(RehearsalError::Stage)?;
+            busy_s(&watcher.log.health)
+        }
+        None => {
+            let rehearsal = page.map_or_else(|| Rehearsal::new(&run), |page| Rehearsal::by_bytes(&run, page));
+            let spent = rehearsal?.thinking_for(trial.thinking_scans).run(&mut watcher)?;
+            (spent.localizer + spent.planner).as_secs_f64()
+        }
     };
-    let spent = rehearsal?.thinking_for(trial.thinking_scans).run(&mut watcher)?;
-    let busy_s = (spent.localizer + spent.planner).as_secs_f64();
     let Watcher { log, stamps_ns, bystander, witness, .. } = watcher;
     let answers = bystander.as_ref().map_or(0, Bystander::answers);
     let is_left_lost = bystander.is_some_and(|bystander| bystander.leaves_it_lost());
@@ -171,6 +176,13 @@ fn drive_from(
         verdicts.truncate(failed.map_or(verdicts.len(), |failed| failed + 1));
     }
     Ok(Driven { run, sketch, first_task, log, stamps_ns, busy_s, answers, is_left_lost, witness, verdicts })
+}
+
+/// Returns how long localizer and planner computed as processes, in seconds, by their last reports.
+fn busy_s(health: &[Health]) -> f64 {
+    let last = |process: Process| health.iter().rfind(|health| health.process == process.code());
+    let both = [Process::Localizer, Process::Planner].into_iter().filter_map(last);
+    both.map(|health| health.busy_ns as f64 / 1e9).sum()
 }
 
 /// Drives one repetition of a trial and returns how its tasks ended.

@@ -4,6 +4,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::error::EvalError;
+use crate::experiments::elsewhere::Elsewhere;
 use crate::experiments::person::Person;
 use crate::judge::homotopy::Correspondence;
 use rand::RngExt;
@@ -81,6 +82,8 @@ pub struct Trial {
     pub person: Option<Arc<Person>>,
     /// True if regions joined by doors are asked where the goal is when a task ends.
     pub asks_rooms: bool,
+    /// The simulator in which the trial is driven. If this is `None`, it is driven in the project's own world.
+    pub elsewhere: Option<Elsewhere>,
 }
 
 impl Trial {
@@ -101,6 +104,7 @@ impl Trial {
             bytes: None,
             person: None,
             asks_rooms: false,
+            elsewhere: None,
         }
     }
 }

@@ -13,6 +13,7 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 use sketchnav_schemas::geometry::{Point, Sketch};
+use sketchnav_schemas::toml_text::{self, TomlError};
 
 use super::homotopy::Anchor;
 
@@ -32,7 +33,7 @@ pub struct Anchors {
 pub enum AnchorsError {
     /// The text is not TOML, has an unknown key, or has a value of the wrong type.
     #[error("{0}")]
-    Toml(#[from] toml::de::Error),
+    Toml(#[from] TomlError),
     /// A required table is missing.
     #[error("anchors: expected a table [{0}]")]
     Table(String),
@@ -62,7 +63,7 @@ impl Anchors {
     /// # Errors
     /// [`AnchorsError::Toml`] if the text is malformed.
     pub fn parse(text: &str) -> Result<Self, AnchorsError> {
-        Ok(toml::from_str(text)?)
+        Ok(toml_text::read(text)?)
     }
 
     /// Returns the names of the drawings in alphabetical order.

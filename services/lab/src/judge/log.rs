@@ -145,10 +145,10 @@ const SHOWN: [&ChannelSpec; 5] =
     [PARTICLES.spec, CORRESPONDENCE.spec, LANDMARK_ROUTE.spec, LANDMARK_VIEW.spec, LANDMARK_PROGRESS.spec];
 
 impl Log {
-    /// Returns the planner's own name for how it drives, if this differs from the method of the mission.
+    /// Describes how the planner drove, if it did not do so by the method of the mission all the time.
     pub fn driven(&self) -> Option<&'static str> {
         let drove_by_rooms = self.status.iter().any(|status| status.reason.as_str() == ROOMS);
-        drove_by_rooms.then_some(ROOMS)
+        drove_by_rooms.then_some("outline (among rooms, it drives as beam does)")
     }
 
     /// Returns the goal of the task that was being driven at that time.

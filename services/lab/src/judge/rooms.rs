@@ -10,6 +10,7 @@
 
 use serde::Deserialize;
 use sketchnav_schemas::geometry::{Point, Sketch, World, encloses};
+use sketchnav_schemas::toml_text::{self, TomlError};
 
 /// The rooms of a file.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -32,7 +33,7 @@ struct Room {
 pub enum RoomsError {
     /// The text is not TOML, has an unknown key, or has a value of the wrong type.
     #[error("{0}")]
-    Toml(#[from] toml::de::Error),
+    Toml(#[from] TomlError),
     /// The corners of a room do not enclose an area.
     #[error("room {name}: expected at least three corners with finite coordinates")]
     Corners {
@@ -47,7 +48,7 @@ impl Rooms {
     /// # Errors
     /// [`RoomsError`] if the text is malformed or a room has no area.
     pub fn parse(text: &str) -> Result<Self, RoomsError> {
-        let rooms: Self = toml::from_str(text)?;
+        let rooms: Self = toml_text::read(text)?;
         let is_area =
             |corners: &[[f64; 2]]| corners.len() >= 3 && corners.iter().flatten().all(|v| v.is_finite());
         match rooms.room.iter().find(|room| !is_area(&room.world) || !is_area(&room.sketch)) {

@@ -1,7 +1,7 @@
 //! The agenda of a planner keeps track of the task that is under way, of people's orders and of time limits, and reports all of
 //! this.
 //!
-//! Every planner has an agenda. The agenda receives orders, decides in each step what is due, and sends the command and the status
+//! All planners of this project have an agenda, though a planner may do without. The agenda receives orders, decides in each step what is due, and sends the command and the status
 //! of the step. It does not know what a task is about, nor how the robot moves.
 
 use std::fmt::Display;

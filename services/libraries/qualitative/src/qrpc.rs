@@ -17,6 +17,7 @@
 
 use std::fmt;
 use std::str::FromStr;
+use std::sync::LazyLock;
 
 use serde::{Deserialize, Serialize};
 
@@ -217,13 +218,37 @@ impl Qrpc {
     }
 }
 
-/// Returns the existing relations among all combinations of the five parts.
-fn candidates() -> impl Iterator<Item = Qrpc> {
-    const SIGNS: [Sign; 3] = [Minus, Zero, Plus];
-    (0..Disposition::COUNT * 81).filter_map(|code| {
+const SIGNS: [Sign; 3] = [Minus, Zero, Plus];
+/// Number of combinations of the five parts.
+const COMBINATIONS: usize = Disposition::COUNT * 81;
+
+/// The existing relations among all combinations of the five parts, and the index of each combination among them.
+struct Existing {
+    relations: [Option<Qrpc>; Qrpc::COUNT],
+    indices: [usize; COMBINATIONS],
+}
+
+static EXISTING: LazyLock<Existing> = LazyLock::new(|| {
+    let mut existing = Existing { relations: [None; Qrpc::COUNT], indices: [0; COMBINATIONS] };
+    let mut index = 0;
+    for code in 0..COMBINATIONS {
         let sign = |place: usize| SIGNS[code / 3_usize.pow(place as u32) % 3];
-        Qrpc::new(Disposition::from_index(code / 81)?, sign(3), [sign(2), sign(1)], sign(0))
-    })
+        let disposition = Disposition::ALL[code / 81];
+        if let Some(relation) = Qrpc::new(disposition, sign(3), [sign(2), sign(1)], sign(0)) {
+            existing.relations[index] = Some(relation);
+            existing.indices[code] = index;
+            index += 1;
+        }
+    }
+    existing
+});
+
+impl Qrpc {
+    /// Returns the number of the combination of parts.
+    fn code(self) -> usize {
+        let signs = [self.side, self.i_ahead, self.j_ahead, self.ahead];
+        signs.iter().fold(self.disposition.index(), |code, sign| 3 * code + *sign as usize)
+    }
 }
 
 impl Relation for Qrpc {
@@ -231,15 +256,11 @@ impl Relation for Qrpc {
     const COUNT: usize = 41;
 
     fn index(self) -> usize {
-        candidates().take_while(|other| *other != self).count()
+        EXISTING.indices[self.code()]
     }
 
     fn from_index(index: usize) -> Option<Self> {
-        candidates().nth(index)
-    }
-
-    fn all() -> impl Iterator<Item = Self> {
-        candidates()
+        EXISTING.relations.get(index).copied().flatten()
     }
 
     fn limits_to(self, instant: Self) -> bool {

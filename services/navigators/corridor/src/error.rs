@@ -2,13 +2,14 @@
 
 use sketchnav_schemas::mission::MissionError;
 use sketchnav_schemas::robot::RobotError;
+use sketchnav_schemas::toml_text::TomlError;
 
 /// Reasons for rejecting a rule file.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RulesError {
     /// Invalid TOML, an unknown key, or a value of the wrong type.
     #[error("{0}")]
-    Toml(#[from] toml::de::Error),
+    Toml(#[from] TomlError),
     /// A rule has an invalid value, or repeats the combination of another rule.
     #[error("set {set}, rule {rule}: {key}: expected {expected}, found {found:?}")]
     Row {

@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 use sketchnav_schemas::message::Twist;
+use sketchnav_schemas::toml_text;
 
 use crate::error::RulesError;
 use crate::messages::{PairedMarker, Relations, Trend};
@@ -111,7 +112,7 @@ impl Rules {
     /// # Errors
     /// [`RulesError`] with the set, the rule, and what was expected there.
     pub fn parse(text: &str) -> Result<Self, RulesError> {
-        let File { moves, set } = toml::from_str(text)?;
+        let File { moves, set } = toml_text::read(text)?;
         for (name, Move { forward_mps, left_mps }) in &moves {
             for found_mps in [*forward_mps, *left_mps] {
                 let holds = found_mps.abs() <= MOST_MPS;

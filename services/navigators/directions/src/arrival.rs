@@ -37,6 +37,8 @@ pub use trial::{Estimate, estimates};
 
 /// Distance around a path within which the plane is simulated, in window sides.
 const REACH: f64 = 4.0;
+/// Maximum number of dots of a plane that is simulated as a whole. Of a larger plane, only what lies near its paths is simulated.
+const WHOLE: usize = 1_000;
 
 /// The navigator, and the errors that the map-maker takes into account.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -120,18 +122,42 @@ pub(crate) struct Surroundings {
 
 /// Returns the dots around a start and the landmarks that a guide refers to.
 pub(crate) fn surroundings(atlas: &Atlas, start: Point, landmarks: &[DotId]) -> Surroundings {
-    let places = landmarks.iter().map(|&dot| atlas.plane.dot(dot));
-    let (mut low, mut high) = (start, start);
-    for place in places {
-        low = Point::new(low.x.min(place.x), low.y.min(place.y));
-        high = Point::new(high.x.max(place.x), high.y.max(place.y));
-    }
-    let margin = Point::new(REACH * atlas.window.side, REACH * atlas.window.side);
-    let mut near: Vec<DotId> = atlas.plane.within(low - margin, high + margin).map(|(dot, _)| dot).collect();
-    near.sort_unstable();
+    let places = std::iter::once(start).chain(landmarks.iter().map(|&dot| atlas.plane.dot(dot)));
+    let near = if atlas.plane.len() <= WHOLE { around(atlas, places) } else { along(atlas, places, REACH) };
     let number = |dot: &DotId| near.binary_search(dot).unwrap_or_default() as DotId;
     let intended = landmarks.iter().map(number).collect();
     Surroundings { dots: near.iter().map(|&dot| atlas.plane.dot(dot)).collect(), intended }
+}
+
+/// Returns the dots in a rectangle around some positions, in ascending order.
+fn around(atlas: &Atlas, places: impl Iterator<Item = Point>) -> Vec<DotId> {
+    let least = |a: Point, b: Point| Point::new(a.x.min(b.x), a.y.min(b.y));
+    let most = |a: Point, b: Point| Point::new(a.x.max(b.x), a.y.max(b.y));
+    let ends = places.map(|place| (place, place)).reduce(|a, b| (least(a.0, b.0), most(a.1, b.1)));
+    let margin = Point::new(REACH * atlas.window.side, REACH * atlas.window.side);
+    let within = |(low, high)| atlas.plane.within(low - margin, high + margin).map(|(dot, _)| dot);
+    let mut dots: Vec<DotId> = ends.into_iter().flat_map(within).collect();
+    dots.sort_unstable();
+    dots
+}
+
+/// Returns the dots along the straight lines between successive positions, in ascending order. `reach` is their maximum distance
+/// on each axis, in window sides.
+pub(crate) fn along(atlas: &Atlas, places: impl Iterator<Item = Point>, reach: f64) -> Vec<DotId> {
+    let side = atlas.window.side;
+    let (mut dots, mut before) = (Vec::new(), None);
+    for place in places {
+        let from = before.unwrap_or(place);
+        let steps = ((place - from).norm() / side).ceil().max(1.0);
+        for step in 1..=steps as u32 {
+            let at = from + (place - from) * (f64::from(step) / steps);
+            dots.extend(atlas.plane.around(at, reach * side).map(|(dot, _)| dot));
+        }
+        before = Some(place);
+    }
+    dots.sort_unstable();
+    dots.dedup();
+    dots
 }
 
 /// Simulates journeys from a position, over planes that may be the true one, and counts how they end.
@@ -167,7 +193,8 @@ pub fn most_probable(
     effort: Effort,
     seed: u64,
 ) -> Result<Plan, Error> {
-    let estimates = estimates(atlas, pilot, effort.trials, seed)?;
+    let tried = tried(atlas, start, goal, pilot, seed)?;
+    let estimates = estimates(atlas, pilot, effort.trials, seed, |dot| tried.binary_search(&dot).is_ok())?;
     let mut plans = Vec::new();
     let Settings { vocabulary, .. } = pilot.settings;
     for path in candidates(atlas, &estimates, start, goal, seed)? {
@@ -192,6 +219,35 @@ pub fn most_probable(
     let plan = plans.into_iter().next().ok_or(Error::NoDots)?;
     let tally = simulate(atlas, &plan, pilot, effort.journeys, (seed, "stated"))?;
     Ok(Plan { probability: Some(tally.probability()), ..plan })
+}
+
+/// Distance around roughly estimated paths within which the dots of a large plane are tried, in window sides.
+const TRIED: f64 = 3.0;
+/// Number of trials of a rough estimate, and the number of trials that the prediction of equations 1 and 2 counts for in it.
+const ROUGH: u32 = 16;
+const PREDICTED: f64 = 4.0;
+
+/// Returns the dots whose transitions are worth many trials: all dots or, on a large plane, those near the paths that are the
+/// best by a few trials.
+fn tried(atlas: &Atlas, start: Start, goal: DotId, pilot: &Pilot, seed: u64) -> Result<Vec<DotId>, Error> {
+    if atlas.plane.len() <= WHOLE {
+        return Ok((0..atlas.plane.len() as DotId).collect());
+    }
+    let rough = estimates(atlas, pilot, ROUGH, seed, |_| true)?;
+    let weight = PREDICTED / (PREDICTED + f64::from(ROUGH));
+    let probabilities = rough
+        .iter()
+        .zip(&atlas.unreliability)
+        .map(|(estimate, &cost)| weight * f64::from(-cost).exp() + (1.0 - weight) * estimate.best());
+    let rough = atlas.clone().with_probabilities(&probabilities.collect::<Vec<_>>())?;
+    let mut dots = Vec::new();
+    for objective in [Objective::MOST_RELIABLE, Objective::Ratio] {
+        let path = best(&rough, start, goal, Measure::Windows, objective)?;
+        dots.extend(along(atlas, path.landmarks().into_iter().map(|dot| atlas.plane.dot(dot)), TRIED));
+    }
+    dots.sort_unstable();
+    dots.dedup();
+    Ok(dots)
 }
 
 /// Number of plans that get a long trial.

@@ -13,12 +13,11 @@ pub mod model;
 pub mod policy;
 pub mod writing;
 
-use crate::arrival::{Effort, FINALISTS, Pilot, most_probable, ranked, simulate};
+use crate::arrival::{Effort, FINALISTS, Pilot, along, most_probable, ranked, simulate};
 use crate::atlas::Atlas;
 use crate::description::{Descriptor, Vocabulary};
 use crate::error::Error;
-use crate::geometry::Point;
-use crate::path::{Path, Start};
+use crate::path::Start;
 use crate::plan::Plan;
 use crate::plane::DotId;
 use model::Model;
@@ -28,6 +27,10 @@ use policy::{Search, Weights};
 const REACH: f64 = 1.5;
 /// Maximum number of entries of a map, as a multiple of the straight map's entries.
 const LONGEST: usize = 3;
+
+/// Maximum number of entries of a straight map for which maps that branch are searched for. The search values a place by the
+/// discounted probability of arrival, which vanishes far from the goal.
+const LONGEST_STRAIGHT: usize = 120;
 
 /// The weights of the searches. Each yields a map, and all of these maps are compared.
 const WEIGHTS: [Weights; 5] = [
@@ -51,7 +54,7 @@ pub fn words(vocabulary: Vocabulary) -> Vec<Descriptor> {
 }
 
 /// Returns the plan with the greatest probability of arrival among maps that branch and straight ones, together with that
-/// probability.
+/// probability. If the straight map has more than 120 entries, it is the only one.
 ///
 /// # Errors
 /// Returns the errors of [`most_probable`].
@@ -64,7 +67,11 @@ pub fn most_probable_branching(
     seed: u64,
 ) -> Result<Plan, Error> {
     let straight = most_probable(atlas, start, goal, pilot, effort, seed)?;
-    let (dots, words) = (near(atlas, &straight.path), words(pilot.settings.vocabulary));
+    if straight.map.entries().len() > LONGEST_STRAIGHT {
+        return Ok(straight);
+    }
+    let places = straight.path.landmarks().into_iter().map(|dot| atlas.plane.dot(dot));
+    let (dots, words) = (along(atlas, places, REACH), words(pilot.settings.vocabulary));
     let mut plans = Vec::new();
     for number in 0..MODELS {
         let model = Model::new(atlas, pilot, dots.clone(), &words, effort.trials, seed.wrapping_add(number));
@@ -91,25 +98,6 @@ fn written(model: &Model, weights: Weights, straight: &Plan) -> Result<Option<Pl
     let search = Search::run(model, weights, start, goal);
     let plan = writing::write(model, &search, straight)?;
     Ok(plan.filter(|plan| plan.map.entries().len() <= LONGEST * straight.map.entries().len()))
-}
-
-/// Returns the dots near a path, in ascending order.
-fn near(atlas: &Atlas, path: &Path) -> Vec<DotId> {
-    let reach = REACH * atlas.window.side;
-    let mut dots: Vec<DotId> = Vec::new();
-    let landmarks = path.landmarks();
-    let around = |at: Point| atlas.plane.around(at, reach).map(|(dot, _)| dot).collect::<Vec<_>>();
-    dots.extend(around(atlas.plane.dot(landmarks[0])));
-    for pair in landmarks.windows(2) {
-        let (from, to) = (atlas.plane.dot(pair[0]), atlas.plane.dot(pair[1]));
-        let steps = ((to - from).norm() / atlas.window.side).ceil().max(1.0);
-        for step in 1..=steps as u32 {
-            dots.extend(around(from + (to - from) * (f64::from(step) / steps)));
-        }
-    }
-    dots.sort_unstable();
-    dots.dedup();
-    dots
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::Point;
 use sketchnav_schemas::message::Here;
+use sketchnav_schemas::nearest::folded;
 
 use crate::drawn::Drawn;
 use crate::error::{Error, Pixel};
@@ -178,7 +179,7 @@ fn names(outlines: &[Vec<Pixel>], labels: &[Label], canvas: f64) -> Vec<String> 
             && distance <= 0.1 * canvas
             && !label.text.trim().is_empty()
         {
-            names[i] = label.text.split_whitespace().collect::<Vec<_>>().join(" ").to_lowercase();
+            names[i] = folded(&label.text);
         }
     }
     unique(names)

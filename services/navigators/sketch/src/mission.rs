@@ -9,12 +9,13 @@ use serde::{Deserialize, Serialize};
 
 use sketchnav_schemas::bounds;
 use sketchnav_schemas::mission::{
-    Mission, MissionError, NavigatorChoice, Place, Task, check, check_all, check_finite, check_heading,
+    Mission, MissionError, NavigatorChoice, Place, Task, check, check_all, check_finite, check_heading, only,
     task_key,
 };
 
 use crate::method::Method;
 use sketchnav_schemas::message::MAX_ROUTE_POINTS;
+use sketchnav_schemas::toml_text::in_words;
 
 /// The name of this kind of navigator, as in `navigator.kind`.
 pub const KIND: &str = "sketch";
@@ -115,13 +116,12 @@ impl Aim {
 
     fn of(key: &str, task: &Task) -> Result<Self, MissionError> {
         check_finite(key, &task.given.clone().into())?;
-        let mut keys = Keys::new(key, &task.given);
+        let mut keys = Keys::new(key, &task.given, &["name", "goal", "route", "there", "time_limit_s"])?;
         let goal = match task.given.get("goal") {
             Some(toml::Value::String(_)) => keys.take("goal")?.map(Self::Place),
             _ => keys.take("goal")?.map(Self::Goal),
         };
         let route = keys.take::<Vec<[f64; 2]>>("route")?;
-        keys.end(&["name", "goal", "route", "there", "time_limit_s"])?;
         let wrong = |found: &str| MissionError::Value {
             key: key.to_owned(),
             expected: "one of goal and route",
@@ -154,7 +154,8 @@ impl SketchMission {
         let NavigatorChoice { kind, given } = &mission.navigator;
         check(kind == KIND, || "navigator.kind".into(), "\"sketch\"", || format!("{kind:?}"))?;
         check_finite("navigator", &given.clone().into())?;
-        let mut keys = Keys::new("navigator", given);
+        let known = ["kind", "method", "drawing", "walls", "start", "start_heading_deg", "places"];
+        let mut keys = Keys::new("navigator", given, &known)?;
         let read = Self {
             method: keys.take("method")?.unwrap_or_default(),
             drawing: keys.take("drawing")?.ok_or_else(|| keys.missing("drawing", "the name of a file"))?,
@@ -164,7 +165,6 @@ impl SketchMission {
             places: keys.take("places")?.unwrap_or_default(),
             tasks: mission.task.iter().enumerate().map(SketchTask::of).collect::<Result<_, _>>()?,
         };
-        keys.end(&["kind", "method", "drawing", "walls", "start", "start_heading_deg", "places"])?;
         check_heading("navigator.start_heading_deg", read.start_heading_deg.unwrap_or_default())?;
         let points: usize = read.tasks.iter().map(|task| task.aim.points().len()).sum();
         let expected = "at most 8192 points in all goals and routes together";
@@ -236,28 +236,22 @@ struct Keys<'a> {
 }
 
 impl<'a> Keys<'a> {
-    fn new(table: &'a str, given: &toml::Table) -> Self {
-        Self { table, left: given.clone() }
+    /// Fails if there is a key that is not `known`. This comes first because such a key may be a misspelt one that is required.
+    fn new(table: &'a str, given: &toml::Table, known: &[&str]) -> Result<Self, MissionError> {
+        only(table, given, known)?;
+        Ok(Self { table, left: given.clone() })
     }
 
     fn take<T: DeserializeOwned>(&mut self, key: &str) -> Result<Option<T>, MissionError> {
         let read = self.left.remove(key).map(toml::Value::try_into).transpose();
         read.map_err(|error: toml::de::Error| MissionError::Key {
             key: format!("{}.{key}", self.table),
-            reason: error.message().to_owned(),
+            reason: in_words(error.message()),
         })
     }
 
     fn missing(&self, key: &str, expected: &'static str) -> MissionError {
         MissionError::Value { key: format!("{}.{key}", self.table), expected, found: "none".into() }
-    }
-
-    /// Fails if any key was left unread. The error lists the `known` keys.
-    fn end(self, known: &[&str]) -> Result<(), MissionError> {
-        self.left.into_iter().next().map_or(Ok(()), |(key, _)| {
-            let reason = format!("unknown key, expected one of {}", known.join(", "));
-            Err(MissionError::Key { key: format!("{}.{key}", self.table), reason })
-        })
     }
 }
 
@@ -333,6 +327,15 @@ mod tests {
         for (from, to, key, words) in [
             ("kind = \"sketch\"", "kind = \"walls\"", "navigator.kind", "\"sketch\""),
             ("drawing = \"s.png\"", "", "navigator.drawing", "a file"),
+            // A misspelt key that is required was once reported as missing.
+            ("drawing =", "drawng =", "navigator.drawng", "unknown key; did you mean `drawing`?"),
+            ("goal = [3, 4]", "gaol = [3, 4]", "task 1 (hall).gaol", "unknown key; did you mean `goal`?"),
+            (
+                "drawing =",
+                "colour = 1\ndrawing =",
+                "navigator.colour",
+                "expected one of kind, method, drawing, walls",
+            ),
             ("drawing =", "wals = \"dark\"\ndrawing =", "navigator.wals", "walls"),
             ("drawing =", "walls = \"grey\"\ndrawing =", "navigator.walls", "`dark`"),
             ("start = [1, 1]", "start = [1]", "navigator.start", "2"),
@@ -345,14 +348,13 @@ mod tests {
             ("start = [1, 1]", "start = [1, 1e39]", "navigator.start", "-100000 to 100000 px, found 1e39"),
             ("goal = [3, 4]", "goal = [1e300, 4]", "task 1 (hall).goal", "-100000 to 100000 px"),
             ("[5, 6.5]", "[5, -1e6]", "task 2 (kitchen).route", "-100000 to 100000 px"),
-            ("goal = [3, 4]", "gaol = [3, 4]", "task 1 (hall).gaol", "goal"),
             ("goal = [3, 4]", "goal = true", "task 1 (hall).goal", "boolean"),
             ("drawing =", "places = { hall = [1] }\ndrawing =", "navigator.places", "2"),
             ("drawing =", "places = { hall = [1, 1e6] }\ndrawing =", "navigator.places.hall", "100000 px"),
             ("goal = [3, 4]", "", "task 1 (hall)", "one of goal and route"),
             ("route =", "goal = [1, 1]\nroute =", "task 2 (kitchen)", "one of goal and route"),
             ("[[3, 4], [5, 6.5]]", "[[3, 4]]", "task 2 (kitchen).route", "2 points or more"),
-            ("[[3, 4], [5, 6.5]]", "\"there\"", "task 2 (kitchen).route", "expected a sequence"),
+            ("[[3, 4], [5, 6.5]]", "\"there\"", "task 2 (kitchen).route", "expected a list"),
         ] {
             let error = refusal(from, to);
             assert!(error.starts_with(&format!("{key}: ")) && error.contains(words), "{key}: {error}");

@@ -3,10 +3,14 @@
 //!
 //! Source: the design document of rmw_zenoh. In the parts of a token, slashes are replaced by `%`, and so are empty parts.
 
+use crate::full_name;
+use crate::participant::PublisherId;
 use crate::topics::Delivery;
 
 /// The prefix of the tokens of all nodes, publishers and subscriptions.
 const GRAPH: &str = "@ros2_lv";
+/// The kind of the tokens of publishers.
+const PUBLISHER: &str = "MP";
 /// The number of our node within its session.
 const NODE_ID: u32 = 0;
 /// The queue depth that rmw_zenoh omits from a token.
@@ -62,7 +66,7 @@ impl Node {
     /// Returns the token of a publisher or subscription. `id` is its number in the session, which is 1 or more.
     pub fn token_of(&self, id: u32, end: End, typed: &Typed<'_>, delivery: Delivery) -> String {
         let end = match end {
-            End::Publisher => "MP",
+            End::Publisher => PUBLISHER,
             End::Subscription => "MS",
         };
         let (begin, topic) = (self.part_of_graph(id, end), mangled(&self.full(typed.topic)));
@@ -76,10 +80,22 @@ impl Node {
     }
 
     /// Returns the full name of a topic with its slashes, such as `/lab/scan`.
-    fn full(&self, topic: &str) -> String {
-        let slash = if self.namespace.is_empty() { "" } else { "/" };
-        format!("{slash}{}/{topic}", self.namespace)
+    pub fn full(&self, topic: &str) -> String {
+        full_name(&self.namespace, topic)
     }
+}
+
+/// Returns the expression that the tokens of a domain match.
+pub fn graph(domain: u16) -> String {
+    format!("{GRAPH}/{domain}/**")
+}
+
+/// Returns the full name of the topic of a token if it announces a publisher of this type.
+pub fn published(token: &str, type_name: &str) -> Option<String> {
+    // The parts after the domain are session, node, endpoint, kind, enclave, namespace, name, topic, type.
+    let mut parts = token.strip_prefix(GRAPH)?.split('/').skip(5);
+    let (kind, topic, found) = (parts.next()?, parts.nth(3)?, parts.next()?);
+    (kind == PUBLISHER && found == type_name).then(|| topic.replace('%', "/"))
 }
 
 fn mangled(name: &str) -> String {
@@ -113,6 +129,11 @@ pub fn attachment(number: i64, sent_ns: i64, identity: [u8; 16]) -> [u8; ATTACHM
     bytes[16] = identity.len() as u8;
     bytes[17..].copy_from_slice(&identity);
     bytes
+}
+
+/// Returns the identity of the publisher in an attachment, or zeros if there is none.
+pub fn publisher_of(attachment: &[u8]) -> PublisherId {
+    attachment.get(17..).and_then(|identity| identity.try_into().ok()).unwrap_or_default()
 }
 
 /// Returns the key at which the newest message of a latched topic is queried. The same text is the token that announces it.
@@ -158,6 +179,18 @@ mod tests {
     }
 
     #[test]
+    fn a_token_of_a_publisher_names_its_topic() {
+        let token = |end, topic| node("lab").token_of(3, end, &Typed { topic, ..SCAN }, Delivery::Sensor);
+        let found = |token: &str| published(token, SCAN.type_name);
+        assert_eq!(found(&token(End::Publisher, "front/scan")), Some("/lab/front/scan".to_owned()));
+        assert_eq!(found(&token(End::Publisher, "/scan")), Some("/scan".to_owned()));
+        assert_eq!(found(&token(End::Subscription, "scan")), None);
+        assert_eq!(published(&token(End::Publisher, "scan"), "nav_msgs::msg::dds_::Odometry_"), None);
+        assert_eq!(found(&node("lab").token()), None);
+        assert_eq!(found("@ros2_lv/7"), None);
+    }
+
+    #[test]
     fn default_qualities_of_service_are_omitted() {
         assert_eq!(quality(Delivery::Reliable { depth: 10 }), "::,10:,:,:,,");
         assert_eq!(quality(Delivery::Reliable { depth: 42 }), "::,:,:,:,,");
@@ -178,6 +211,8 @@ mod tests {
         let bytes = attachment(1, 0x0203, [9; 16]);
         let expected = [&[1, 0, 0, 0, 0, 0, 0, 0, 3, 2, 0, 0, 0, 0, 0, 0, 16][..], &[9; 16]].concat();
         assert_eq!(bytes[..], expected);
+        assert_eq!(publisher_of(&bytes), [9; 16]);
+        assert_eq!(publisher_of(&bytes[..20]), [0; 16]);
     }
 
     #[test]

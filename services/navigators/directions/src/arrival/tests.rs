@@ -35,7 +35,7 @@ fn a_sure_transition_is_sure_and_a_doubtful_one_is_not() {
     // are two equally isolated ones at nearly the same distance.
     let world = plane(&[(0.0, 0.0), (50.0, 50.0), (50.0, -60.0), (61.0, -50.0), (900.0, 900.0)]);
     let atlas = atlas(world, &pilot);
-    let estimates = estimates(&atlas, &pilot, 400, 1).unwrap();
+    let estimates = estimates(&atlas, &pilot, 400, 1, |_| true).unwrap();
     let of = |to: DotId| {
         let numbers = atlas.transitions.numbers(0);
         let mut seeks = numbers.filter(|&n| {
@@ -96,4 +96,39 @@ fn the_stated_probability_is_kept_and_is_better_than_the_ratio_of_the_paper() {
     let observed = f64::from(ours.arrivals()) / journeys;
     assert!((stated / journeys - observed).abs() < 0.1, "{} {observed}", stated / journeys);
     assert!(ours.probability() > theirs.probability() + 0.1, "{ours:?} {theirs:?}");
+}
+
+/// With 3,000 dots, planning took 15 s because every transition of the plane was simulated.
+#[test]
+fn on_a_large_plane_only_what_lies_near_good_paths_is_simulated() {
+    let pilot = pilot(1.0);
+    let side = 100.0 * 1_600_f64.sqrt();
+    let atlas = atlas(uniform(1_600, side, 3).unwrap(), &pilot);
+    let at = |x, y| Start::wanted(&atlas.plane, atlas.window, Point::new(x, y)).unwrap().landmark;
+    let (start, goal) = (Start::over(&atlas.plane, at(500.0, 500.0)).unwrap(), at(1_500.0, 1_000.0));
+    let tried = tried(&atlas, start, goal, &pilot, 1).unwrap();
+    assert!(tried.len() < atlas.plane.len() / 2, "{} of {}", tried.len(), atlas.plane.len());
+    let plan = most_probable(&atlas, start, goal, &pilot, QUICK, 1).unwrap();
+    assert!(plan.landmarks().iter().all(|dot| tried.contains(dot)));
+    let surroundings = surroundings(&atlas, start.centre, &plan.landmarks());
+    assert!(surroundings.dots.len() < atlas.plane.len() / 2);
+    for (&near, &landmark) in surroundings.intended.iter().zip(&plan.landmarks()) {
+        assert_eq!(surroundings.dots[near as usize], atlas.plane.dot(landmark));
+    }
+}
+
+#[test]
+fn the_dots_along_a_line_are_those_within_reach_of_it() {
+    let atlas = atlas(uniform(500, 2_000.0, 5).unwrap(), &pilot(1.0));
+    let ends = [Point::new(200.0, 300.0), Point::new(1_700.0, 900.0)];
+    let dots = along(&atlas, ends.into_iter(), 1.5);
+    for dot in 0..500 {
+        let at = atlas.plane.dot(dot);
+        let share =
+            ((at - ends[0]).dot(ends[1] - ends[0]) / (ends[1] - ends[0]).norm_squared()).clamp(0.0, 1.0);
+        let aside = (at - (ends[0] + (ends[1] - ends[0]) * share)).norm();
+        // The reach is that of squares along the line, at most one window side apart.
+        assert!(aside > 140.0 || dots.binary_search(&dot).is_ok(), "{aside}");
+        assert!(aside < 220.0 || dots.binary_search(&dot).is_err(), "{aside}");
+    }
 }

@@ -46,12 +46,21 @@ impl Estimate {
 /// Number of times that the search along a slide is extended if it has met nothing, each time by a larger distance.
 const STRIPS: u32 = 4;
 
-/// Estimates all transitions, one after another.
-pub fn estimates(atlas: &Atlas, pilot: &Pilot, trials: u32, seed: u64) -> Result<Vec<Estimate>, Error> {
+/// Estimates the transitions that begin at some landmarks, one after another. The others count as impossible.
+pub fn estimates(
+    atlas: &Atlas,
+    pilot: &Pilot,
+    trials: u32,
+    seed: u64,
+    is_tried: impl Fn(DotId) -> bool,
+) -> Result<Vec<Estimate>, Error> {
     let recoveries = atlas.recoveries()?;
     let mut trial = Trial::new(atlas, pilot, stream(seed, "directions/transitions"));
     let share = |hits: u32| (f64::from(hits) + 1.0) / (f64::from(trials) + 2.0);
     let mut estimate = |(from, transition): (DotId, &Transition)| {
+        if !is_tried(from) {
+            return Estimate { plain: 0.0, verified: 0.0 };
+        }
         let aside = atlas.reliability.aside(&atlas.plane, from, transition);
         let verification = recoveries.check(from, transition, aside).verification();
         let (mut plain, mut verified) = (0, 0);

@@ -168,16 +168,13 @@ impl<'a> Search<'a> {
     /// Updates the value of a believed place for each true place, from the values of its successors.
     fn back_up(&mut self, place: usize) {
         let Some(node) = &self.policy.nodes[place] else { return };
+        // The places attained are the same from many places.
+        let mut led: Vec<Option<f32>> = vec![None; self.values.len()];
         let worth = |at: usize| {
             let mut value = 0.0;
             let outcome = self.model.outcome(at, node.action);
             for &(to, p) in &outcome.to {
-                let panoramas = self.model.panoramas(to);
-                let of = node.takes.iter().map(|(taken, share)| {
-                    let seen: f32 = share.iter().map(|&seen| panoramas[usize::from(seen)]).sum();
-                    seen * self.joint[*taken][to]
-                });
-                value += p * f64::from(of.sum::<f32>());
+                value += p * f64::from(*led[to].get_or_insert_with(|| self.led(node, to)));
             }
             if node.nothing != usize::MAX {
                 value += self.weights.nothing * outcome.nothing * f64::from(self.joint[node.nothing][at]);
@@ -185,6 +182,17 @@ impl<'a> Search<'a> {
             (self.weights.discount * value) as f32
         };
         self.joint[place] = (0..self.values.len()).map(worth).collect();
+    }
+
+    /// Returns the value of a true place where the panorama decides which place is assumed next.
+    fn led(&self, node: &Node, to: usize) -> f32 {
+        let panoramas = self.model.panoramas(to);
+        let of =
+            node.takes.iter().filter(|(taken, _)| self.joint[*taken][to] != 0.0).map(|(taken, share)| {
+                let seen: f32 = share.iter().map(|&seen| panoramas[usize::from(seen)]).sum();
+                seen * self.joint[*taken][to]
+            });
+        of.sum()
     }
 
     /// Returns the distribution of true places when journeys visit this believed place.

@@ -74,7 +74,7 @@ pub fn of_transitions(sigmas: &[f64], worlds: Range<u64>) -> Result<Table, Error
 fn transitions(world: &World, setting: &Setting, seed: u64) -> Result<[[Vec<f64>; 3]; CLASSES], Error> {
     let mut classes: [[Vec<f64>; 3]; CLASSES] = Default::default();
     let (atlas, pilot) = (&world.atlas, setting.pilot());
-    let simulated = estimates(atlas, &pilot, TRIALS, seed)?;
+    let simulated = estimates(atlas, &pilot, TRIALS, seed, |_| true)?;
     for (number, (from, transition)) in (0..).zip(atlas.transitions.all()) {
         let plan = Plan::new(atlas, alone(atlas, from, number, *transition)?, Verify::Nothing)?;
         let tally = world.fly(&plan, &pilot, 1, seed ^ u64::from(number) << 32)?;

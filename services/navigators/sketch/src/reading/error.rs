@@ -156,6 +156,18 @@ pub enum SketchError {
         /// The nearest position that can be reached.
         nearest: [f64; 2],
     },
+    /// The start lies outside the walls that enclose a position.
+    #[error("navigator.start at ({:.0}, {:.0}) of {file}: expected a place within the walls around {what} at ({:.0}, {:.0}), found one outside them; the start is in pixels of the drawing: column and row, from its top left corner", start[0], start[1], place[0], place[1])]
+    StartOutside {
+        /// The start.
+        start: [f64; 2],
+        /// The drawing.
+        file: String,
+        /// The task.
+        what: String,
+        /// The position.
+        place: [f64; 2],
+    },
     /// Neither the start nor the tasks are near any walls, so nothing shows how large the drawing is, or where in it the robot
     /// is.
     #[error("navigator.start at ({:.0}, {:.0}) of {file}: expected walls around the start or on the way, found none within the laser's reach (about {reach_px:.0} px). Draw the walls around them", start[0], start[1])]

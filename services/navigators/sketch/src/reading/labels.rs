@@ -4,7 +4,7 @@
 //! marks, and these over texts, so that a mission can always say what a drawing leaves open.
 
 use serde::{Deserialize, Serialize};
-use sketchnav_schemas::nearest::{folded, nearest};
+use sketchnav_schemas::nearest::{folded, nearest_name};
 
 use super::drawn_map::DrawnMap;
 use super::error::SketchError;
@@ -98,10 +98,7 @@ impl<'a> Names<'a> {
         let mut names: Vec<_> = self.by_precedence.iter().flatten().map(|(name, _)| *name).collect();
         names.sort_unstable();
         names.dedup();
-        let folded: Vec<_> = names.iter().map(|name| folded(name)).collect();
-        let meant = nearest(wanted, folded.iter().map(String::as_str));
-        let meant = meant.and_then(|meant| folded.iter().position(|name| name == meant));
-        match (meant, names.len()) {
+        match (nearest_name(wanted, &names), names.len()) {
             (Some(i), _) => format!("did you mean {:?}?", names[i]),
             (None, 0) => format!(
                 "{} has no names: write them on it as text, or add them to navigator.places",

@@ -322,15 +322,31 @@ impl<'a> Reachable<'a> {
         if self.contains(&point) {
             return Ok(point);
         }
+        let start = self.drawing.to_image(&self.start);
+        // Metres given instead of pixels put the start into a corner of the page, from where no goal can be reached.
+        if touches_edge(self.drawing, &self.cells)
+            && !touches_edge(self.drawing, &flood(self.drawing, &point))
+        {
+            let (file, what) = (self.drawing.file.clone(), what.to_owned());
+            return Err(SketchError::StartOutside { start, file, what, place: at });
+        }
         let nearest = nearest(self.drawing, &point, |cell| self.contains(cell)).unwrap_or(self.start);
         Err(SketchError::Unreachable {
             nearest: self.drawing.to_image(&nearest),
             what: what.to_owned(),
             place: at,
             file: self.drawing.file.clone(),
-            start: self.drawing.to_image(&self.start),
+            start,
         })
     }
+}
+
+/// Returns true if any of the marked cells is at the edge of the page.
+fn touches_edge(drawing: &DrawnMap, marked: &[bool]) -> bool {
+    let rows: Vec<_> = marked.chunks_exact(drawing.width_px as usize).collect();
+    let is_marked = |row: &&[bool]| row.contains(&true);
+    let at_ends = rows.first().is_some_and(is_marked) || rows.last().is_some_and(is_marked);
+    at_ends || rows.iter().any(|row| row.first() == Some(&true) || row.last() == Some(&true))
 }
 
 /// Returns which cells can be reached from `start`. Whole stretches of free cells are visited at a time.

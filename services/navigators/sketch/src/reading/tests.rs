@@ -227,6 +227,15 @@ fn what_cannot_be_is_refused_with_its_name_and_place() {
             placed(start, far),
             "task 2 (kitchen): goal at (10, 10) of pad.json: expected a free path from the start at (100, 100)",
         ),
+        // The goal was once blamed for a start in metres instead of pixels.
+        (
+            placed(
+                Some([0.9, 6.15]),
+                vec![task("kitchen", &[[0.9, 6.15], [10.0, 300.0]]), task("kitchen", &[[200.0, 200.0]])],
+            ),
+            "navigator.start at (1, 6) of pad.json: expected a place within the walls around task 2 (kitchen): goal at (200, 200), \
+             found one outside them; the start is in pixels of the drawing",
+        ),
         (placed(start, vec![]), "task: expected 1 to 64, found 0"),
         (placed(start, vec![task("empty", &[])]), "points of all tasks: expected 1 to 8192, found 0"),
     ] {

@@ -1,17 +1,44 @@
 //! Finds the task that a person means by a name.
 
-use anyhow::anyhow;
-use sketchnav_schemas::mission::{Mission, Task, task_key};
-use sketchnav_schemas::nearest::{folded, nearest};
+use crate::mission::{Mission, Task, task_key};
+use crate::nearest::{folded, nearest_name};
 
-use crate::failure::Failure;
+/// Reasons why a name means no task.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum NameError {
+    /// No task and no goal has this name.
+    #[error("{name}: expected the name of a task, or of the place that is its goal; {}", meant(nearest.as_deref()))]
+    Unknown {
+        /// The name.
+        name: String,
+        /// The name that was probably meant.
+        nearest: Option<String>,
+    },
+    /// Several tasks have this name or this goal.
+    #[error("{name}: expected one task, found {first} and {second}; say which by its number")]
+    Several {
+        /// The name.
+        name: String,
+        /// The first of the tasks.
+        first: String,
+        /// The second of the tasks.
+        second: String,
+    },
+}
+
+fn meant(nearest: Option<&str>) -> String {
+    nearest.map_or_else(
+        || "the mission has none that is similar".to_owned(),
+        |name| format!("did you mean {name:?}?"),
+    )
+}
 
 /// Returns the index of the task that has this name or, if there is none, whose goal is the place of this name. Case and spaces
 /// make no difference.
 ///
 /// # Errors
-/// [`Failure::Input`] if there is no such task, with the name that was probably meant, or if there are several.
-pub fn task(mission: &Mission, name: &str) -> Result<usize, Failure> {
+/// [`NameError`] if there is no such task, with the name that was probably meant, or if there are several.
+pub fn task(mission: &Mission, name: &str) -> Result<usize, NameError> {
     let of_goals = mission.task.iter().map(|task| goal(task).unwrap_or_default()).collect::<Vec<_>>();
     let of_tasks = mission.task.iter().map(|task| task.name.as_str()).collect::<Vec<_>>();
     let wanted = folded(name);
@@ -22,13 +49,9 @@ pub fn task(mission: &Mission, name: &str) -> Result<usize, Failure> {
         Some([index]) => Ok(*index),
         Some([first, second, ..]) => {
             let key = |i: usize| task_key(i + 1, &mission.task[i].name);
-            Err(Failure::Input(anyhow!(
-                "{name}: expected one task, found {} and {}; say which with --task",
-                key(*first),
-                key(*second)
-            )))
+            Err(NameError::Several { name: name.to_owned(), first: key(*first), second: key(*second) })
         }
-        _ => Err(Failure::Input(unknown(name, &[of_tasks, of_goals].concat()))),
+        _ => Err(unknown(name, &[of_tasks, of_goals].concat())),
     }
 }
 
@@ -37,15 +60,10 @@ fn goal(task: &Task) -> Option<&str> {
     task.given.get("goal")?.as_str()
 }
 
-fn unknown(name: &str, names: &[&str]) -> anyhow::Error {
-    let names: Vec<_> = names.iter().filter(|name| !name.is_empty()).collect();
-    let all: Vec<_> = names.iter().map(|name| folded(name)).collect();
-    let meant = nearest(&folded(name), all.iter().map(String::as_str));
-    let expected = "expected the name of a task, or of the place that is its goal";
-    match meant.and_then(|meant| all.iter().position(|name| name == meant)) {
-        Some(i) => anyhow!("{name}: {expected}; did you mean {:?}?", names[i]),
-        None => anyhow!("{name}: {expected}; the mission has none that is similar"),
-    }
+fn unknown(name: &str, names: &[&str]) -> NameError {
+    let names: Vec<_> = names.iter().copied().filter(|name| !name.is_empty()).collect();
+    let nearest = nearest_name(name, &names).map(|i| names[i].to_owned());
+    NameError::Unknown { name: name.to_owned(), nearest }
 }
 
 #[cfg(test)]
@@ -59,7 +77,7 @@ mod tests {
              [[task]]\nname = 'office'\ngoal = 'office 3'\n[[task]]\nname = 'washing up'\ngoal = 'Kitchen'\n\
              [[task]]\nname = 'home'\ngoal = 'hall'\n";
         let mission = Mission::parse(mission).unwrap();
-        task(&mission, name).map_err(|error| error.into_error().to_string())
+        task(&mission, name).map_err(|error| error.to_string())
     }
 
     #[test]
@@ -74,7 +92,7 @@ mod tests {
         let error = index("kitchen").unwrap_err();
         assert_eq!(
             error,
-            "kitchen: expected one task, found task 1 (Coffee) and task 4 (washing up); say which with --task"
+            "kitchen: expected one task, found task 1 (Coffee) and task 4 (washing up); say which by its number"
         );
         assert!(index("ofice 3").unwrap_err().ends_with("did you mean \"office 3\"?"));
         assert!(index("library").unwrap_err().ends_with("the mission has none that is similar"));

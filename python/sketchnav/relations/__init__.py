@@ -1,0 +1,77 @@
+"""Qualitative relations of objects in the plane, for arrays: motion, direction, distance, contact, order.
+
+    import numpy
+    from sketchnav import relations
+
+    human = numpy.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [2.0, 0.0]])
+    robot = numpy.array([[5.0, 0.5], [4.0, 0.5], [4.0, 0.5], [3.0, 0.5]])
+    qtc = relations.QtcB()
+    qtc.words(qtc.relate(human, robot))  # ['', '-,-', '-,0', '0,-']
+
+A calculus relates arrays of objects, one row each, and gives an array of codes, which are indices into `calculus.relations`; -1
+stands for no relation. Arrays are read where they are, whatever their strides, as long as they hold aligned doubles; others are
+converted first. Anything with the buffer protocol will do, and so will lists.
+
+    object          row                             unit
+    point           x, y                            one length of your choice
+    oriented point  x, y, heading                   length, length, radians counter-clockwise from x
+    rectangle       low x, low y, high x, high y    length
+    interval        low, high                       any
+
+The axes x and y are right-handed: in image coordinates left and right swap. The first axis of an array is time. Others are
+tracks, which follow the rules of broadcasting: a track against all others is `relate(a[:, None], others)`, and a single row is
+an object that stands still. A row that contains NaN is an object that was not seen; no relation is inferred across it.
+
+Invalid values raise ValueError, which names the argument and the row.
+"""
+
+from .calculi import (
+    Allen,
+    Argd,
+    Calculus,
+    Cardinal,
+    FlipFlop,
+    Mos,
+    Opra,
+    Order,
+    Qrpc,
+    QtcB,
+    QtcBc,
+    QtcC,
+    Rcc2,
+    Rcc3,
+    Rcc4,
+    Rcc5,
+    Rcc8,
+    Rectangle,
+    Series,
+    Timed,
+    Tpcc,
+)
+from .networks import Inconsistent, Network
+
+__all__ = [
+    "Allen",
+    "Argd",
+    "Calculus",
+    "Cardinal",
+    "FlipFlop",
+    "Inconsistent",
+    "Mos",
+    "Network",
+    "Opra",
+    "Order",
+    "Qrpc",
+    "QtcB",
+    "QtcBc",
+    "QtcC",
+    "Rcc2",
+    "Rcc3",
+    "Rcc4",
+    "Rcc5",
+    "Rcc8",
+    "Rectangle",
+    "Series",
+    "Timed",
+    "Tpcc",
+]

@@ -1,0 +1,219 @@
+"""The calculi. Lengths are in the unit of the coordinates, whichever it is.
+
+Each class says which objects it relates and who introduced it. Its fields are its parameters.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._calculus import CHANGES as CHANGES
+from ._calculus import COLUMNS as COLUMNS
+from ._calculus import Calculus as Calculus
+from ._calculus import Composed, MovingPair, Pair, Single, Triple
+from ._calculus import Series as Series
+from ._calculus import Timed as Timed
+
+
+@dataclass(frozen=True)
+class Quantised(Calculus):
+    """A calculus of motion. Motion counts if it is longer than `quantisation` between two samples or, if that is given, faster
+    than `quantisation_per_s`, in lengths per second. The latter does not depend on how often samples are taken."""
+
+    quantisation: float = 0.0
+    quantisation_per_s: float | None = field(default=None, kw_only=True)
+
+    def _parameters(self) -> dict[str, Any]:
+        others = super()._parameters()
+        distance, speed = others.pop("quantisation"), others.pop("quantisation_per_s")
+        if speed is None:
+            return others | {"quantisation": {"Distance": distance}}
+        if distance:
+            raise ValueError(f"quantisation: expected none beside quantisation_per_s, found {distance}")
+        return others | {"quantisation": {"Speed": speed}}
+
+    def _times(self, time_s: ArrayLike | None, samples: int) -> NDArray[np.float64] | None:
+        if self.quantisation_per_s is not None and time_s is None:
+            raise ValueError("time_s: expected the times of the samples, which quantisation_per_s needs, found none")
+        return super()._times(time_s, samples)
+
+
+@dataclass(frozen=True)
+class QtcB(Quantised, MovingPair):
+    """QTC_B (Van de Weghe 2004): whether two points move towards each other, "-"; away, "+"; or neither, "0". The sign of a comes
+    first. What each refers to is where the other was at the earlier sample."""
+
+    name = "qtc-b"
+    objects = "point"
+    without_composition = "that of QTC_B is universal in all cells and infers nothing"
+
+
+@dataclass(frozen=True)
+class QtcC(Quantised, MovingPair):
+    """QTC_C (Van de Weghe 2004): the signs of QTC_B, then whether a and b move to the left, "-", or to the right, "+", of the
+    line to the other."""
+
+    name = "qtc-c"
+    objects = "point"
+
+
+@dataclass(frozen=True)
+class QtcBc(Quantised, MovingPair):
+    """QTC_BC (Dondrup et al. 2015): QTC_C if the points are at most `near` apart at the later sample, else QTC_B. The default, in
+    metres, is the limit of personal space (Hall 1966), as in QSRlib."""
+
+    name = "qtc-bc"
+    objects = "point"
+    near: float = 1.22
+
+
+@dataclass(frozen=True)
+class Mos(Quantised, Single):
+    """Moving, "m", or stationary, "s" (QSRlib): whether a point moved since the previous sample."""
+
+    name = "mos"
+    objects = "point"
+
+
+@dataclass(frozen=True)
+class Qrpc(Pair):
+    """Rectilinear projections (Glez-Cabrera et al. 2013; Patil 2019): how the lines along the headings of two oriented points run.
+    Directions that differ by at most `tolerance_rad` are parallel, and points within `tolerance` of a line on it."""
+
+    name = "qrpc"
+    objects = "oriented point"
+    tolerance_rad: float = 1e-9
+    tolerance: float = 1e-9
+
+
+@dataclass(frozen=True)
+class Opra(Composed, Pair):
+    """OPRA_m (Moratz 2006), m from 1 to 4: in which of 4m segments two oriented points see each other. Rays are even and sectors
+    odd, counter-clockwise from the heading. Directions within `tolerance_rad` of a ray are on it."""
+
+    name = "opra"
+    objects = "oriented point"
+    m: int
+    tolerance_rad: float = 1e-9
+
+
+@dataclass(frozen=True)
+class Argd(Composed, Pair):
+    """Distances by named thresholds (QSRlib; Patil 2019). `labels` has the threshold of each label.
+
+    With the bound "upper" (QSRlib) a threshold is the greatest distance of its label, and the last label also means anything
+    beyond. With "lower" (Patil 2019) it is the least, and the first label also means anything nearer.
+    """
+
+    name = "argd"
+    objects = "point"
+    labels: Mapping[str, float]
+    bound: Literal["upper", "lower"] = "upper"
+
+    def _parameters(self) -> dict[str, Any]:
+        if self.bound not in ("upper", "lower"):
+            raise ValueError(f"bound: expected upper or lower, found {self.bound!r}")
+        labels = [(label, float(threshold)) for label, threshold in self.labels.items()]
+        return {"labels": labels, "bound": self.bound.capitalize()}
+
+
+@dataclass(frozen=True)
+class Cardinal(Composed, Pair):
+    """Cardinal directions (Frank 1991): where a is as seen from b, in cones of 45°. North is along y, east along x."""
+
+    name = "cardinal"
+    objects = "point"
+
+
+@dataclass(frozen=True)
+class Order(Composed, Pair):
+    """The order along x (Vilain and Kautz 1986): whether a is left of b, together with it, or right. QSRlib's `mwe`."""
+
+    name = "order"
+    objects = "point"
+
+
+@dataclass(frozen=True)
+class Tolerant(Calculus):
+    """A calculus of extents. Ends or sides that differ by at most `tolerance` are in line."""
+
+    tolerance: float = 0.0
+
+
+@dataclass(frozen=True)
+class Allen(Tolerant, Composed, Pair):
+    """Interval algebra (Allen 1983)."""
+
+    name = "allen"
+    objects = "interval"
+
+
+@dataclass(frozen=True)
+class Rectangle(Tolerant, Composed, Pair):
+    """Rectangle algebra (Balbiani et al. 1998): Allen's relation along x and along y."""
+
+    name = "rectangle"
+    objects = "rectangle"
+
+
+@dataclass(frozen=True)
+class Rcc8(Tolerant, Composed, Pair):
+    """Region connection (Randell, Cui and Cohn 1992) of rectangles."""
+
+    name = "rcc8"
+    objects = "rectangle"
+
+
+@dataclass(frozen=True)
+class Rcc5(Tolerant, Composed, Pair):
+    """RCC8 without what depends on borders."""
+
+    name = "rcc5"
+    objects = "rectangle"
+
+
+@dataclass(frozen=True)
+class Rcc4(Tolerant, Composed, Pair):
+    """QSRlib's RCC4. Its `pp` includes equal regions, so that a converse may be a set."""
+
+    name = "rcc4"
+    objects = "rectangle"
+
+
+@dataclass(frozen=True)
+class Rcc3(Tolerant, Composed, Pair):
+    """QSRlib's RCC3."""
+
+    name = "rcc3"
+    objects = "rectangle"
+
+
+@dataclass(frozen=True)
+class Rcc2(Tolerant, Composed, Pair):
+    """Connected or disconnected."""
+
+    name = "rcc2"
+    objects = "rectangle"
+
+
+@dataclass(frozen=True)
+class Tpcc(Triple):
+    """Ternary point configurations (Moratz, Nebel and Freksa 2003): where the referent c is as seen from the origin a on the way to
+    the relatum b. Positions within `tolerance_rad` of straight are straight."""
+
+    name = "tpcc"
+    objects = "point"
+    tolerance_rad: float = 1e-9
+
+
+@dataclass(frozen=True)
+class FlipFlop(Composed, Triple):
+    """Flip-flop, refined to LR (Ligozat 1993; Scivos and Nebel 2004): where c is as seen on the way from a to b. Points within
+    `tolerance` of each other coincide, and a point within 0.866 of it from the line is on the line."""
+
+    name = "flipflop"
+    objects = "point"
+    tolerance: float = 1e-9

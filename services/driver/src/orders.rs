@@ -1,0 +1,87 @@
+//! The commands of a driver: which one is in force, and whether it is too old.
+
+use std::time::{Duration, Instant};
+
+use sketchnav_runtime::{Node, Reader};
+use sketchnav_schemas::channels::COMMAND;
+use sketchnav_schemas::message::{Twist, VelocityCommand};
+
+use crate::error::DriverError;
+
+/// The velocity of a robot that stands still.
+pub const STANDSTILL: Twist = Twist { vx_mps: 0.0, vy_mps: 0.0, yaw_rate_radps: 0.0 };
+/// How long a command is in force after the tick that it answers.
+const LIMIT: Duration = Duration::from_millis(500);
+/// Number of ticks whose times are kept, at least as many as there are in [`LIMIT`] at a thousand per second.
+const KEPT: usize = 512;
+
+/// The commands, and the times of the ticks that they answer.
+pub struct Orders {
+    commands: Reader<VelocityCommand>,
+    /// The last tick of an earlier driver. Answers to it, and to ticks before it, are obsolete.
+    ticks_before: u64,
+    newest: Option<VelocityCommand>,
+    /// When the last ticks were sent: that of number n is at n modulo the length.
+    sent: Vec<(u64, Instant)>,
+}
+
+impl Orders {
+    pub fn open(node: &Node, ticks_before: u64) -> Result<Self, DriverError> {
+        let nothing = (0, Instant::now());
+        let commands = node.reader(COMMAND)?;
+        Ok(Self { commands, ticks_before, newest: None, sent: vec![nothing; KEPT] })
+    }
+
+    /// Notes that a tick was sent.
+    pub fn ticked(&mut self, tick: u64) {
+        self.sent[tick as usize % KEPT] = (tick, Instant::now());
+    }
+
+    /// Receives the commands that have arrived.
+    pub fn receive(&mut self) -> Result<(), DriverError> {
+        while let Some(command) = self.commands.receive_valid()? {
+            if command.header.source_seq > self.ticks_before {
+                self.newest = Some(*command);
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns the number of the tick that the newest command answers, or 0 before the first one.
+    pub fn answered(&self) -> u64 {
+        self.newest.map_or(0, |command| command.header.source_seq)
+    }
+
+    /// Returns true if the newest command is the last one of the mission.
+    pub fn is_last(&self) -> bool {
+        self.newest.is_some_and(|command| command.last == 1)
+    }
+
+    /// Returns the newest velocity, whatever its age, or standstill if there is none.
+    pub fn newest(&self) -> Twist {
+        self.newest.map_or(STANDSTILL, |command| command.twist)
+    }
+
+    /// Returns the newest velocity, or standstill if its tick was more than half a second before this time of the mission, in
+    /// nanoseconds.
+    pub fn in_force_at(&self, now_ns: u64) -> Twist {
+        let age_ns = |command: &VelocityCommand| now_ns.saturating_sub(command.header.stamp_ns);
+        let fresh = self.newest.filter(|command| Duration::from_nanos(age_ns(command)) <= LIMIT);
+        fresh.map_or(STANDSTILL, |command| command.twist)
+    }
+
+    /// Returns the newest velocity, or standstill if its tick was sent more than half a second ago.
+    pub fn in_force(&self) -> Twist {
+        let fresh = self.newest.filter(|command| {
+            let tick = command.header.source_seq;
+            let (kept, sent) = self.sent[tick as usize % KEPT];
+            kept == tick && sent.elapsed() <= LIMIT
+        });
+        fresh.map_or(STANDSTILL, |command| command.twist)
+    }
+
+    /// Returns how many commands are missing, according to their numbers.
+    pub fn lost(&self) -> u64 {
+        self.commands.lost()
+    }
+}

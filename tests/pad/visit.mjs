@@ -1,0 +1,47 @@
+// What every visit to the page needs: a browser, pages whose errors are collected, and steps that leave a picture if they fail.
+// Environment: SKETCHNAV_PLAYWRIGHT (the folder of node_modules), SKETCHNAV_CHROMIUM.
+
+import assert from "node:assert/strict";
+import { createRequire } from "node:module";
+import { join } from "node:path";
+
+import { Hand } from "./hand.mjs";
+
+export const { chromium } = createRequire(join(process.env.SKETCHNAV_PLAYWRIGHT, "node_modules/"))("playwright-core");
+/** No limit of time decides anything except that a test hangs. */
+export const LIMIT_MS = 150000;
+/** Options of the browser. */
+export const BROWSER = {
+  executablePath: process.env.SKETCHNAV_CHROMIUM,
+  args: ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"],
+};
+/** The errors of all pages. */
+export const faults = [];
+
+/** Opens the page, with a hand on its sheet. `prepare` gets the page before it is loaded. */
+export async function opened(context, url, canvas, prepare = () => {}) {
+  const page = await context.newPage();
+  page.setDefaultTimeout(LIMIT_MS);
+  page.on("pageerror", (error) => faults.push(error.stack));
+  page.on("console", (message) => message.type() === "error" && faults.push(message.text()));
+  prepare(page);
+  await page.goto(url);
+  return { page, hand: new Hand(page, await context.newCDPSession(page), canvas) };
+}
+
+/** Takes one step after another. If one fails, leaves a picture of `page()` in `out`. */
+export async function inTurn(steps, take, page, out) {
+  for (const step of steps) {
+    try {
+      await take(step);
+    } catch (error) {
+      await page()?.screenshot({ path: join(out, "failed.png") }).catch(() => {});
+      throw new Error(step.name, { cause: error });
+    }
+  }
+}
+
+/** Fails if a page had errors other than the expected ones. */
+export function assertNoFaults(expected) {
+  assert.deepEqual(faults.filter((fault) => !expected.test(fault)), [], "errors on the page");
+}

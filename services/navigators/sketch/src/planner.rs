@@ -31,6 +31,7 @@ use sketchnav_schemas::run::{Pad, RunConfig};
 use sketchnav_stage::{Heard, Instant, Outbox, Remains, Stage, StageError};
 
 use self::driving::{Driver, TaskStatus};
+pub use self::explorer::locate as locate_by_outline;
 use self::reason::{Help, Reason, Stated};
 pub use self::reason::{ROOMS, stated};
 use crate::paths::chart::Chart;

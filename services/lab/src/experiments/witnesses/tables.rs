@@ -6,7 +6,7 @@ use crate::experiments::logistic::{Logistic, area_under_curve, losses};
 use crate::experiments::outcome::{Kind, TaskOutcome};
 use crate::experiments::section::Section;
 use crate::experiments::table::Table;
-use crate::experiments::witnesses::RoomsSaid;
+use crate::experiments::witnesses::{Claim, RoomsSaid};
 
 /// Largest margin that makes a difference.
 const MOST_MARGIN: f64 = 15.0;
@@ -97,14 +97,10 @@ impl Arrival<'_> {
         Signs { basis, margin, rooms: self.rooms.said() }
     }
 
-    /// Returns true if the arrival is one of those that combinations are fitted to, which are those with every other drawing.
+    /// Returns true if the arrival is one of those that combinations are fitted to, which are those on the first floor of each kind.
     fn is_fitted(&self) -> bool {
-        let number = self
-            .outcome
-            .cluster
-            .as_deref()
-            .and_then(|cluster| cluster.rsplit('/').next()?.parse::<u64>().ok());
-        number.is_some_and(|number| number % 2 == 0)
+        let floor = self.outcome.cluster.as_deref().and_then(|cluster| cluster.split('/').next());
+        floor.is_some_and(|floor| floor.ends_with("-1"))
     }
 }
 
@@ -151,7 +147,7 @@ fn answers(outcomes: &[TaskOutcome], arrivals: &[Arrival<'_>]) -> Section {
         let of_line = || arrivals.iter().filter(|arrival| arrival.outcome.drawing == **line);
         let count = |is: &dyn Fn(&Arrival<'_>) -> bool| of_line().filter(|arrival| is(arrival)).count();
         let answers = outcomes.iter().filter(|outcome| outcome.drawing == **line && outcome.rooms.is_some());
-        let right = answers.filter(|outcome| outcome.rooms.is_some_and(|said| said.is_right)).count();
+        let right = answers.filter(|outcome| outcome.rooms.is_some_and(|said| said.knows())).count();
         let figures = [
             outcomes.iter().filter(|outcome| outcome.drawing == **line).count(),
             count(&|arrival| arrival.is_right()),
@@ -161,7 +157,7 @@ fn answers(outcomes: &[TaskOutcome], arrivals: &[Arrival<'_>]) -> Section {
             count(&|arrival| !arrival.is_right() && arrival.rooms.agrees()),
             count(&|arrival| arrival.is_right() && !arrival.rooms.has_answer),
             count(&|arrival| !arrival.is_right() && !arrival.rooms.has_answer),
-            count(&|arrival| !arrival.is_right() && arrival.rooms.is_right),
+            count(&|arrival| !arrival.is_right() && arrival.rooms.knows()),
         ];
         std::iter::once((*line).to_owned()).chain(figures.map(|figure| figure.to_string())).collect()
     };
@@ -298,7 +294,7 @@ mod tests {
     fn outcome(number: u32, kind: Kind, away_m: f64, margin: f64) -> TaskOutcome {
         let rooms = RoomsSaid {
             has_answer: true,
-            is_right: away_m < 1.0,
+            claims: [None, None, Some(Claim { at: [0.0; 2], is_right: away_m < 1.0 })],
             away_m: Some(away_m),
             is_same_room: false,
             share_here: if away_m < 1.0 { 0.9 } else { 0.1 },

@@ -1,6 +1,6 @@
 //! What the witnesses say about arrivals, as tables.
 
-use sketchnav_sketch::planner::certainty::{Basis, Signs};
+use sketchnav_sketch::planner::certainty::{AGREE_M, Basis, Signs};
 
 use crate::experiments::logistic::{Logistic, area_under_curve, losses};
 use crate::experiments::outcome::{Kind, TaskOutcome};
@@ -96,12 +96,12 @@ impl Arrival<'_> {
         let margin = self.outline.map_or(0.0, |[margin, _]| margin);
         Signs { basis, margin, rooms: self.rooms.said() }
     }
+}
 
-    /// Returns true if the arrival is one of those that combinations are fitted to, which are those on the first floor of each kind.
-    fn is_fitted(&self) -> bool {
-        let floor = self.outcome.cluster.as_deref().and_then(|cluster| cluster.split('/').next());
-        floor.is_some_and(|floor| floor.ends_with("-1"))
-    }
+/// Returns true if combinations are fitted to the outcome, which is so for the first floor of each kind.
+fn is_fitted(outcome: &TaskOutcome) -> bool {
+    let floor = outcome.cluster.as_deref().and_then(|cluster| cluster.split('/').next());
+    floor.is_some_and(|floor| floor.ends_with("-1"))
 }
 
 /// Returns the margin and the misfit in the reason for an arrival by the outline.
@@ -122,7 +122,9 @@ pub fn sections(outcomes: &[TaskOutcome]) -> Vec<Section> {
         .filter(|outcome: &&TaskOutcome| matches!(outcome.kind, Kind::Reached | Kind::WrongArrival))
         .filter_map(arrival)
         .collect();
-    vec![answers(outcomes, &arrivals), areas(&arrivals), combinations(&arrivals), bins(&arrivals)]
+    let checked: Vec<_> = outcomes.iter().filter(|outcome| !is_fitted(outcome)).collect();
+    let rest: Vec<_> = arrivals.iter().filter(|arrival| !is_fitted(arrival.outcome)).collect();
+    vec![together(&checked), disagreement(&rest), areas(&arrivals), combinations(&arrivals), bins(&arrivals)]
 }
 
 fn section(title: &str, header: &[&str], rows: Vec<Vec<String>>, words: &str) -> Section {
@@ -131,53 +133,84 @@ fn section(title: &str, header: &[&str], rows: Vec<Vec<String>>, words: &str) ->
     Section { title: title.to_owned(), table: Table { header, rows }, words, plots: Vec::new() }
 }
 
-fn lines(outcomes: &[TaskOutcome]) -> Vec<&str> {
-    let mut lines: Vec<&str> = Vec::new();
-    for outcome in outcomes {
-        if !lines.contains(&outcome.drawing.as_str()) {
-            lines.push(&outcome.drawing);
-        }
-    }
-    lines
+/// Names of the witnesses, in the order of [`RoomsSaid::claims`].
+const NAMES: [&str; 3] = ["filter", "outline", "rooms and doors"];
+/// Distances between an arrival and where regions and doors have the goal, in metres, at which the bins of the curve end.
+const BIN_ENDS_M: [f64; 5] = [1.0, AGREE_M, 5.0, 10.0, f64::INFINITY];
+
+/// Returns true if two witnesses have the goal at about the same place.
+fn agree(a: &Claim, b: &Claim) -> bool {
+    (a.at[0] - b.at[0]).hypot(a.at[1] - b.at[1]) <= AGREE_M
 }
 
-/// Counts who is right.
-fn answers(outcomes: &[TaskOutcome], arrivals: &[Arrival<'_>]) -> Section {
-    let row = |line: &&str| {
-        let of_line = || arrivals.iter().filter(|arrival| arrival.outcome.drawing == **line);
-        let count = |is: &dyn Fn(&Arrival<'_>) -> bool| of_line().filter(|arrival| is(arrival)).count();
-        let answers = outcomes.iter().filter(|outcome| outcome.drawing == **line && outcome.rooms.is_some());
-        let right = answers.filter(|outcome| outcome.rooms.is_some_and(|said| said.knows())).count();
-        let figures = [
-            outcomes.iter().filter(|outcome| outcome.drawing == **line).count(),
-            count(&|arrival| arrival.is_right()),
-            count(&|arrival| !arrival.is_right()),
-            right,
-            count(&|arrival| arrival.is_right() && arrival.rooms.agrees()),
-            count(&|arrival| !arrival.is_right() && arrival.rooms.agrees()),
-            count(&|arrival| arrival.is_right() && !arrival.rooms.has_answer),
-            count(&|arrival| !arrival.is_right() && !arrival.rooms.has_answer),
-            count(&|arrival| !arrival.is_right() && arrival.rooms.knows()),
+/// Counts how often each witness knows where the goal is, and each pair, and all three.
+fn together(outcomes: &[&TaskOutcome]) -> Section {
+    let claims: Vec<_> = outcomes.iter().filter_map(|outcome| Some(outcome.rooms?.claims)).collect();
+    let row = |members: &[usize]| {
+        let of = |all: &[Option<Claim>; 3]| members.iter().map(|k| all[*k]).collect::<Option<Vec<_>>>();
+        let (same, apart): (Vec<_>, Vec<_>) =
+            claims.iter().filter_map(of).partition(|own| own.iter().all(|claim| agree(&own[0], claim)));
+        let right = |group: &[Vec<Claim>], is: &dyn Fn(&[Claim]) -> bool| {
+            group.iter().filter(|own| is(own)).count().to_string()
+        };
+        let names: Vec<_> = members.iter().map(|k| NAMES[*k]).collect();
+        let mut cells = vec![
+            names.join(", "),
+            same.len().to_string(),
+            right(&same, &|own| own[0].is_right),
+            share(same.iter().filter(|own| own[0].is_right).count(), same.len()),
         ];
-        std::iter::once((*line).to_owned()).chain(figures.map(|figure| figure.to_string())).collect()
+        let apart_cells = match members.len() {
+            1 => [(); 4].map(|()| "–".to_owned()),
+            _ => [
+                apart.len().to_string(),
+                right(&apart, &|own| own[0].is_right),
+                right(&apart, &|own| own[1..].iter().any(|claim| claim.is_right) && !own[0].is_right),
+                right(&apart, &|own| !own.iter().any(|claim| claim.is_right)),
+            ],
+        };
+        cells.extend(apart_cells);
+        cells
     };
+    let groups: [&[usize]; 7] = [&[0], &[1], &[2], &[0, 1], &[0, 2], &[1, 2], &[0, 1, 2]];
     section(
-        "Who is right",
-        &[
-            "drawings",
-            "drives",
-            "right arrivals",
-            "wrong arrivals",
-            "rooms right",
-            "rooms agree, right arrivals",
-            "rooms agree, wrong arrivals",
-            "rooms silent, right arrivals",
-            "rooms silent, wrong arrivals",
-            "rooms right, wrong arrivals",
-        ],
-        lines(outcomes).iter().map(row).collect(),
-        "Rooms are right if the goal truly lies where regions and doors have it, whether or not the robot arrived. They agree with an arrival if they have the goal in the robot's region or within 2.5 m of it. They are silent if no doors lead to the goal, or none of these have partners.",
+        "Each witness, each pair, and all three",
+        &["witnesses", "agree", "right", "share right", "disagree", "the first is right", "only another is right", "none is right"],
+        groups.into_iter().map(row).collect(),
+        "Where the witnesses have the goal when the drive ends, whether or not the robot arrived. They agree if all have it within 2.5 m of where the first one has it, and are right if the first one has it in the goal's region. A witness that has it nowhere, for example because it lies behind a gap, is not counted. Floors with the numbers 2 and 3.",
     )
+}
+
+/// Counts right arrivals by how far away regions and doors have the goal.
+fn disagreement(arrivals: &[&Arrival<'_>]) -> Section {
+    let row = |name: String, is: &dyn Fn(&RoomsSaid) -> bool| {
+        let own: Vec<_> = arrivals.iter().filter(|arrival| is(&arrival.rooms)).collect();
+        let right = own.iter().filter(|arrival| arrival.is_right()).count();
+        vec![name, own.len().to_string(), right.to_string(), share(right, own.len())]
+    };
+    let begins = [0.0].into_iter().chain(BIN_ENDS_M);
+    let mut rows: Vec<_> = begins
+        .zip(BIN_ENDS_M)
+        .map(|(begin, end)| {
+            let name = match end.is_finite() {
+                true => format!("{begin} to {end} m away"),
+                false => format!("over {begin} m away"),
+            };
+            row(name, &|rooms| rooms.away_m.is_some_and(|away_m| away_m >= begin && away_m < end))
+        })
+        .collect();
+    rows.push(row("beyond a gap".to_owned(), &|rooms| rooms.has_answer && rooms.away_m.is_none()));
+    rows.push(row("nowhere".to_owned(), &|rooms| !rooms.has_answer));
+    section(
+        "What a disagreement says",
+        &["rooms and doors have the goal", "arrivals", "right", "share right"],
+        rows,
+        "Arrivals by how far from the robot regions and doors have the goal. Floors with the numbers 2 and 3.",
+    )
+}
+
+fn share(count: usize, whole: usize) -> String {
+    if whole == 0 { "–".to_owned() } else { format!("{:.0} %", 100.0 * count as f64 / whole as f64) }
 }
 
 fn number(value: Option<f64>) -> String {
@@ -220,9 +253,9 @@ fn features(chosen: &[usize], arrival: &Arrival<'_>) -> Vec<f64> {
 /// Returns what a combination that was fitted to every other drawing states about the rest, and its coefficients.
 fn checked(combination: &Combination, arrivals: &[Arrival<'_>]) -> (Vec<(f64, bool)>, Logistic) {
     let example = |arrival: &Arrival<'_>| (features(combination.features, arrival), arrival.is_right());
-    let fitted: Vec<_> = arrivals.iter().filter(|arrival| arrival.is_fitted()).map(example).collect();
+    let fitted: Vec<_> = arrivals.iter().filter(|arrival| is_fitted(arrival.outcome)).map(example).collect();
     let model = Logistic::fit(&fitted);
-    let rest = arrivals.iter().filter(|arrival| !arrival.is_fitted());
+    let rest = arrivals.iter().filter(|arrival| !is_fitted(arrival.outcome));
     let stated = rest.map(example).map(|(features, is_right)| (model.probability(&features), is_right));
     (stated.collect(), model)
 }

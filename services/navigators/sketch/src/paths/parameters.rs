@@ -84,10 +84,9 @@ pub struct Parameters {
     pub rival_looks: u32,
     /// True if regions joined by doors are asked before a task ends.
     pub asks_rooms: bool,
-    /// Margin by which regions and doors must disagree with an arrival by the outline for the robot to look where they have the goal.
+    /// Margin that regions and doors must have to overrule how a task is about to end. With a smaller one, an arrival is believed, and
+    /// a failure never becomes an arrival.
     pub rooms_margin: f64,
-    /// The same for an arrival by the filter.
-    pub rooms_margin_by_filter: f64,
     /// Maximum amount by which the best rival may cost more for a person to be asked where the robot is, once the rival's place was
     /// looked at. With 0, nobody is asked. Without a pad, there is nobody to answer.
     pub ask_margin: f64,
@@ -139,8 +138,7 @@ impl Default for Parameters {
             rival_away_m: 2.5,
             rival_looks: 8,
             asks_rooms: true,
-            rooms_margin: 0.0,
-            rooms_margin_by_filter: 0.0,
+            rooms_margin: 3.0,
             ask_margin: 3.0,
             ask_patience_s: 120.0,
             map_clearance_m: 0.2,
@@ -228,7 +226,6 @@ impl Parameters {
             ("goal_emphasis", self.goal_emphasis),
             ("rival_margin", self.rival_margin),
             ("rooms_margin", self.rooms_margin),
-            ("rooms_margin_by_filter", self.rooms_margin_by_filter),
             ("ask_margin", self.ask_margin),
             ("map_clearance_m", self.map_clearance_m),
         ];

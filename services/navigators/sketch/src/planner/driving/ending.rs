@@ -41,16 +41,12 @@ impl Driver {
         let TaskStatus::Ended(state, reason) = status else { return status };
         let is_to_goal = matches!(self.attempt.guide, Guide::Goal | Guide::Outline);
         let may = is_to_goal && !self.attempt.ending.is_over && self.attempt.limit_s - now_s > LEAST_S;
-        let margin = match self.attempt.guide {
-            Guide::Outline => self.parameters.rooms_margin,
-            _ => self.parameters.rooms_margin_by_filter,
-        };
         let is_confirmed = matches!(reason, Reason::Matched(evidence) if evidence.is_confirmed);
         let explorer = self.explorer.as_mut().filter(|explorer| explorer.has_counsel());
         let Some(explorer) = explorer.filter(|_| may && !is_confirmed) else {
             return self.end(state, reason, None);
         };
-        explorer.consult(state == TaskState::Reached, margin);
+        explorer.consult(state == TaskState::Reached);
         self.attempt.ending.pending = Some((state.code(), reason));
         self.attempt.guide = Guide::Outline;
         self.attempt.stuck = StuckCounter::default();

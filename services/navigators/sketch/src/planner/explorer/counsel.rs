@@ -3,8 +3,8 @@
 //! Before the robot reports that it has arrived or failed, regions joined by doors are asked where the goal lies. If they agree
 //! with an arrival or say nothing, it stands. Otherwise the place where they have the goal is a rival like those of the outline:
 //! the robot drives there, or to the gap beyond which the goal must lie, looks around, and asks again. It has arrived if they then
-//! have the goal there and most doors have a partner. If they have it nowhere else any more, the robot returns, and the first decision stands. A robot that has
-//! failed has nothing to return to and simply tries what they say.
+//! have the goal there by a margin and most doors have a partner. If they have it nowhere else any more, the robot returns, and the
+//! first decision stands. A robot that has failed has nothing to return to and simply tries what they say.
 
 use std::sync::Arc;
 use std::task::Poll;
@@ -71,8 +71,6 @@ enum Way {
 pub(super) struct Counsel {
     /// Where the robot has arrived, or `None` if it has failed.
     home: Option<Place>,
-    /// Margin from which on the robot does not believe an arrival.
-    margin: f64,
     question: Option<Question>,
     way: Option<Way>,
     looked_at: Vec<Place>,
@@ -85,12 +83,11 @@ impl Explorer {
         self.parameters.asks_rooms && self.rooms.is_some() && self.exploration.goal.is_some()
     }
 
-    /// Begins to ask regions and doors about an arrival here, or about what to do instead of failing. They must disagree with an
-    /// arrival by this margin for the robot to drive elsewhere.
-    pub fn consult(&mut self, has_arrived: bool, margin: f64) {
+    /// Begins to ask regions and doors about an arrival here, or about what to do instead of failing.
+    pub fn consult(&mut self, has_arrived: bool) {
         let home = has_arrived.then(|| self.place());
         (self.exploration.job, self.exploration.course, self.field) = (None, None, None);
-        self.exploration.counsel = Some(Counsel { home, margin, ..Counsel::default() });
+        self.exploration.counsel = Some(Counsel { home, ..Counsel::default() });
         self.inquire();
     }
 
@@ -190,8 +187,8 @@ impl Explorer {
         if is_first || home.is_none() {
             counsel.said = Some(said);
         }
-        let is_believed = said.agrees || said.margin < counsel.margin;
-        if is_first && home.is_some() && is_believed {
+        let is_certain = said.margin >= self.parameters.rooms_margin;
+        if is_first && home.is_some() && (said.agrees || !is_certain) {
             return Opinion::Stand(Some(said));
         }
         let looks = counsel.looked_at.len();
@@ -202,6 +199,7 @@ impl Explorer {
             return self.give_counsel_up();
         }
         if said.agrees
+            && is_certain
             && said.doors_matched >= LEAST_MATCHED
             && let Some(goal) = best.place
         {

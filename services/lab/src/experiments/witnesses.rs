@@ -117,7 +117,6 @@ impl RoomsSaid {
             agrees: self.agrees(),
             margin: self.margin.unwrap_or_default(),
             share_here: self.share_here,
-            doors_matched: self.doors_matched,
         })
     }
 }
@@ -174,7 +173,10 @@ impl Witness {
         let start = message.start.pose();
         let outline = locate_by_outline(&sketch, start, goal, &survey, &self.planner);
         let (said, rooms) = self.rooms(&sketch, start, goal, &survey).unwrap_or_default();
-        Some(RoomsSaid { claims: [claim(of_filter()), claim(outline.map(of_map)), claim(rooms.map(of_map))], ..said })
+        Some(RoomsSaid {
+            claims: [claim(of_filter()), claim(outline.map(of_map)), claim(rooms.map(of_map))],
+            ..said
+        })
     }
 
     /// Asks regions and doors. Returns their answer without claims, and where in the map they have the goal.
@@ -247,29 +249,13 @@ mod tests {
         assert_eq!(run::run(&unasked, "outline", 1, 7).unwrap()[0].rooms, None);
     }
 
-    /// By a drawing with bent proportions, the filter arrives in the room beside the goal's. Regions and doors disagree, and the robot
-    /// looks where they have the goal.
-    #[test]
-    fn rooms_mend_a_wrong_arrival_in_a_deformed_drawing() {
-        let sites = deformed::shipped(&Folders::of_checkout()).unwrap();
-        let trials = sites.iter().flat_map(|site| site.trials(1.0, 19).unwrap());
-        let trial = trials.into_iter().find(|trial| trial.name == "laboratory/1/19/1").unwrap();
-        let asks = |asks: bool| {
-            let mut trial = variant(&trial, "asked");
-            trial.mission.parameters.of_mut(Process::Planner).insert("asks_rooms".to_owned(), asks.into());
-            run::run(&trial, "outline", 1, 766_341_398).unwrap().remove(0)
-        };
-        let (alone, mended) = (asks(false), asks(true));
-        assert_eq!((alone.kind, mended.kind), (Kind::WrongArrival, Kind::Reached), "{mended:?}");
-        assert!(mended.reason.starts_with("rooms and doors put the goal here"), "{}", mended.reason);
-    }
-
     #[test]
     fn every_floor_has_drawings_of_its_own() {
         let suite = suite(&Folders::of_checkout()).unwrap();
         assert_eq!(suite.drawings(), DEGREES.map(|degree| degree.to_string()));
         assert!(suite.trials.iter().all(|trial| trial.asks_rooms));
-        let clusters: BTreeSet<_> = suite.trials.iter().filter_map(|trial| trial.cluster.as_deref()).collect();
+        let clusters: BTreeSet<_> =
+            suite.trials.iter().filter_map(|trial| trial.cluster.as_deref()).collect();
         let part = |k: usize| move |cluster: &&str| cluster.split('/').nth(k).unwrap().to_owned();
         let floors: BTreeSet<_> = clusters.iter().map(part(0)).collect();
         let numbers: BTreeSet<_> = clusters.iter().map(part(2)).collect();

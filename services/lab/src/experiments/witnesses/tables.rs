@@ -1,6 +1,6 @@
 //! What the witnesses say about arrivals, as tables.
 
-use sketchnav_sketch::planner::certainty::{AGREE_M, Basis, Signs};
+use sketchnav_sketch::planner::certainty::{self, AGREE_M, Basis};
 
 use crate::experiments::logistic::{Logistic, area_under_curve, losses};
 use crate::experiments::outcome::{Kind, TaskOutcome};
@@ -8,8 +8,6 @@ use crate::experiments::section::Section;
 use crate::experiments::table::Table;
 use crate::experiments::witnesses::{Claim, RoomsSaid};
 
-/// Largest margin that makes a difference.
-const MOST_MARGIN: f64 = 15.0;
 /// Number of bins of stated probabilities.
 const BINS: usize = 5;
 
@@ -21,52 +19,27 @@ struct Arrival<'a> {
     outline: Option<[f64; 2]>,
 }
 
-/// A figure that may tell right arrivals from wrong ones.
-struct Sign {
+/// Signs by which arrivals are judged.
+struct Signs {
     name: &'static str,
-    of: fn(&Arrival<'_>) -> f64,
-    /// True if only the outline has it.
-    of_outline: bool,
+    of: fn(&Arrival<'_>) -> Vec<f64>,
 }
 
-const SIGNS: [Sign; 7] = [
-    Sign {
-        name: "rooms: agree",
-        of: |a| a.or_half(f64::from(u8::from(a.rooms.agrees()))),
-        of_outline: false,
+const COMBINATIONS: [Signs; 5] = [
+    Signs { name: "none: the share of right arrivals", of: |_| Vec::new() },
+    Signs {
+        name: "margin and misfit of the outline, and whether the arrival is by it",
+        of: |a| a.outline.map_or(vec![0.0; 3], |[margin, misfit]| vec![margin.min(15.0) / 10.0, misfit, 1.0]),
     },
-    Sign {
-        name: "rooms: share of alignments with the goal here",
-        of: |a| a.or_half(a.rooms.share_here),
-        of_outline: false,
+    Signs {
+        name: "whether regions and doors agree",
+        of: |a| vec![a.rooms.said().map_or(0.5, |said| f64::from(u8::from(said.agrees)))],
     },
-    Sign { name: "rooms: margin", of: |a| a.margin(), of_outline: false },
-    Sign { name: "rooms: margin, negative if they disagree", of: |a| a.signed_margin(), of_outline: false },
-    Sign {
-        name: "rooms: share of doors with a partner",
-        of: |a| a.or_half(a.rooms.doors_matched),
-        of_outline: false,
+    Signs {
+        name: "share of their alignments with the goal here",
+        of: |a| vec![a.rooms.said().map_or(0.5, |said| said.share_here)],
     },
-    Sign {
-        name: "outline: margin",
-        of: |a| a.outline.map_or(0.0, |[margin, _]| margin.min(MOST_MARGIN)),
-        of_outline: true,
-    },
-    Sign { name: "outline: misfit", of: |a| a.outline.map_or(0.0, |[_, misfit]| -misfit), of_outline: true },
-];
-
-/// A combination of features of [`Signs`], by their indices.
-struct Combination {
-    name: &'static str,
-    features: &'static [usize],
-}
-
-const COMBINATIONS: [Combination; 5] = [
-    Combination { name: "none: the share of right arrivals", features: &[] },
-    Combination { name: "basis and margin of the outline", features: &[3, 4] },
-    Combination { name: "rooms: agree", features: &[0] },
-    Combination { name: "rooms: agree, signed margin, share here", features: &[0, 1, 2] },
-    Combination { name: "all, as in the planner", features: &[0, 1, 2, 3, 4] },
+    Signs { name: "all of the planner", of: |a| a.signs().features().to_vec() },
 ];
 
 impl Arrival<'_> {
@@ -74,27 +47,9 @@ impl Arrival<'_> {
         self.outcome.kind == Kind::Reached
     }
 
-    /// Returns the value, or a half if regions and doors have no answer.
-    fn or_half(&self, value: f64) -> f64 {
-        if self.rooms.has_answer { value } else { 0.5 }
-    }
-
-    fn margin(&self) -> f64 {
-        self.rooms.margin.unwrap_or_default().clamp(0.0, MOST_MARGIN)
-    }
-
-    fn signed_margin(&self) -> f64 {
-        if self.rooms.agrees() { self.margin() } else { -self.margin() }
-    }
-
-    fn signs(&self) -> Signs {
-        let basis = match (self.outline, self.outcome.reason.starts_with("rooms")) {
-            (Some(_), _) => Basis::Outline,
-            (None, true) => Basis::Rooms,
-            (None, false) => Basis::Filter,
-        };
-        let margin = self.outline.map_or(0.0, |[margin, _]| margin);
-        Signs { basis, margin, rooms: self.rooms.said() }
+    fn signs(&self) -> certainty::Signs {
+        let basis = if self.outline.is_some() { Basis::Outline } else { Basis::Filter };
+        certainty::Signs { basis, rooms: self.rooms.said() }
     }
 }
 
@@ -124,7 +79,7 @@ pub fn sections(outcomes: &[TaskOutcome]) -> Vec<Section> {
         .collect();
     let checked: Vec<_> = outcomes.iter().filter(|outcome| !is_fitted(outcome)).collect();
     let rest: Vec<_> = arrivals.iter().filter(|arrival| !is_fitted(arrival.outcome)).collect();
-    vec![together(&checked), disagreement(&rest), areas(&arrivals), combinations(&arrivals), bins(&arrivals)]
+    vec![together(&checked), disagreement(&rest), combinations(&arrivals), bins(&arrivals)]
 }
 
 fn section(title: &str, header: &[&str], rows: Vec<Vec<String>>, words: &str) -> Section {
@@ -175,7 +130,16 @@ fn together(outcomes: &[&TaskOutcome]) -> Section {
     let groups: [&[usize]; 7] = [&[0], &[1], &[2], &[0, 1], &[0, 2], &[1, 2], &[0, 1, 2]];
     section(
         "Each witness, each pair, and all three",
-        &["witnesses", "agree", "right", "share right", "disagree", "the first is right", "only another is right", "none is right"],
+        &[
+            "witnesses",
+            "agree",
+            "right",
+            "share right",
+            "disagree",
+            "the first is right",
+            "only another is right",
+            "none is right",
+        ],
         groups.into_iter().map(row).collect(),
         "Where the witnesses have the goal when the drive ends, whether or not the robot arrived. They agree if all have it within 2.5 m of where the first one has it, and are right if the first one has it in the goal's region. A witness that has it nowhere, for example because it lies behind a gap, is not counted. Floors with the numbers 2 and 3.",
     )
@@ -217,80 +181,28 @@ fn number(value: Option<f64>) -> String {
     value.map_or_else(|| "–".to_owned(), |value| format!("{value:.2}"))
 }
 
-/// Returns how well each sign tells right arrivals from wrong ones.
-fn areas(arrivals: &[Arrival<'_>]) -> Section {
-    let row = |sign: &Sign| {
-        let area = |is: &dyn Fn(&Arrival<'_>) -> bool| {
-            let counted = arrivals
-                .iter()
-                .filter(|arrival| is(arrival) && (!sign.of_outline || arrival.outline.is_some()));
-            let scores: Vec<_> = counted.map(|arrival| ((sign.of)(arrival), arrival.is_right())).collect();
-            number(area_under_curve(&scores))
-        };
-        let is_by_outline = |arrival: &Arrival<'_>| arrival.outline.is_some();
-        let columns = [
-            area(&|_| true),
-            area(&is_by_outline),
-            area(&|arrival| !is_by_outline(arrival)),
-            area(&|arrival| arrival.outcome.drawing.starts_with("people")),
-            area(&|arrival| arrival.outcome.drawing.starts_with("degree")),
-        ];
-        std::iter::once(sign.name.to_owned()).chain(columns).collect()
-    };
-    section(
-        "How well each sign tells right arrivals from wrong ones",
-        &["sign", "all", "by the outline", "by the filter", "people", "deformed"],
-        SIGNS.iter().map(row).collect(),
-        "Area under the curve: the probability that the sign is larger for a right arrival than for a wrong one. 0.5 is chance.",
-    )
-}
-
-fn features(chosen: &[usize], arrival: &Arrival<'_>) -> Vec<f64> {
-    let all = arrival.signs().features();
-    chosen.iter().map(|k| all[*k]).collect()
-}
-
-/// Returns what a combination that was fitted to every other drawing states about the rest, and its coefficients.
-fn checked(combination: &Combination, arrivals: &[Arrival<'_>]) -> (Vec<(f64, bool)>, Logistic) {
-    let example = |arrival: &Arrival<'_>| (features(combination.features, arrival), arrival.is_right());
-    let fitted: Vec<_> = arrivals.iter().filter(|arrival| is_fitted(arrival.outcome)).map(example).collect();
-    let model = Logistic::fit(&fitted);
-    let rest = arrivals.iter().filter(|arrival| !is_fitted(arrival.outcome));
-    let stated = rest.map(example).map(|(features, is_right)| (model.probability(&features), is_right));
+/// Returns what a regression on signs that was fitted to the first floor of each kind states about the others, and its coefficients.
+fn checked(signs: &Signs, arrivals: &[Arrival<'_>]) -> (Vec<(f64, bool)>, Logistic) {
+    let example = |arrival: &Arrival<'_>| ((signs.of)(arrival), arrival.is_right());
+    let (fitted, rest): (Vec<_>, Vec<_>) = arrivals.iter().partition(|arrival| is_fitted(arrival.outcome));
+    let model = Logistic::fit(&fitted.into_iter().map(example).collect::<Vec<_>>());
+    let stated =
+        rest.into_iter().map(example).map(|(features, is_right)| (model.probability(&features), is_right));
     (stated.collect(), model)
 }
 
 fn combinations(arrivals: &[Arrival<'_>]) -> Section {
-    let row = |combination: &Combination| {
-        let (stated, model) = checked(combination, arrivals);
+    let row = |signs: &Signs| {
+        let (stated, model) = checked(signs, arrivals);
         let [log, brier] = losses(&stated).map(|loss| format!("{loss:.3}"));
         let coefficients: Vec<_> = model.coefficients.iter().map(|b| format!("{b:.2}")).collect();
-        let all: Vec<_> = arrivals
-            .iter()
-            .map(|arrival| (features(combination.features, arrival), arrival.is_right()))
-            .collect();
-        let weights: Vec<_> = Logistic::fit(&all).coefficients.iter().map(|b| format!("{b:.3}")).collect();
-        vec![
-            combination.name.to_owned(),
-            number(area_under_curve(&stated)),
-            log,
-            brier,
-            coefficients.join(", "),
-            weights.join(", "),
-        ]
+        vec![signs.name.to_owned(), number(area_under_curve(&stated)), log, brier, coefficients.join(", ")]
     };
     section(
-        "Signs combined",
-        &[
-            "signs",
-            "area under the curve",
-            "logarithmic loss",
-            "squared error",
-            "coefficients",
-            "fitted to all",
-        ],
+        "What tells right arrivals from wrong ones",
+        &["signs", "area under the curve", "logarithmic loss", "squared error", "coefficients"],
         COMBINATIONS.iter().map(row).collect(),
-        "Logistic regression, fitted to drawings with even numbers and checked on those with odd ones; the last column is fitted to all and has the planner's weights. Smaller losses are better. Margins count in tens.",
+        "Logistic regressions, fitted to the floors with the number 1 and checked on those with the numbers 2 and 3. The area is the probability that a right arrival is given more than a wrong one, and 0.5 is chance. Smaller losses are better. The last row has the planner's weights.",
     )
 }
 
@@ -313,10 +225,10 @@ fn bins(arrivals: &[Arrival<'_>]) -> Section {
         ]
     };
     section(
-        "Stated and kept by half of the drawings",
+        "Stated and kept on other floors",
         &["stated", "arrivals", "mean stated", "right"],
         (0..BINS).map(row).collect(),
-        "The probability of a right arrival by all signs together, on the drawings with odd numbers.",
+        "The probability of a right arrival by all signs of the planner, fitted to the floors with the number 1, on those with the numbers 2 and 3.",
     )
 }
 
@@ -324,10 +236,11 @@ fn bins(arrivals: &[Arrival<'_>]) -> Section {
 mod tests {
     use super::*;
 
-    fn outcome(number: u32, kind: Kind, away_m: f64, margin: f64) -> TaskOutcome {
+    fn outcome(floor: u32, kind: Kind, away_m: f64, margin: f64) -> TaskOutcome {
+        let claim = |at: f64| Some(Claim { at: [at, 0.0], is_right: at < 1.0 });
         let rooms = RoomsSaid {
             has_answer: true,
-            claims: [None, None, Some(Claim { at: [0.0; 2], is_right: away_m < 1.0 })],
+            claims: [claim(0.0), None, claim(away_m)],
             away_m: Some(away_m),
             is_same_room: false,
             share_here: if away_m < 1.0 { 0.9 } else { 0.1 },
@@ -335,12 +248,11 @@ mod tests {
             doors_matched: 0.8,
         };
         TaskOutcome {
-            drawing: "degree 1".into(),
-            cluster: Some(format!("floor/1/{number}")),
+            cluster: Some(format!("ring-{floor}/1/7")),
             rooms: Some(rooms),
             reason: "the walls seen put the goal here: margin 9.21 at 7.2 m, misfit 0.034, a person agrees"
                 .into(),
-            ..TaskOutcome::sample(&format!("floor/1/{number}/1#1"), kind)
+            ..TaskOutcome::sample("ring/1/7/1#1", kind)
         }
     }
 
@@ -353,17 +265,19 @@ mod tests {
     /// Regions that disagree with every wrong arrival and with no right one know everything.
     #[test]
     fn witnesses_who_know_the_failures_are_seen_to() {
-        let right = (0..30).map(|k| outcome(k, Kind::Reached, 0.3, 8.0));
-        let wrong = (0..10).map(|k| outcome(k, Kind::WrongArrival, 6.0, 4.0));
+        let right = (0..30).map(|k| outcome(1 + k % 2, Kind::Reached, 0.3, 8.0));
+        let wrong = (0..10).map(|k| outcome(1 + k % 2, Kind::WrongArrival, 6.0, 4.0));
         let outcomes: Vec<_> = right.chain(wrong).collect();
-        let [answers, areas, combined, bins] = &sections(&outcomes)[..] else { panic!() };
+        let [together, disagreement, combined, bins] = &sections(&outcomes)[..] else { panic!() };
+        assert_eq!(together.table.rows[2][1..4], ["20", "15", "75 %"]);
+        assert_eq!(together.table.rows[4][1..], ["15", "15", "100 %", "5", "5", "0", "0"]);
+        assert_eq!(disagreement.table.rows[0][1..], ["15", "15", "100 %"]);
+        assert_eq!(disagreement.table.rows[3][1..], ["5", "0", "0 %"]);
         assert_eq!(
-            answers.table.rows,
-            [["degree 1", "40", "30", "10", "30", "30", "0", "0", "0", "0"].map(str::to_owned)]
+            (combined.table.rows[1][1].as_str(), combined.table.rows[4][1].as_str()),
+            ("0.50", "1.00")
         );
-        assert_eq!(areas.table.rows[0][1], "1.00");
-        assert_eq!(areas.table.rows[5][1], "0.50", "the margin is the same for all");
-        assert!(combined.table.rows[3][2] < combined.table.rows[0][2]);
+        assert!(combined.table.rows[4][2] < combined.table.rows[0][2]);
         let kept: Vec<_> = bins.table.rows.iter().map(|row| row[1].parse::<usize>().unwrap()).collect();
         assert_eq!(kept.iter().sum::<usize>(), 20);
         assert_eq!((bins.table.rows[0][3].as_str(), bins.table.rows[4][3].as_str()), ("0 %", "100 %"));

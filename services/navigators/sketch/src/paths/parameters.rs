@@ -82,11 +82,6 @@ pub struct Parameters {
     pub rival_away_m: f64,
     /// Maximum number of times to look where a rival places the goal.
     pub rival_looks: u32,
-    /// True if regions joined by doors are asked before a task ends.
-    pub asks_rooms: bool,
-    /// Margin that regions and doors must have to overrule how a task is about to end. With a smaller one, an arrival is believed, and
-    /// a failure never becomes an arrival.
-    pub rooms_margin: f64,
     /// Maximum amount by which the best rival may cost more for a person to be asked where the robot is, once the rival's place was
     /// looked at. With 0, nobody is asked. Without a pad, there is nobody to answer.
     pub ask_margin: f64,
@@ -137,8 +132,6 @@ impl Default for Parameters {
             rival_margin: 6.0,
             rival_away_m: 2.5,
             rival_looks: 8,
-            asks_rooms: true,
-            rooms_margin: 3.0,
             ask_margin: 3.0,
             ask_patience_s: 120.0,
             map_clearance_m: 0.2,
@@ -225,7 +218,6 @@ impl Parameters {
             ("goal_hidden_share", self.goal_hidden_share),
             ("goal_emphasis", self.goal_emphasis),
             ("rival_margin", self.rival_margin),
-            ("rooms_margin", self.rooms_margin),
             ("ask_margin", self.ask_margin),
             ("map_clearance_m", self.map_clearance_m),
         ];

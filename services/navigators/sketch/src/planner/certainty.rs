@@ -13,24 +13,20 @@ pub const AGREE_M: f64 = 2.5;
 /// Largest margin that makes a difference.
 const MOST_MARGIN: f64 = 15.0;
 /// Number of features.
-pub const FEATURES: usize = 5;
-/// Probability below which an arrival is doubtful. In a ten-fold cross-validation of the fit, 21 of the 30 wrong arrivals and 5 of
-/// the 180 right ones are below it.
+pub const FEATURES: usize = 4;
+/// Probability below which an arrival is doubtful.
 pub const DOUBTFUL: f64 = 0.5;
-/// The constant and the weight of each feature (see [`Signs::features`]), fitted to 210 arrivals of
-/// `sketchnav eval witnesses --sample 48 --seed 1`: at deformed drawings that no other suite uses, and at the lesson drawings of people.
-const WEIGHTS: [f64; FEATURES + 1] = [0.901, 0.669, 1.965, 0.65, 4.085, -2.281];
+/// The constant and the weight of each feature (see [`Signs::features`]), fitted to arrivals on the first floor of each kind of
+/// `sketchnav eval witnesses`.
+const WEIGHTS: [f64; FEATURES + 1] = [0.901, 0.669, 1.965, 0.65, -0.2];
 
 /// What an arrival is based on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Basis {
     /// The pose that the filter estimates.
-    #[default]
     Filter,
     /// The alignment of the outline of what was seen.
     Outline,
-    /// Regions joined by doors.
-    Rooms,
 }
 
 /// What regions and doors say about a place of the map.
@@ -43,8 +39,6 @@ pub struct Said {
     pub margin: f64,
     /// Share of the alignments that have the goal within 2.5 m of the place.
     pub share_here: f64,
-    /// Share of all doors, seen or drawn, that have a partner.
-    pub doors_matched: f64,
 }
 
 impl Said {
@@ -57,35 +51,30 @@ impl Said {
             agrees: is_near || best.place.is_some() && room == Some(best.room),
             margin: answer.margin.unwrap_or_default(),
             share_here: answer.share_near(place, AGREE_M),
-            doors_matched: answer.doors.share_matched(),
         })
     }
 }
 
 /// The signs by which an arrival is judged.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Signs {
     /// What the arrival is based on.
     pub basis: Basis,
-    /// Amount by which the best rival of the outline's alignment costs more. 0 if the arrival is not by the outline, or if there was
-    /// no time to compute a rival.
-    pub margin: f64,
     /// What regions and doors say, or `None` if they were not asked or have no answer.
     pub rooms: Option<Said>,
 }
 
 impl Signs {
     /// Returns the features: whether regions and doors agree, their margin in tens, negative if they disagree, the share of their
-    /// alignments with the goal here, the outline's margin in tens, and whether the arrival is based on the outline. Regions and doors
-    /// that say nothing count as half an agreement.
+    /// alignments with the goal here, and whether the arrival is based on the outline. Regions and doors that say nothing count as
+    /// half an agreement.
     pub fn features(&self) -> [f64; FEATURES] {
         let [agrees, margin, share_here] = self.rooms.map_or([0.5, 0.0, 0.5], |said| {
             let margin = said.margin.clamp(0.0, MOST_MARGIN) / 10.0;
             let (agrees, margin) = if said.agrees { (1.0, margin) } else { (0.0, -margin) };
             [agrees, margin, said.share_here]
         });
-        let by_outline = f64::from(u8::from(self.basis == Basis::Outline));
-        [agrees, margin, share_here, self.margin.clamp(0.0, MOST_MARGIN) / 10.0, by_outline]
+        [agrees, margin, share_here, f64::from(u8::from(self.basis == Basis::Outline))]
     }
 
     /// Returns the probability that the arrival is right.
@@ -101,21 +90,17 @@ impl Signs {
 mod tests {
     use super::*;
 
-    fn said(agrees: bool, margin: f64) -> Option<Said> {
-        let share_here = if agrees { 0.9 } else { 0.1 };
-        Some(Said { agrees, margin, share_here, doors_matched: 0.8 })
-    }
-
-    fn probability(basis: Basis, rooms: Option<Said>) -> f64 {
-        let margin = if basis == Basis::Outline { 5.0 } else { 0.0 };
-        Signs { basis, margin, rooms }.probability()
+    fn probability(basis: Basis, rooms: Option<(bool, f64)>) -> f64 {
+        let said = |(agrees, margin)| Said { agrees, margin, share_here: if agrees { 0.9 } else { 0.1 } };
+        Signs { basis, rooms: rooms.map(said) }.probability()
     }
 
     #[test]
     fn an_arrival_is_the_surer_the_more_regions_and_doors_agree() {
         for basis in [Basis::Filter, Basis::Outline] {
-            let falling = [said(true, 8.0), said(true, 1.0), None, said(false, 1.0), said(false, 8.0)]
-                .map(|rooms| probability(basis, rooms));
+            let falling =
+                [Some((true, 8.0)), Some((true, 1.0)), None, Some((false, 1.0)), Some((false, 8.0))]
+                    .map(|rooms| probability(basis, rooms));
             assert!(falling.is_sorted_by(|a, b| a > b), "{basis:?}: {falling:?}");
             assert!(falling[0] > 0.9 && falling[4] < DOUBTFUL, "{basis:?}: {falling:?}");
         }
@@ -123,7 +108,7 @@ mod tests {
 
     #[test]
     fn margins_beyond_the_largest_make_no_difference() {
-        let sure = |margin| Signs { margin, ..Signs::default() }.probability();
+        let sure = |margin| probability(Basis::Filter, Some((true, margin)));
         assert_eq!(sure(MOST_MARGIN), sure(1e9));
         assert!(sure(f64::INFINITY).is_finite());
     }

@@ -30,7 +30,6 @@ use super::arrival::{Arrival, Belief};
 use super::explorer::Explorer;
 use super::pace::Pace;
 use super::reason::Reason;
-use ending::Ending;
 pub use state::State;
 
 /// Maximum number of blockages remembered during a task.
@@ -90,7 +89,8 @@ struct Attempt {
     detour: bool,
     remaining_m: f64,
     target_px: Point<Sketch>,
-    ending: Ending,
+    /// Reason for the arrival about which regions and doors are being asked.
+    arrived: Option<Reason>,
 }
 
 /// The goal and the scale for which the cost field was solved last, in addition to the attempt's blockages.
@@ -244,11 +244,11 @@ impl Driver {
         self.chart = Some(*chart);
         self.attempt.lost_s = if lost { self.attempt.lost_s + dt_s } else { 0.0 };
         self.attempt.arrival.follow(chart, fit, dt_s);
-        if self.attempt.ending.is_pending() {
-            return self.consult(chart, now_s, dt_s);
+        if let Some(reason) = self.attempt.arrived {
+            return self.hear_rooms(reason, dt_s);
         }
         let status = self.drive_on(chart, lost, now_s, dt_s);
-        self.reconsider(status, chart, now_s, dt_s)
+        self.doubt(status, now_s, dt_s)
     }
 
     fn drive_on(&mut self, chart: &Chart, lost: bool, now_s: f64, dt_s: f64) -> TaskStatus {
@@ -495,7 +495,7 @@ impl Attempt {
     fn look_again(&mut self, now_s: f64, chart: Option<&Chart>) {
         (self.arrival, self.pace) = (Arrival::default(), Pace::new(now_s));
         (self.recovery, self.lost_s, self.plan_due_s) = (None, 0.0, now_s);
-        self.ending = Ending::default();
+        self.arrived = None;
         if let Some(chart) = chart {
             self.progress = ProgressChecker::new(now_s, chart.robot_m().position());
         }
@@ -521,7 +521,7 @@ impl Attempt {
             detour: false,
             remaining_m: 0.0,
             target_px: goal,
-            ending: Ending::default(),
+            arrived: None,
         }
     }
 }

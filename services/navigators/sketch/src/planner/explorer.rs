@@ -11,11 +11,11 @@
 //! the same scans give the same courses.
 
 mod correspondence;
-mod counsel;
 mod course;
 mod doubt;
 mod floor;
 mod locate;
+mod opinion;
 mod paper;
 mod path_grid;
 
@@ -36,12 +36,11 @@ use sketchnav_schemas::message::LaserScan;
 use crate::paths::parameters::Parameters;
 use crate::rooms::{Floor, Inquiry};
 use crate::sketch::SketchGrid;
-use counsel::Counsel;
-pub use counsel::Opinion;
 pub use course::Aim;
 use course::{Course, Likely};
 use doubt::{Doubt, Settled, Told};
 pub use locate::locate;
+use opinion::Question;
 use paper::Paper;
 use path_grid::{Field, PathGrid};
 
@@ -163,7 +162,7 @@ pub struct Exploration {
     /// Partners that are ruled out by what a person has said, because the goal does not lie there.
     denied: Vec<Forbidden>,
     told: Option<Told>,
-    counsel: Option<Counsel>,
+    question: Option<Question>,
     is_news: bool,
     /// The last alignment, with the outline that it is for.
     last: Option<(SeenOutline, Alignment)>,
@@ -196,7 +195,7 @@ pub struct Explorer {
     paper: Option<Paper>,
     /// The drawing as regions joined by doors.
     rooms: Option<Arc<Floor>>,
-    /// What answers the question in `exploration.counsel`.
+    /// What answers the question in `exploration.question`.
     inquiry: Option<Inquiry>,
     shares: Vec<f64>,
     /// Weight of each sample of the drawing. Walls around the goal count more, because they say most about where it is.
@@ -303,7 +302,7 @@ impl Explorer {
         (self.exploration.rival, self.exploration.doubt, self.exploration.settled) = (None, None, None);
         self.exploration.looked_at.clear();
         self.exploration.denied.clear();
-        self.dismiss();
+        self.withdraw_question();
         // The goal is weighed when outlines are aligned, which never happens in rooms.
         self.shares.clear();
     }
@@ -347,10 +346,6 @@ impl Explorer {
     /// Records that a look around has ended, and takes in what was seen.
     pub fn end_look(&mut self) {
         self.exploration.judged_at = None;
-        if self.is_consulting() {
-            self.ask_counsel_again();
-            return;
-        }
         if let Some((places, before)) = self.exploration.looking.take() {
             let shown = self.free_cells() as f64 - f64::from(before);
             if shown * self.mapping.cell_m.powi(2) < SHOWS_M2 {
@@ -362,10 +357,6 @@ impl Explorer {
 
     /// Gives up the course, because the robot gets no farther on it.
     pub fn give_way(&mut self) {
-        if self.is_consulting() {
-            self.ask_counsel_again();
-            return;
-        }
         if let Some(course) = self.exploration.course.take() {
             let gap = course.gap.clone();
             self.shut(&gap);

@@ -50,8 +50,6 @@ pub enum Reason {
     Exploring(Aim),
     /// The walls seen put the goal here, with the evidence for this.
     Matched(Evidence),
-    /// Regions and doors put the goal here, with the amount by which the best alignment with the goal elsewhere costs more.
-    ByRooms(f64),
     /// The robot must have gone astray, with the time under way in seconds and the length of the drawn path in metres.
     Astray(f64, f64),
     /// A person has to say at which of several places the robot is, with the number of places and the amount by which the second
@@ -138,7 +136,6 @@ impl fmt::Display for Reason {
             Self::Exploring(Aim::Gap) => f.write_str("driving to a gap that must lead to the goal"),
             Self::Exploring(Aim::Rival) => f.write_str("driving to where the goal may also be, to be sure"),
             Self::Matched(evidence) => write!(f, "the walls seen put the goal here: {evidence}"),
-            Self::ByRooms(margin) => write!(f, "rooms and doors put the goal here: margin {margin:.2}"),
             Self::Astray(on_way_s, drawn_m) => {
                 write!(
                     f,
@@ -206,7 +203,7 @@ mod tests {
             assert_eq!(Text::<96>::of(reason).as_str(), reason.to_string());
         }
         let arrived = Evidence { rival: Some((9999.0, 99.0)), misfit: 2.0, is_confirmed: false };
-        for reason in [Reason::Matched(arrived), Reason::NearEnough(99.0), Reason::ByRooms(9999.0)] {
+        for reason in [Reason::Matched(arrived), Reason::NearEnough(99.0)] {
             let words = Stated(reason, 0.01).to_string();
             assert_eq!(Text::<96>::of(Stated(reason, 0.01)).as_str(), words);
         }

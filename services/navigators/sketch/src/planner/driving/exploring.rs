@@ -75,24 +75,18 @@ impl Driver {
             }
             Advice::Drive => {}
         }
-        let Some(explorer) = &self.explorer else { return TaskStatus::Driving(Reason::None) };
-        if explorer.aim().is_some() && explorer.course_end() != before {
-            self.attempt.plan_due_s = now_s;
-        }
-        // A robot that goes back and forth between two places on purpose is not stuck.
-        if explorer.aim().is_some() && (explorer.aim(), explorer.looks()) != aimed {
-            self.attempt.progress = ProgressChecker::new(now_s, chart.robot_m().position());
-        }
-        self.follow_course(chart, now_s, dt_s)
-    }
-
-    /// Drives along the explorer's course, or stands still if there is none.
-    pub(super) fn follow_course(&mut self, chart: &Chart, now_s: f64, dt_s: f64) -> TaskStatus {
-        let Some(aim) = self.explorer.as_ref().and_then(Explorer::aim) else {
+        let Some(aim) = explorer.aim() else {
             self.attempt.progress = ProgressChecker::new(now_s, chart.robot_m().position());
             self.stop(dt_s);
             return TaskStatus::Driving(Reason::Comparing);
         };
+        if explorer.course_end() != before {
+            self.attempt.plan_due_s = now_s;
+        }
+        // A robot that goes back and forth between two places on purpose is not stuck.
+        if (explorer.aim(), explorer.looks()) != aimed {
+            self.attempt.progress = ProgressChecker::new(now_s, chart.robot_m().position());
+        }
         self.plan_when_due(chart, now_s);
         if self.is_stuck(chart, now_s) {
             return self.give_way(chart, now_s, dt_s);
@@ -107,7 +101,7 @@ impl Driver {
         TaskStatus::Driving(Reason::Exploring(aim))
     }
 
-    pub(super) fn look(&mut self, chart: &Chart, now_s: f64, dt_s: f64) -> TaskStatus {
+    fn look(&mut self, chart: &Chart, now_s: f64, dt_s: f64) -> TaskStatus {
         self.stop(dt_s);
         self.attempt.arrival.begin_look();
         let left_rad = (TAU - self.field_of_view_rad).max(0.0) + LOOK_MORE_RAD;

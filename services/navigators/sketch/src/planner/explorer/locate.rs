@@ -6,8 +6,8 @@ use sketchnav_mapping::outline::{Place, SeenOutline};
 use sketchnav_schemas::geometry::{Point, Pose, Sketch};
 
 use super::course::Likely;
-use super::paper::Paper;
 use super::emphasis;
+use super::paper::Paper;
 use crate::paths::parameters::Parameters;
 use crate::sketch::SketchGrid;
 

@@ -1,12 +1,12 @@
-//! A complete robot driver: it takes the place of the simulated world in a system that runs in real time.
+//! A complete robot driver, which takes the place of the simulated world in a system that runs in real time.
 //!
 //! ```text
 //! sketchnav run my-floor.toml --speed 1 --system lab --without world
 //! cargo run --example driver -- lab 5
 //! ```
 //!
-//! The robot here is a point in two rooms, exact and without noise. Replace [`Robot`] by your own laser, wheels and
-//! clock. `tests/missions/driver.rs` drives a mission with this driver.
+//! The robot in this example is a point in two rooms, exact and without noise. Replace [`Robot`] with your
+//! own laser, wheels and clock. `tests/missions/driver.rs` drives a mission with this driver.
 
 use std::time::{Duration, Instant};
 

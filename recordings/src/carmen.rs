@@ -1,4 +1,5 @@
-//! Reads laser logs of the CARMEN toolkit, which have one record per line, in the formats of `record.rs`.
+//! Reads laser logs of the CARMEN toolkit, which have one record per line, in the formats described in
+//! `record.rs`.
 //!
 //! **Odometry.** In logs that a mapper has corrected, both poses of a FLASER line are the reference pose, and the first ODOM
 //! line after it repeats that pose. The odometry is therefore chained from the steps between consecutive ODOM lines, leaving
@@ -7,9 +8,9 @@
 //! pose is that of the FLASER line only if the robot stands still. If there are no ODOM lines, or none that move, the
 //! odometry is the robot's pose that each scan states.
 //!
-//! **Unreadable lines** (a line that is cut off, garbled, too long or has the wrong number of fields, or the end of a
-//! truncated compressed file) become an [`Entry::LeftOut`] with their line number, after which reading continues. A number
-//! that no laser measures is only left out of its scan.
+//! **Unreadable lines** (a line that is truncated, garbled, too long or has the wrong number of fields, or
+//! the end of a truncated compressed file) become an [`Entry::LeftOut`] with their line number, after which
+//! reading continues. A number that no laser could have measured is only dropped from its scan.
 //!
 //! A log is read twice. [`Survey::of`] finds out which kinds of lines the log has, which determines how [`CarmenLog`] reads
 //! it. Both read line by line from any [`BufRead`], and no line is longer than 256 KiB.
@@ -40,7 +41,7 @@ pub struct CarmenScan {
     pub time_s: f64,
     /// The directions of the beams.
     pub beams: Beams,
-    /// Ranges in metres, from right to left. NaN if the log has no number that a laser measures.
+    /// Ranges in metres, from right to left. NaN for a number in the log that no laser could have measured.
     pub ranges_m: Vec<f32>,
     /// The maximum range that the log states, in metres.
     pub range_max_m: Option<f64>,
@@ -81,7 +82,7 @@ pub enum Entry {
     LeftOut(LeftOut),
 }
 
-/// Reasons why a log cannot be read at all.
+/// Why a log cannot be read at all.
 #[derive(Debug, thiserror::Error)]
 pub enum CarmenError {
     /// The system cannot open the file.
@@ -95,7 +96,7 @@ pub enum CarmenError {
         /// The system's error.
         source: std::io::Error,
     },
-    /// The file is not text, nor text compressed with gzip.
+    /// The file is neither text nor text compressed with gzip.
     #[error(
         "expected text in ASCII or UTF-8, plain or compressed with gzip, found {found}; convert it first"
     )]
@@ -103,13 +104,13 @@ pub enum CarmenError {
         /// The format of the file.
         found: &'static str,
     },
-    /// The log has no line that is a scan.
+    /// No line of the log is a scan.
     #[error("expected FLASER, ROBOTLASER1 or RAWLASER1 lines, found {found}")]
     NoScans {
-        /// The kinds of lines that it has instead.
+        /// The kinds of lines that it contains instead.
         found: String,
     },
-    /// The scans state no poses and there are no ODOM lines, so it is unknown where the robot has moved.
+    /// The scans do not state poses and there are no ODOM lines, so it is not known how the robot moved.
     #[error("expected ODOM lines in addition to {kind} lines, which do not state a pose, found none")]
     NoOdometry {
         /// The kind of scan lines.
@@ -183,7 +184,7 @@ impl Chain {
 }
 
 impl<R: BufRead> CarmenLog<R> {
-    /// Reads a log from its beginning, in the way that its survey determined.
+    /// Reads a log from its beginning, as determined by its survey.
     pub fn new(input: R, reading: Reading) -> Self {
         Self { lines: Lines::new(input), reading, chain: Chain::default(), is_over: false }
     }

@@ -25,7 +25,8 @@ pub struct RawMessage {
     pub stamp_ns: u64,
     /// Time at which the message was sent, in nanoseconds, if the file stores that separately.
     pub publish_ns: u64,
-    /// CDR of the message, unpacked if rosbag2 compressed the message individually. See [`RawMessage::is_damaged`].
+    /// CDR of the message, decompressed if rosbag2 compressed the message individually. See
+    /// [`RawMessage::is_damaged`].
     pub cdr: Vec<u8>,
 }
 
@@ -74,8 +75,8 @@ impl RawMessage {
         Self { topic: Arc::clone(topic), sequence, stamp_ns, publish_ns, cdr }
     }
 
-    /// Returns true if rosbag2 compressed the message individually but it cannot be unpacked, so that its content is
-    /// unknown.
+    /// Returns true if rosbag2 compressed the message individually but it cannot be decompressed, so that its
+    /// content is unknown.
     pub fn is_damaged(&self) -> bool {
         self.topic.is_cdr() && is_packed(&self.cdr)
     }
@@ -119,7 +120,7 @@ impl RawMessage {
     /// errors.
     ///
     /// # Errors
-    /// As [`RawMessage::typed`], and [`RecordingError::Type`] if the topic has another type.
+    /// Any error of [`RawMessage::typed`], and [`RecordingError::Type`] if the topic has another type.
     pub fn typed_in<T: Ros2>(&self, path: &Path) -> Result<(T, Vec<u8>), RecordingError> {
         self.must_be(T::TYPE, path)?;
         self.typed()

@@ -1,8 +1,8 @@
-//! Makes recordings from recordings: repairs, filters, merges and splits them. Messages, schemas, attachments and metadata
-//! are copied byte for byte, whatever they mean, even from a file with another profile.
+//! Makes recordings from recordings: repairs, filters, merges and splits them. Messages, schemas, attachments
+//! and metadata are copied byte for byte, whatever they contain, even from a file with another profile.
 //!
-//! Only the chunks whose times overlap are in memory at any time, and files are written only to sinks that the caller
-//! provides.
+//! Only the chunks whose times overlap are in memory at any time, and files are only written to sinks that
+//! the caller provides.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
@@ -81,7 +81,8 @@ impl Copied {
 pub struct Held {
     /// Number of messages that can be read, plus those that the file says are in the parts that cannot.
     pub messages: u64,
-    /// True if the file says for each damaged part how many messages are in it, so that no messages beyond these can exist.
+    /// True if the file says for each damaged part how many messages are in it, so that there cannot be any
+    /// other messages.
     pub is_known: bool,
 }
 
@@ -91,7 +92,8 @@ pub struct Copy<W: Write> {
     /// The topics as declared, with the number of each in the copy.
     topics: Vec<(Arc<Topic>, u16)>,
     counts: BTreeMap<String, Count>,
-    /// Topics whose messages before the first one were left out on purpose, and therefore do not count as missing.
+    /// Topics from which messages before the first one were left out on purpose, and therefore do not count
+    /// as missing.
     late: BTreeSet<String>,
     attached: BTreeSet<String>,
     described: BTreeSet<String>,
@@ -286,8 +288,8 @@ impl<W: Write> Copy<W> {
     }
 }
 
-/// Copies everything in a recording that can be read. A recording that a kill cut off is read up to the cut. Damaged chunks
-/// and a damaged beginning are left out and listed.
+/// Copies everything in a recording that can be read. A recording that was cut off by a kill is read up to
+/// the cut. Damaged chunks and a damaged beginning are left out and listed.
 ///
 /// # Errors
 /// [`RecordingError::File`] if the file cannot be read, [`RecordingError::Foreign`] or [`RecordingError::Damaged`] if it is
@@ -317,7 +319,7 @@ pub fn held(path: &Path) -> Result<Held, RecordingError> {
     Ok(Held { messages, is_known: copied.lost.iter().all(|lost| lost.messages.is_some()) })
 }
 
-/// Returns the profile that a recording declares, however damaged it is: `ros2`, `ros1`, or empty.
+/// Returns the profile that a recording declares, no matter how damaged it is: `ros2`, `ros1`, or empty.
 ///
 /// # Errors
 /// As [`recover`].
@@ -529,8 +531,8 @@ pub(crate) fn topic_names(recording: &Recording) -> Result<BTreeSet<String>, Rec
     Ok(recording.topics()?.iter().map(|topic| topic.name.clone()).collect())
 }
 
-/// Returns the topics for which the recording states nothing missing before the first message, even if its number is not 1.
-/// Such a recording is itself part of another one, or was written by other software.
+/// Returns the topics for which the recording does not state anything missing before the first message, even
+/// if its number is not 1. Such a recording is itself part of another one, or was written by other software.
 fn late_topics(recording: &Recording) -> Result<BTreeSet<String>, RecordingError> {
     if !recording.is_ours()? {
         // Other software may begin counting anywhere.

@@ -34,7 +34,7 @@ pub struct Difference {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum What {
-    /// The message is in one recording only.
+    /// The message is only in one of the recordings.
     OnlyIn(Side),
     /// A field differs.
     Field {

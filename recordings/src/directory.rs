@@ -33,7 +33,7 @@ impl Topic {
         self.encoding == "cdr"
     }
 
-    /// Returns true if a late reader is to receive the last message again.
+    /// Returns true if a late reader should receive the last message again.
     pub fn is_latched(&self) -> bool {
         let said = self.metadata.get("offered_qos_profiles");
         said.is_some_and(|profile| profile.contains("transient_local") || profile.contains("durability: 1"))

@@ -1,8 +1,9 @@
-//! Decodes any ROS 2 message into JSON, by the schema that the file has for its topic. This reads recordings by other
-//! software whose types are unknown to this project. Messages that are JSON already are passed on.
+//! Decodes any ROS 2 message into JSON, using the schema that the file contains for its topic. This makes it
+//! possible to read recordings by other software whose types are unknown to this project. Messages that are
+//! already JSON are passed on.
 //!
-//! This module is pure, and checks every length against the bytes that exist. Sources: the MCAP specification (`ros2msg`),
-//! OMG DDS-XTypes 1.3, section 7.4 (plain CDR, version 1).
+//! This module is pure, and checks every length against the bytes that exist. Sources: the MCAP specification
+//! (`ros2msg`), OMG DDS-XTypes 1.3, section 7.4 (plain CDR, version 1).
 
 mod cdr;
 mod definition;
@@ -18,7 +19,7 @@ use crate::error::RecordingError;
 use crate::foreign::Form;
 use definition::Types;
 
-/// Reasons why a message cannot be read by its schema.
+/// Why a message cannot be read by its schema.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum DynamicError {
     /// The definition is written in an unsupported language.
@@ -41,7 +42,7 @@ pub enum DynamicError {
         /// The type.
         kind: String,
     },
-    /// Types contain each other without end.
+    /// Types contain each other endlessly.
     #[error("{kind}: the type contains itself")]
     Endless {
         /// The type.
@@ -138,8 +139,8 @@ impl Decoder {
     }
 }
 
-/// Recorders that did not find a definition leave it empty, which looks like the definition of a message without fields.
-/// Reports such a definition as missing.
+/// Recorders that did not find a definition leave it empty, which looks like the definition of a message
+/// without fields. Such a definition is reported as missing.
 fn undefined(why: DynamicError, topic: &Topic) -> DynamicError {
     match why {
         DynamicError::Surplus { .. } if topic.schema.data.trim_ascii().is_empty() => {

@@ -9,7 +9,7 @@ use crate::foreign::{Foreign, OF_ANY_MCAP, OF_ROS2};
 use crate::records::Damage;
 use crate::writer::LIBRARY;
 
-/// An error of reading or writing a recording.
+/// An error in reading or writing a recording.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordingError {
     /// The file cannot be opened or read.
@@ -54,17 +54,17 @@ pub enum RecordingError {
         /// The library that wrote the recording.
         library: String,
     },
-    /// The messages of a topic are in a form that is not supported.
+    /// The messages of a topic are in an unsupported form.
     #[error("{topic}: expected ROS 2 messages in CDR, found {found}; {OF_ANY_MCAP} accept them; {way_on}")]
     Form {
         /// The topic.
         topic: String,
         /// The form of the messages.
         found: String,
-        /// What would convert the messages into ROS 2 messages.
+        /// What can convert the messages into ROS 2 messages.
         way_on: &'static str,
     },
-    /// A message does not match the schema that the file has for its topic.
+    /// A message does not match the schema that the file contains for its topic.
     #[error("{topic}, message at {stamp_ns} ns: {source}")]
     Dynamic {
         /// The topic.
@@ -118,7 +118,7 @@ pub enum RecordingError {
         /// The path in `run.json`.
         called: String,
     },
-    /// The channel is one that is not recorded.
+    /// The channel is not recorded.
     #[error("channel {channel} is not recorded")]
     NotRecorded {
         /// The channel.

@@ -1,4 +1,4 @@
-//! Facts about a recording's topics and processes that can be known without reading all messages again.
+//! Facts about a recording's topics and processes that are known without reading all messages again.
 
 use std::collections::BTreeMap;
 
@@ -26,8 +26,9 @@ impl TopicFacts {
         self.times_ns = Some(self.times_ns.map_or((ns, ns), |(first, last)| (first.min(ns), last.max(ns))));
     }
 
-    /// Takes the sequence number of a message into account, and counts what is missing before it. If several processes
-    /// write the channel, each with numbers of its own, the numbers mean nothing, and every message counts as new.
+    /// Processes the sequence number of a message, and counts what is missing before it. If several processes
+    /// write the channel, each with its own numbers, the numbers mean nothing, and every message counts as
+    /// new.
     pub(crate) fn see_number(&mut self, sequence: &mut Sequence, has_many_writers: bool, seq: u64) -> Seen {
         if has_many_writers {
             return Seen::New { missing: 0 };

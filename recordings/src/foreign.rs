@@ -1,5 +1,6 @@
-//! Recognizes files that are not MCAP recordings, and forms of messages that are not supported, and says what would convert
-//! them. "Not ours" and "not supported" do not mean "broken", so an error names what was found and what to do.
+//! Recognizes files that are not MCAP recordings, and unsupported forms of messages, and says what can
+//! convert them. "Not ours" and "not supported" do not mean "broken", so an error says what was found and
+//! what to do.
 
 use std::fmt;
 
@@ -8,9 +9,9 @@ use crate::directory::Topic;
 /// Number of bytes at the beginning of a file that are examined.
 pub(crate) const LOOKED_AT: usize = 512;
 
-/// The commands that accept every MCAP file, whatever its messages are.
+/// The commands that accept every MCAP file, whatever messages it contains.
 pub const OF_ANY_MCAP: &str = "info, hz, filter, merge, split, recover, report and view";
-/// The commands that accept every MCAP file with ROS 2 messages, whatever software wrote it.
+/// The commands that accept every MCAP file with ROS 2 messages, no matter which software wrote it.
 pub const OF_ROS2: &str = "info, echo, hz, filter, merge, split, recover, relations, report and view";
 
 /// A file that is not an MCAP file, identified by its first bytes.
@@ -38,7 +39,7 @@ pub enum Foreign {
     BagMetadata,
     /// A CARMEN laser log.
     Carmen,
-    /// A pointer that Git LFS has in place of a file.
+    /// A Git LFS pointer in place of a file.
     LfsPointer,
     /// Any other text.
     Text,
@@ -156,7 +157,7 @@ impl Form {
         }
     }
 
-    /// Says what would convert the messages into ROS 2 messages.
+    /// Says what can convert the messages into ROS 2 messages.
     pub fn way_on(self) -> &'static str {
         match self {
             Self::Ros1 => {

@@ -22,8 +22,8 @@ const MAX_STAMP_S: f64 = i32::MAX as f64;
 /// The rules for importing a log.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rules {
-    /// Readings from this distance on count as no return, in metres. A shorter maximum range stated by the log takes
-    /// precedence.
+    /// Readings of this distance or more count as no return, in metres. A shorter maximum range stated in the
+    /// log takes precedence.
     pub range_max_m: f64,
     /// True if leaving anything out is an error.
     pub is_strict: bool,
@@ -59,7 +59,7 @@ pub struct Imported {
     pub blind: u64,
 }
 
-/// Reasons why a log cannot be imported.
+/// Why a log cannot be imported.
 #[derive(Debug, thiserror::Error)]
 pub enum ImportError {
     /// The log cannot be read.
@@ -194,8 +194,8 @@ impl Messages {
         }
     }
 
-    /// Checks the messages. Readers would reject invalid ones, so nothing could be localized by them and they are not
-    /// recorded.
+    /// Checks the messages. Invalid ones are not recorded, because readers would reject them and they could
+    /// not be used for localization.
     ///
     /// # Errors
     /// [`Fault::Invalid`] if the odometry or the scan is invalid.

@@ -1,7 +1,7 @@
 //! Summarizes a recording: topics, counts, rates, gaps, the run.
 //!
-//! If the writer finished, the summary at the end of the file is enough, however long the recording is. For any other
-//! recording, all messages are read.
+//! If the writer finished, the summary at the end of the file is sufficient, no matter how long the recording
+//! is. For any other recording, all messages are read.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -31,7 +31,7 @@ pub struct Info {
     pub profile: String,
     /// Name of the library that wrote the file.
     pub library: String,
-    /// Notes on a recording that this project did not write.
+    /// Notes on a recording by other software.
     pub notes: Vec<String>,
     /// True if the writer finished. Otherwise the file is cut off, and what it contains is intact.
     pub clean_end: bool,
@@ -107,7 +107,7 @@ pub fn info(path: &Path) -> Result<Info, RecordingError> {
     }
 }
 
-/// Like [`info`], but reads all messages whatever the summary says, so that damage is noticed.
+/// Like [`info`], but reads all messages regardless of the summary, so that damage is noticed.
 ///
 /// # Errors
 /// As [`info`].
@@ -122,8 +122,9 @@ pub fn info_of_messages(path: &Path) -> Result<Info, RecordingError> {
     tally.finish(&recording)
 }
 
-/// Summarizes the recording from its summary. Returns `None` if the summary does not say enough, or if another tool wrote the
-/// file: such a tool may have copied our facts about the messages without copying all messages.
+/// Summarizes the recording from its summary. Returns `None` if the summary is not sufficient, or if another
+/// tool wrote the file: such a tool may have copied our facts about the messages without copying all
+/// messages.
 fn of_summary(path: &Path) -> Result<Option<Info>, RecordingError> {
     let recording = Recording::open(path)?;
     if !recording.header().library.starts_with(LIBRARY) {
@@ -202,7 +203,7 @@ fn notes(recording: &Recording, packed: u64, damaged: u64) -> Result<Vec<String>
 struct Tally {
     is_ours: bool,
     packed: u64,
-    /// Number of the individually compressed messages that cannot be unpacked.
+    /// Number of individually compressed messages that cannot be decompressed.
     damaged: u64,
     topics: BTreeMap<String, TopicTally>,
     run: BTreeMap<String, String>,

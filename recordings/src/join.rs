@@ -1,8 +1,9 @@
 //! Joins the parts of a recording.
 //!
-//! A recorder that is killed leaves a part that ends at an arbitrary point. After the restart it begins another part, a
-//! little before that point rather than after it. Joining the parts yields each message once and a complete index, and counts
-//! the messages that are missing from all parts. Empty parts are ignored.
+//! A recorder that is killed leaves a part that ends at an arbitrary point. After the restart, it begins
+//! another part, which starts a little before that point rather than after it. Joining the parts yields each
+//! message once and a complete index, and counts the messages that are missing from all parts. Empty parts
+//! are ignored.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::io::Write;
@@ -20,7 +21,8 @@ use crate::writer::Writer;
 /// Writes the messages of `parts`, in this order, as one recording of `run`. The caller finishes the recording.
 ///
 /// # Errors
-/// [`RecordingError`] if a part is damaged, or the sink fails. A part that is merely cut off is not an error.
+/// [`RecordingError`] if a part is damaged, or the sink fails. A part that is merely truncated is not an
+/// error.
 pub fn join<W: Write>(
     parts: impl IntoIterator<Item = impl AsRef<Path>>,
     run: &RunConfig,

@@ -1,4 +1,4 @@
-//! An open recording, which yields its records one after another and unpacks the chunks.
+//! An open recording, which yields its records one after another and decompresses the chunks.
 
 use std::path::{Path, PathBuf};
 

@@ -1,8 +1,9 @@
 //! Opens and reads recordings: from front to back, one channel, a range of times, or in order of time.
 //!
-//! A recording that a kill cut off is read up to the cut. A chunk is read completely or not at all, since its checksum is
-//! verified before its first message is returned. A file is never loaded as a whole. Only one chunk is in memory at a time,
-//! or, when reading in order of time, the chunks whose times overlap.
+//! A recording that was cut off by a kill is read up to the cut. A chunk is read completely or not at all,
+//! since its checksum is verified before its first message is returned. A file is never loaded as a whole.
+//! Only one chunk is in memory at a time or, when reading in order of time, only the chunks whose times
+//! overlap.
 
 use std::collections::BTreeMap;
 use std::marker::PhantomData;
@@ -89,9 +90,9 @@ impl Recording {
         Ok(Self { path, metadata, attachments, header, index: OnceLock::new() })
     }
 
-    /// Returns the index for finding the rest of the recording's description: the file's own, or one from a pass over the
-    /// file. Returns `None` if a kill has left no index but the description precedes the first message, or if the file is
-    /// damaged.
+    /// Returns the index for finding the rest of the recording's description: the file's own, or one built by
+    /// reading the file once. Returns `None` if there is no index because of a kill but the description
+    /// precedes the first message, or if the file is damaged.
     fn index_of_others(&self) -> Result<Option<Index>, RecordingError> {
         match Index::of_summary(&self.path)? {
             None if !self.has_run() => Ok(Index::by_a_pass(&self.path).ok()),
@@ -99,8 +100,9 @@ impl Recording {
         }
     }
 
-    /// Reads the attachments and metadata that the index lists and that are not known yet. The project's own recorder
-    /// writes them first, but other tools may put them anywhere. In recordings by other software they are not needed here.
+    /// Reads the attachments and metadata that are listed in the index and not yet known. The project's own
+    /// recorder writes them first, but other tools may put them anywhere. In recordings by other software,
+    /// they are not needed here.
     fn describe_by(&mut self, index: &Index) -> Result<(), RecordingError> {
         if !self.has_run() && !index.attachments.iter().any(|entry| entry.name == RUN_ATTACHMENT) {
             return Ok(());
@@ -188,8 +190,8 @@ impl Recording {
         &self.attachments
     }
 
-    /// The run that was recorded: mission, robot, seed, pace. Its paths are those of the machine that recorded it. To read
-    /// its files, use [`RecordedRun`](crate::sources::RecordedRun).
+    /// The run that was recorded: mission, robot, seed, pace. Its paths are those of the machine on which it
+    /// was recorded. To read its files, use [`RecordedRun`](crate::sources::RecordedRun).
     ///
     /// # Errors
     /// [`RecordingError::NotOurs`] if the recording has no run, and [`RecordingError::Run`] if this version cannot read it.
@@ -232,7 +234,7 @@ impl Recording {
     /// Iterates over the selected messages in the order of the file. Only chunks that may contain one are read.
     ///
     /// # Errors
-    /// As [`Recording::index`]. If a chunk is damaged, the iterator's last item is an error.
+    /// Any error of [`Recording::index`]. If a chunk is damaged, the iterator's last item is an error.
     pub fn select(&self, selection: Selection) -> Result<Selected, RecordingError> {
         Selected::of(&self.path, self.index()?, selection)
     }
@@ -245,11 +247,11 @@ impl Recording {
         Timeline::of(&self.path, self.index()?, selection)
     }
 
-    /// Returns the last message of each latched topic before a time, in nanoseconds. A reader that begins at that time
-    /// needs them.
+    /// Returns the last message of each latched topic before a time, in nanoseconds. A reader that begins at
+    /// that time needs these messages.
     ///
     /// # Errors
-    /// As [`Recording::select`] and its items.
+    /// Any error of [`Recording::select`] or among its items.
     pub fn latched_before(&self, before_ns: u64) -> Result<Vec<RawMessage>, RecordingError> {
         let topics = self.topics()?;
         let latched = topics.iter().filter(|topic| topic.is_latched()).map(|topic| topic.name.clone());
@@ -261,18 +263,18 @@ impl Recording {
         Ok(last.into_values().collect())
     }
 
-    /// Iterates over the messages of a channel in the order of the file, with the slices that follow them. Empty if the
-    /// file does not have the channel.
+    /// Iterates over the messages of a channel in the order of the file, with the slices that follow them.
+    /// Empty if the channel is not in the file.
     ///
     /// # Errors
-    /// As [`Recording::select`]. An item is an error if the topic's type is not that of `T`, or if a message is invalid for
-    /// it.
+    /// Any error of [`Recording::select`]. An item is an error if the topic's type is not that of `T`, or if
+    /// a message is invalid for it.
     pub fn channel<T: Ros2>(&self, channel: Channel<T>) -> Result<Messages<T>, RecordingError> {
         let selection = Selection::of_topics([topic_name(channel.spec.name)]);
         Ok(Messages { selected: self.select(selection)?, path: self.path.clone(), message: PhantomData })
     }
 
-    /// Iterates over the headers of the messages of a channel, whatever its type, in the order of the file.
+    /// Iterates over the headers of the messages of a channel of any type, in the order of the file.
     ///
     /// # Errors
     /// As [`Recording::channel`].
@@ -287,7 +289,7 @@ impl Recording {
     /// Reads all messages of a channel into memory, without the slices that follow them.
     ///
     /// # Errors
-    /// As [`Recording::channel`], and the first error among its items.
+    /// Any error of [`Recording::channel`], and the first error among its items.
     pub fn all<T: Ros2>(&self, channel: Channel<T>) -> Result<Vec<T>, RecordingError> {
         self.channel(channel)?.map(|message| Ok(message?.0)).collect()
     }

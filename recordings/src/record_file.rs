@@ -12,7 +12,7 @@ use crate::records::{Damage, FRAME_BYTES, MAX_RECORD_BYTES, Record};
 /// Size of the footer record and the magic after it.
 const TAIL_BYTES: u64 = FRAME_BYTES + 20 + 8;
 
-/// Reasons why the next record cannot be read.
+/// Why the next record cannot be read.
 #[derive(Debug)]
 pub enum Stop {
     /// The file ends before or within the record that begins at this offset.
@@ -53,7 +53,8 @@ impl RecordFile {
         }
     }
 
-    /// Opens a file whose magic may be damaged, and returns whether it is. If so, a header must follow.
+    /// Opens a file whose magic may be damaged, and returns true if it is, in which case a header must
+    /// follow.
     pub fn open_damaged(path: &Path) -> Result<(Self, bool), Stop> {
         let (mut file, magic) = Self::begin(path)?;
         if magic == *mcap::MAGIC {
@@ -159,9 +160,9 @@ impl RecordFile {
         Ok(())
     }
 
-    /// Returns the next position, starting with `from`, at which a chunk seems to begin. A chunk is recognized by its
-    /// opcode, lengths that are consistent with each other and the file, and a known compression. The file is read in
-    /// pieces, each of them once.
+    /// Returns the next position, starting with `from`, at which a chunk seems to begin. A chunk is
+    /// recognized by its opcode, by lengths that are consistent with each other and the file, and by a known
+    /// compression. The file is read in pieces, each of them once.
     pub fn find_chunk(&mut self, from: u64) -> Result<Option<u64>, Stop> {
         const PIECE: usize = 1 << 20;
         let mut begin = from;

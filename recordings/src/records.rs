@@ -6,11 +6,12 @@
 //! Why not use the mcap crate's own readers? Since 0.26 they take a `record_length_limit`. We tried them with a limit of 64
 //! MB on 60,000 damaged copies of the golden recordings, both compressed and uncompressed:
 //!
-//! - They allocate up to 4 GB whatever the limit is, because it applies to records but not to the strings in them
-//!   (`McapString`). The readers here allocated 1 MB at most.
-//! - In 58 files `LinearReader` subtracts a record's length from a smaller remainder of an uncompressed chunk. With overflow
-//!   checks it panics; without them it reads records from beyond the chunk.
-//! - `parse_record` panics on an attachment that ends before its checksum. A test pins this, and will show when it is fixed.
+//! - They allocate up to 4 GB regardless of the limit, because it applies to records but not to the strings
+//!   in them (`McapString`). The readers here allocated 1 MB at most.
+//! - In 58 files, `LinearReader` subtracts a record's length from a smaller remainder of an uncompressed
+//!   chunk. With overflow checks, it panics, and without them, it reads records from beyond the chunk.
+//! - `parse_record` panics on an attachment that ends before its checksum. A test documents this, and will
+//!   show when it is fixed.
 //! - They do not report where in the file a record begins, which is needed for seeking, for repairing, and for the index of a
 //!   file without a summary.
 
@@ -28,7 +29,7 @@ pub const MAX_RECORD_BYTES: usize = 65 << 20;
 /// Size of the opcode and the length.
 pub(crate) const FRAME_BYTES: u64 = 9;
 
-/// The ways in which the bytes of a recording can be wrong.
+/// How the bytes of a recording can be wrong.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Damage {
     /// The file is shorter than the magic of an MCAP file.
@@ -42,7 +43,7 @@ pub enum Damage {
         "it does not begin with the magic bytes of MCAP, but the rest is MCAP; `sketchnav recover` repairs that"
     )]
     Magic,
-    /// A record is longer than any in a recording.
+    /// A record is longer than any record of a recording can be.
     #[error("byte {at}: expected a record of at most {MAX_RECORD_BYTES} bytes, found {bytes}")]
     TooLong {
         /// Where the record begins.
@@ -66,7 +67,7 @@ pub enum Damage {
         /// The kind of record.
         kind: &'static str,
     },
-    /// A chunk is compressed in an unknown way.
+    /// The compression of a chunk is unknown.
     #[error("byte {at}: expected a chunk compressed with zstd, with lz4 or not at all, found {found:?}")]
     Compression {
         /// Where the chunk begins.
@@ -74,7 +75,7 @@ pub enum Damage {
         /// The name of the compression.
         found: String,
     },
-    /// A chunk does not decompress to its stated length.
+    /// The decompressed chunk does not have its stated length.
     #[error("byte {at}: a chunk does not decompress to its stated length")]
     Decompression {
         /// Where the chunk begins.
@@ -292,9 +293,9 @@ pub struct ChunkHead {
     pub first_ns: u64,
     /// Time of the last message, in nanoseconds.
     pub last_ns: u64,
-    /// Length of the unpacked records, in bytes.
+    /// Length of the decompressed records, in bytes.
     pub bytes: u64,
-    /// CRC-32 of the unpacked records, or 0 if there is none.
+    /// CRC-32 of the decompressed records, or 0 if there is none.
     pub checksum: u32,
     /// Compression: `zstd`, `lz4`, or empty for none.
     pub compression: String,
@@ -388,8 +389,9 @@ fn statistics<'a>(mut f: Fields<'a>) -> Option<Record<'a>> {
     Some(Record::Statistics(Statistics { messages, first_ns, last_ns, by_channel }))
 }
 
-/// Returns true if a record is of unknown kind, or does not have the length of its kind. Readers skip such records, as the
-/// specification requires. A repair reports them, since one of them may be a chunk with a damaged opcode.
+/// Returns true if a record is of unknown kind, or does not have the length of its kind. Readers skip such
+/// records, as the specification requires. Repairs report them, since one of them may be a chunk with a
+/// damaged opcode.
 pub fn is_odd(opcode: u8, content: &[u8]) -> bool {
     let length = content.len();
     match opcode {
@@ -424,14 +426,15 @@ pub fn next_in(bytes: &[u8], at: usize) -> Option<(u8, Range<usize>)> {
     Some((opcode, begin..begin + length))
 }
 
-/// Returns the length of a chunk record's content if nothing follows the packed data, in bytes.
+/// Returns the length of a chunk record's content if nothing follows the compressed data, in bytes.
 pub fn chunk_bytes(head: &ChunkHead, packed: &[u8]) -> u64 {
     /// Size of the times, length, checksum, and two lengths.
     const FIXED: usize = 8 + 8 + 8 + 4 + 4 + 8;
     (FIXED + head.compression.len() + packed.len()) as u64
 }
 
-/// Unpacks the records of a chunk into `out`, replacing its content. `at` is where the chunk begins in its file, for errors.
+/// Decompresses the records of a chunk into `out`, replacing its content. `at` is the offset of the chunk in
+/// its file, for errors.
 pub fn unpack(head: &ChunkHead, packed: &[u8], at: u64, out: &mut Vec<u8>) -> Result<(), Damage> {
     if head.bytes > MAX_RECORD_BYTES as u64 {
         return Err(Damage::TooLong { at, bytes: head.bytes });

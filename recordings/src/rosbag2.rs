@@ -1,6 +1,6 @@
-//! Reads and writes the `metadata.yaml` of rosbag2 folders. Version 9 is written, for `ros2 bag` and rosbags, which read it
-//! before the files. Any version is read from folders by other software. Also handles files that rosbag2 has compressed as a
-//! whole.
+//! Reads and writes the `metadata.yaml` of rosbag2 folders. Version 9 is written, for `ros2 bag` and rosbags,
+//! which read it before the files. Folders by other software are read in any version. Also handles files that
+//! rosbag2 has compressed as a whole.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -36,7 +36,7 @@ pub struct Bag {
     pub messages: Option<u64>,
 }
 
-/// Reasons why a rosbag2 folder cannot be read.
+/// Why a rosbag2 folder cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum BagError {
     /// The metadata cannot be read, or is invalid.
@@ -141,8 +141,9 @@ impl Bag {
     }
 }
 
-/// Returns the path of a file that a bag lists, if it exists in the folder. Early versions prefix the folder's name, and the
-/// file may have been packed or unpacked since. A file outside the folder never belongs to the bag.
+/// Returns the path of a file that a bag lists, if it exists in the folder. Early versions prefix the
+/// folder's name, and the file may have been compressed or decompressed since. A file outside the folder
+/// never belongs to the bag.
 fn there(folder: &Path, listed: &str) -> Option<PathBuf> {
     let listed = Path::new(listed);
     let is_inside = listed.components().all(|part| matches!(part, Component::Normal(_)));
@@ -175,7 +176,7 @@ pub fn is_packed(path: &Path) -> io::Result<bool> {
     Ok(crate::content::is_packed(&begin))
 }
 
-/// Unpacks a file that zstd has compressed as a whole, as far as it can be read.
+/// Decompresses a file that zstd has compressed as a whole, as far as it can be read.
 ///
 /// # Errors
 /// An error if the file cannot be opened, or if `sink` fails.

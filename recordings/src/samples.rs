@@ -1,5 +1,5 @@
-//! Recordings as other software writes them, assembled byte by byte for tests: any profile, compression, message form and
-//! damage.
+//! Recordings by other software, assembled byte by byte for tests, with any profile, compression, message
+//! form and damage.
 
 use std::io::Write;
 

@@ -11,7 +11,7 @@ use crate::index::Index;
 use crate::open::{Open, Piece};
 use crate::records::{ChunkEntry, Damage};
 
-/// The topics and times of the messages that are wanted.
+/// The topics and times of the messages to select.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Selection {
     /// The topics, or `None` for all of them.

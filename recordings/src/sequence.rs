@@ -26,7 +26,7 @@ pub struct Gap {
     pub missing: u64,
 }
 
-/// Follows the sequence numbers of a channel that one process writes: 1, 2, 3 …
+/// Follows the sequence numbers of a channel that is written by a single process: 1, 2, 3 …
 #[derive(Debug, Clone, Default)]
 pub struct Sequence {
     last: u64,
@@ -39,7 +39,7 @@ impl Sequence {
         Self { last, missing: 0 }
     }
 
-    /// Takes the sequence number of the next message into account.
+    /// Processes the sequence number of the next message.
     pub fn see(&mut self, seq: u64) -> Seen {
         if seq <= self.last {
             return Seen::Again;

@@ -1,9 +1,9 @@
 //! A recording that was split into several files while it grew: `NAME_0.mcap`, `NAME_1.mcap` and so on, as rosbag2 names
 //! them.
 //!
-//! Each file is a recording by itself. `NAME.mcap` then stands for all of them without being a file, and [`whole`] creates
-//! it. After a kill the recorder continues in a new file, starting a little before the end of the previous one, so a message
-//! may be in two files but never in none.
+//! Each file is a recording by itself. `NAME.mcap` then refers to all of them without being a file, and
+//! [`whole`] creates it. After a kill, the recorder continues in a new file, starting a little before the end
+//! of the previous one, so a message may be in two files but never in none.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, Write};
@@ -35,7 +35,7 @@ pub fn number(path: &Path, name: &str) -> Option<u32> {
 /// Returns the existing files of the recording `NAME.mcap`, by number. A kill may leave a number out.
 ///
 /// # Errors
-/// The system's errors. A folder that does not exist is not an error and has no files.
+/// Any I/O error. A folder that does not exist is not an error and contains no files.
 pub fn files(path: &Path) -> io::Result<Vec<PathBuf>> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let entries = match std::fs::read_dir(folder) {
@@ -70,8 +70,8 @@ pub fn gaps(path: &Path, files: &[PathBuf]) -> Vec<(u32, u32)> {
 /// Writes one recording with the messages of all files, each message once.
 ///
 /// # Errors
-/// [`RecordingError`] if a file is damaged, if the first does not say which run it belongs to, or if the sink fails. A file
-/// that is merely cut off is not an error.
+/// [`RecordingError`] if a file is damaged, if the first does not say which run it belongs to, or if the sink
+/// fails. A file that is merely truncated is not an error.
 pub fn whole<W: Write>(files: &[PathBuf], sink: W) -> Result<W, RecordingError> {
     let Some(first) = files.first() else {
         let reason = "expected a file of the recording, found none".to_owned();
@@ -89,8 +89,8 @@ fn restarts(file: &Path) -> Result<Option<u32>, RecordingError> {
     Ok(facts.and_then(|facts| facts.get("restarts")?.parse().ok()))
 }
 
-/// Copies a file that a kill has cut off into one with a proper end. Messages that are also in `next`, the file after it, are
-/// left out.
+/// Copies a file that was cut off by a kill into one with a proper end. Messages that are also in `next`, the
+/// file after it, are left out.
 ///
 /// # Errors
 /// [`RecordingError`] if a file cannot be read or the copy cannot be written.

@@ -1,9 +1,10 @@
-//! The files of a run inside its recording: those given to its navigator, and the map, floor plan or plane of the world. With
-//! them a recording can be executed again where the original files are missing or have changed.
+//! The files of a run inside its recording: those given to its navigator, and the map, floor plan or plane of
+//! the world. With these files, a recording can be executed again where the original files are missing or
+//! have changed.
 //!
-//! A recording may come from anyone, and so may the paths in it. The files of a recorded run are therefore read only through
-//! [`RecordedRun`]. Its mission uses the names that the files have inside the recording, and its [`RecordedFiles`] contain no
-//! other files. Using a recording reads nothing outside of it.
+//! A recording may come from anyone, and so may the paths in it. The files of a recorded run are therefore
+//! only read through [`RecordedRun`]. Its mission uses the names that the files have inside the recording,
+//! and its [`RecordedFiles`] contain no other files. Using a recording therefore reads nothing outside of it.
 //!
 //! A map's picture is found by the line `image:` in its YAML, and a plane's picture by the table `picture`. If a
 //! file cannot be read, it is left out, and the run is recorded without it.
@@ -147,7 +148,8 @@ fn is_below(path: &Path) -> bool {
     parts.peek().is_some() && parts.all(|part| matches!(part, Component::Normal(_)))
 }
 
-/// A recorded run. Its mission uses the names that the files have inside the recording, and `files` are those files.
+/// A recorded run. Its mission uses the names that the files have inside the recording, and `files` contains
+/// these files.
 #[derive(Debug, Clone)]
 pub struct RecordedRun {
     /// The run.
@@ -188,7 +190,7 @@ impl RecordedRun {
 pub struct RecordedFiles {
     recording: PathBuf,
     held: BTreeMap<PathBuf, Vec<u8>>,
-    /// The path that `run.json` has for each file, for errors.
+    /// The path of each file in `run.json`, for errors.
     called: BTreeMap<PathBuf, String>,
 }
 

@@ -1,14 +1,15 @@
-//! Writes a recording: each channel as a topic, each message in its ROS 2 form.
+//! Writes a recording, with each channel as a topic and each message in its ROS 2 form.
 //!
-//! The file is written once, from front to back and without seeking, so everything that was flushed stays readable if the
-//! process is killed. The writer never decides when to flush, and never reads a clock. It allocates nothing for a message
-//! once each channel has had one, but the mcap crate allocates for every chunk.
+//! The file is written once, from front to back and without seeking, so everything that was flushed remains
+//! readable if the process is killed. The writer never decides when to flush, and never reads a clock. It
+//! does not allocate for a message once each channel has had one, but the mcap crate allocates for every
+//! chunk.
 //!
 //! A recording begins with the run as metadata `sketchnav`, its parameters as metadata `parameters`, and the resolved run and
 //! mission as attachments `run.json` and `mission.toml`. The channels follow, and the file ends with this metadata:
 //!
-//! - `missing` and `refused`: how many messages of each topic are missing or were refused;
-//! - `topics`: the times of each topic's messages and the gaps between them ([`TopicFacts`] as JSON);
+//! - `missing` and `refused`: how many messages of each topic are missing or were refused.
+//! - `topics`: the times of each topic's messages and the gaps between them ([`TopicFacts`] as JSON).
 //! - `restarts`: how often each process was restarted, and `recorder`: how often the recorder itself was.
 
 use std::collections::BTreeMap;
@@ -218,11 +219,13 @@ impl<W: Write> Writer<W> {
         Ok(seen)
     }
 
-    /// Appends a message of another recording. Transforms are left out, because they are made again from the odometry. A
-    /// message that cannot be decoded, and that readers therefore reject, is copied as it is.
+    /// Appends a message of another recording. Transforms are left out, because they are derived from the
+    /// odometry again. A message that cannot be decoded, and that readers therefore reject, is copied
+    /// unchanged.
     ///
     /// # Errors
-    /// As [`Writer::write`], and an error if the topic is not a channel or the message does not have its channel's type.
+    /// Any error of [`Writer::write`], and an error if the topic is not a channel or the message does not
+    /// have its channel's type.
     pub fn write_raw(&mut self, raw: &RawMessage) -> Result<(), RecordingError> {
         let topic = &raw.topic.name;
         if [TF, TF_STATIC].contains(&topic.as_str()) {
@@ -302,8 +305,8 @@ impl<W: Write> Writer<W> {
         self.topics.iter_mut().map(|topic| topic.latched.take()).collect()
     }
 
-    /// Begins with the messages that were latched in the previous file, at the time `log_ns`, as a late reader would
-    /// receive them.
+    /// Begins with the messages that were latched in the previous file, at the time `log_ns`, as a late
+    /// reader would receive them.
     ///
     /// # Errors
     /// [`RecordingError::Write`] if the sink fails.
@@ -321,7 +324,7 @@ impl<W: Write> Writer<W> {
         Ok(())
     }
 
-    /// Notes how often the recorder of this recording was killed and restarted.
+    /// Records how often the recorder of this recording was killed and restarted.
     pub fn survived(&mut self, restarts: u32) {
         self.restarts = restarts;
     }
@@ -371,8 +374,8 @@ impl Topic {
         self.facts.see_number(&mut self.sequence, self.spec.writer.is_none(), seq)
     }
 
-    /// Returns the time under which a message with this stamp is logged. Messages of several processes may arrive out of
-    /// order, but readers of a file rely on the times of a topic never going back.
+    /// Returns the time under which a message with this stamp is logged. Messages of several processes may
+    /// arrive out of order, but readers of a file rely on the times of a topic never going back.
     fn log_ns(&self, stamp_ns: u64) -> u64 {
         match (self.spec.writer, self.facts.times_ns) {
             (None, Some((_, last_ns))) => stamp_ns.max(last_ns),
@@ -396,7 +399,7 @@ pub(crate) fn begin<W: Write>(sink: W, profile: &str) -> Result<Mcap<W>, Recordi
     options.create(NoSeek::new(sink)).map_err(RecordingError::Write)
 }
 
-/// Returns the topic of a channel, which is its name with a slash before it.
+/// Returns the topic of a channel, which is its name with a leading slash.
 pub fn topic_name(channel: &str) -> String {
     format!("/{channel}")
 }

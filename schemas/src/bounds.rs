@@ -1,17 +1,17 @@
-//! The bounds of the numbers that people write into robots, missions and floors.
+//! Bounds of the numbers in robot, mission and floor files.
 //!
-//! Messages and physics store many numbers as `f32`. A number within its bounds stays finite in single precision, and stays
-//! different from 0 if it must not be 0. Numbers far from anything that drives indoors once caused invalid messages, panics
-//! in the physics, and simulations that never reached the next instant.
+//! Messages and physics store many numbers as `f32`. A number within its bounds stays finite in single
+//! precision, and nonzero if it must not be 0. Without bounds, numbers far from anything that drives indoors
+//! have led to invalid messages, panics in the physics, and simulations that never reached the next instant.
 
-/// The smallest and the largest value that a number may have, both inclusive.
+/// The minimum and maximum of a number, both inclusive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bound {
     /// Smallest value.
     pub least: f64,
     /// Largest value.
     pub most: f64,
-    /// The range in words with the unit, for errors: `0.01 to 10 m`.
+    /// The range in words with its unit, as used in errors: `0.01 to 10 m`.
     pub words: &'static str,
 }
 
@@ -43,7 +43,8 @@ macro_rules! bounds {
 }
 
 bounds! {
-    /// A coordinate of a point in the true world. Farther out, a millimetre is lost in single precision.
+    /// A coordinate of a point in the true world. Farther out, single precision can no longer represent a
+    /// millimetre.
     COORDINATE_M: -10000 to 10000 " m";
     /// Radius of a robot.
     ROBOT_RADIUS_M: 0.01 to 10 " m";
@@ -57,7 +58,7 @@ bounds! {
     ACCELERATION_MPS2: 0.001 to 1000 " m/s²";
     /// Angular acceleration of a robot.
     YAW_ACCELERATION_RADPS2: 0.001 to 1000 " rad/s²";
-    /// Instants per second. Physics has to reach the next one.
+    /// Instants per second. The interval between instants must be long enough for a step of the physics.
     TICK_HZ: 0.1 to 1000 " Hz";
     /// Readings of a sensor per second. The time of each reading must be a whole number of physics steps.
     RATE_HZ: 0.01 to 1000 " Hz";
@@ -69,7 +70,7 @@ bounds! {
     RANGE_NOISE_M: 0 to 10 " m";
     /// A share, or a standard deviation as a share.
     SHARE: 0 to 1 "";
-    /// Share of the beams that are lost. A few must be left.
+    /// Share of the beams that are lost. At least a few must return.
     DROPOUT: 0 to 0.99 "";
     /// Field of view of a laser.
     FIELD_OF_VIEW_DEG: 1 to 360 " degrees";
@@ -93,12 +94,13 @@ bounds! {
     CORNER_PX: 0 to 100 " pixels";
     /// Horizontal field of view of a camera.
     CAMERA_VIEW_DEG: 1 to 179 " degrees";
-    /// Angle at which a camera sees a marker, measured from the direction that the marker faces. At 90 degrees the camera
-    /// sees an edge.
+    /// Angle at which a camera sees a marker, measured from the direction that the marker faces. At 90
+    /// degrees, the camera sees the marker edge-on.
     SLANT_DEG: 1 to 89 " degrees";
     /// Standard deviation of an angle.
     ANGLE_NOISE_DEG: 0 to 90 " degrees";
-    /// A direction. An angle of more than a full turn is a mistake, and a huge one takes forever to wrap.
+    /// A direction. An angle of more than a full turn is a mistake, and a huge one would take forever to
+    /// wrap.
     ANGLE_DEG: -360 to 360 " degrees";
     /// A coefficient of the velocity motion model.
     MOTION_NOISE: 0 to 100 "";
@@ -112,7 +114,7 @@ bounds! {
     PAUSE_S: 0 to 1000000 " s";
     /// Radius of the disc around a goal in which the robot counts as having arrived.
     PLACE_RADIUS_M: 0.001 to 10000 " m";
-    /// Thickness of the walls. Thinner walls have no inside in single precision.
+    /// Thickness of the walls. In single precision, thinner walls would have no interior.
     WALL_THICKNESS_M: 0.001 to 10 " m";
     /// Width of a door.
     DOOR_WIDTH_M: 0.01 to 1000 " m";
@@ -132,25 +134,27 @@ bounds! {
     ROTATION_NOISE_RAD: 0 to 10 " rad";
     /// Side of a plane of dots, or the spread of a cluster.
     PLANE_SIDE_M: 0.001 to 10000 " m";
-    /// Pixels per metre in a picture of a plane.
+    /// A coordinate of a point in a drawing. It may lie off the sheet, where a pen has slipped, but not far
+    /// from it.
     PICTURE_PXPM: 0.01 to 1000000 " px/m";
-    /// A coordinate of a point in a drawing. A pen may slip off the sheet, but not out of the room.
+    /// A coordinate of a point in a drawing. A pen may slip off the sheet, but not by much more than that.
     COORDINATE_PX: -100000 to 100000 " px";
 }
 
-/// Minimum amount by which a sensor's longest range exceeds its shortest, in metres. With less, the two could be equal in
-/// single precision.
+/// Minimum difference between a sensor's maximum and minimum range, in metres. If it were smaller, the two
+/// could be equal in single precision.
 pub const LEAST_RANGE_SPAN_M: f64 = 0.01;
 /// Maximum distance that a robot may drive within a second, in radii. Physics takes four steps for each radius so that no
 /// wall is missed.
 pub const MOST_RADII_PER_S: f64 = 250.0;
 /// Maximum number of corners of all walls of a floor. Each pair of corners becomes a solid.
 pub const MOST_WALL_CORNERS: usize = 20_000;
-/// Maximum number of pieces into which doors divide all walls. Walls on top of each other are divided by the same doors.
+/// Maximum number of pieces into which doors divide all walls. Doors divide each of several overlapping
+/// walls.
 pub const MOST_WALL_PIECES: usize = 25_000;
 /// Maximum number of doors of a floor. Each door is compared with every wall.
 pub const MOST_DOORS: usize = 1000;
-/// Maximum number of pieces of furniture in a world. If they overlap, physics looks at every pair.
+/// Maximum number of pieces of furniture in a world. If they overlap, physics checks every pair.
 pub const MOST_FURNITURE: usize = 2000;
 /// Maximum number of people in a world.
 pub const MOST_PEOPLE: usize = crate::message::MAX_PEOPLE;

@@ -1,8 +1,10 @@
-//! The pipeline as one table. A row names a channel, its message, its writer, its readers and its role in an instant.
+//! The pipeline as a table. Each row gives a channel, its message, its writer, its readers and its role in an
+//! instant.
 //!
-//! Every list of channels or processes derives from this table. The channels common to all navigators are declared here; each
-//! navigator declares its own and adds them with [`register`]. The order within an instant follows from writers and roles,
-//! and from the order of the rows if two channels have the same writer and role.
+//! Every list of channels or processes is derived from this table. The channels common to all navigators are
+//! declared here, and each navigator declares its own and adds them with [`register`]. The order within an
+//! instant follows from writers and roles. If two channels have the same writer and role, it is the order of
+//! the rows.
 
 use std::marker::PhantomData;
 use std::sync::{LazyLock, PoisonError, RwLock};
@@ -13,42 +15,43 @@ use crate::erased::MessageType;
 use crate::message::*;
 use crate::ros2::Ros2;
 
-/// Number of ticks that the world, in lockstep, may be ahead of what the recorder has in its file. The buffer and the history
-/// of every recorded channel hold more ticks than that.
+/// Number of ticks by which the world, in lockstep, may be ahead of what the recorder has written to its
+/// file. The buffer and the history of every recorded channel hold more ticks than that.
 pub const LOCKSTEP_WINDOW: u64 = 64;
-/// The recorder acknowledges once per this many ticks.
+/// Number of ticks between two acknowledgements of the recorder.
 pub const RECORDED_EVERY: u64 = 16;
 /// Number of instants that the history and the buffers of a channel hold.
 const INSTANTS: usize = 128;
-/// Maximum number of channels in a run: those common to all kinds of navigators plus those of the run's own kind.
+/// Maximum number of channels in a run, counting those common to all kinds of navigators and those of the
+/// run's own kind.
 pub const MAX_CHANNELS: usize = 32;
 
-/// The part that a channel's messages play in the flow, which determines how many of them are kept.
+/// What a channel's messages are for, which determines how many of them are kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
-    /// Stays in force until the next one arrives, as a sketch or a route does. Transient-local (latched).
+    /// Stays in force until the next one arrives, like a sketch or a route. Transient-local (latched).
     Instruction,
-    /// A person's request. Each one is received once.
+    /// A request by a person. Each is received once.
     Request,
     /// The reply to a request.
     Reply,
     /// The truth about the world, for the recorder and the judge only.
     Truth,
-    /// A sensor's measurement, which the next tick names.
+    /// A measurement by a sensor, which the next tick refers to.
     Sensor,
     /// The heartbeat, which ends the world's part of an instant.
     Tick,
     /// The localizer's answer to a tick.
     Situation,
-    /// The planner's answer to a situation.
+    /// The planner's response to a situation.
     Command,
     /// The state of the mission, which is the last message of an instant.
     Status,
     /// Further details of an instant, for observers.
     Detail,
-    /// Measured by the clock or dependent on chance, and therefore different in each run.
+    /// Measured by the wall clock or dependent on chance, and therefore different in each run.
     Report,
-    /// How much of the run is safe in the recording. The only role whose channel is not recorded.
+    /// How much of the run is safely recorded. The only role whose channel is not itself recorded.
     Safe,
 }
 
@@ -57,11 +60,13 @@ pub enum Role {
 pub struct ChannelSpec {
     /// Name, unique within a system.
     pub name: &'static str,
-    /// The only process that writes the channel, or `None` if every process does (only `health`).
+    /// The only process that writes the channel, or `None` if every process does (which is true of `health`
+    /// alone).
     pub writer: Option<Process>,
-    /// The processes that may read the channel in addition to the recorder and observers, which may read every channel.
+    /// The processes that may read the channel in addition to the recorder and to observers, which may read
+    /// every channel.
     pub readers: &'static [Process],
-    /// The part that the channel's messages play in the flow.
+    /// What the channel's messages are for.
     pub role: Role,
     /// The kind of navigator that has the channel, or `None` if all kinds have it.
     pub kind: Option<&'static str>,
@@ -81,8 +86,8 @@ impl PartialEq for ChannelSpec {
 impl Eq for ChannelSpec {}
 
 impl ChannelSpec {
-    /// Returns true if all of the declaration is the same, not only the name. A navigator in Python declares its channels again
-    /// each time that its module is loaded.
+    /// Returns true if the whole declaration is the same, not only the name. A navigator in Python declares
+    /// its channels again each time its module is loaded.
     fn is_declared_like(&self, other: &Self) -> bool {
         let declared = |spec: &Self| {
             let message = (spec.message.name, spec.message.schema());
@@ -114,7 +119,7 @@ impl ChannelSpec {
         }
     }
 
-    /// Number of messages that can wait for a reader before the oldest is lost.
+    /// Number of messages that can wait for a reader before the oldest one is lost.
     pub fn buffer(&self) -> usize {
         match self.role {
             Role::Instruction => 2,
@@ -129,12 +134,12 @@ impl ChannelSpec {
         self.role != Role::Safe
     }
 
-    /// Returns true if a late reader gets the newest message, which ROS 2 calls transient local.
+    /// Returns true if a late reader gets the newest message (called transient local in ROS 2).
     pub fn is_latched(&self) -> bool {
         self.role == Role::Instruction
     }
 
-    /// Returns true if the channel's messages are readings, each of which is its own cause.
+    /// Returns true if the channel's messages are sensor readings, each of which is its own cause.
     pub fn is_sensed(&self) -> bool {
         matches!(self.role, Role::Sensor | Role::Truth)
     }
@@ -164,7 +169,7 @@ impl ChannelSpec {
         self.kind.is_none_or(|own| own == kind)
     }
 
-    /// Returns true if the channel is recorded under this topic, which is the channel's name with a slash before it.
+    /// Returns true if the channel is recorded under this topic, which is its name with a leading slash.
     pub fn is_topic(&self, topic: &str) -> bool {
         topic.strip_prefix('/') == Some(self.name)
     }
@@ -188,14 +193,14 @@ impl<T: Ros2> Channel<T> {
     /// The channel of a row whose message is `T`.
     ///
     /// # Panics
-    /// Panics if the row's message has another size. For a constant, that happens at compile time.
+    /// Panics if the row's message has another size. For a constant, this happens at compile time.
     pub const fn of(spec: &'static ChannelSpec) -> Self {
         assert!(spec.message.size == size_of::<T>(), "the row is of another message");
         Self { spec, message: PhantomData }
     }
 }
 
-/// An operation on every channel of the table, each with its own message type. For tests.
+/// An operation on every channel of the table, each with its own message type. Used by tests.
 pub trait ChannelVisitor {
     /// The error that ends a visit.
     type Error;
@@ -221,9 +226,9 @@ channels! {
     MISSION: Request MissionCommand = "mission", Supervisor => [Localizer, Planner];
     /// Collisions with walls, furniture and people.
     CONTACT: Detail Contact = "contact", World => [], up to 4 a tick;
-    /// The true pose, which no navigator may open.
+    /// The true pose. No navigator may open this channel.
     TRUTH: Truth GroundTruth = "truth", World => [];
-    /// The true positions of people, which no navigator may open.
+    /// The true positions of people. No navigator may open this channel.
     PEOPLE: Truth People = "people", World => [];
     /// Dead reckoning.
     ODOMETRY: Sensor Odometry = "odometry", World => [Localizer, Planner], up to 8 a tick;
@@ -235,19 +240,19 @@ channels! {
     MARKERS: Sensor MarkerView = "markers", World => [Localizer, Planner, Pad], up to 8 a tick;
     /// The dots of a plane that the camera's window shows.
     VIEW: Sensor DotView = "view", World => [Localizer, Pad];
-    /// The heartbeat: the last message of the world in an instant.
+    /// The heartbeat, which is the last message of the world in an instant.
     TICK: Tick Tick = "tick", World => [Localizer, Planner, Pad];
     /// The velocity that the robot is to drive.
     COMMAND: Command VelocityCommand = "command", Planner => [World];
-    /// The state of the mission: the last message of an instant.
+    /// The state of the mission, which is the last message of an instant.
     STATUS: Status MissionStatus = "status", Planner => [Supervisor, Pad];
     /// How long each step took by the clock.
     LATENCY: Report Latency = "latency", Recorder => [];
     /// Signs of life, from every process.
     HEALTH: Report Health = "health", every => [Supervisor, Pad];
-    /// Kills, deaths, restarts, recoveries, and orders given by tools.
+    /// Kills, deaths, restarts and recoveries, as well as orders given by tools.
     FAULTS: Report Fault = "faults", Supervisor => [Pad];
-    /// How much of the run is safe in the file.
+    /// How much of the run is safely in the file.
     RECORDED: Safe Recorded = "recorded", Recorder => [World];
 }
 
@@ -260,16 +265,16 @@ fn in_order(mut table: Vec<&'static ChannelSpec>) -> &'static [&'static ChannelS
     table.leak()
 }
 
-/// Reasons why channels cannot be added.
+/// Why channels cannot be added.
 #[derive(Debug, Clone, thiserror::Error, PartialEq, Eq)]
 pub enum RegisterError {
-    /// Two navigators with the same name.
+    /// Two navigators have the same name.
     #[error("navigator {kind:?}: expected a name that no other navigator has")]
     Kind {
         /// The name.
         kind: &'static str,
     },
-    /// A channel that belongs to another kind of navigator than the one that adds it.
+    /// A channel belongs to another kind of navigator than the one that adds it.
     #[error("channel {name:?}: expected the kind {kind:?}")]
     Foreign {
         /// The channel.
@@ -283,28 +288,28 @@ pub enum RegisterError {
         /// The name.
         name: &'static str,
     },
-    /// More channels than a run can have.
+    /// A run would have too many channels.
     #[error("kind {kind:?}: expected at most {MAX_CHANNELS} channels, found {found}")]
     TooMany {
         /// The kind.
         kind: &'static str,
-        /// The number of channels that there would be.
+        /// The resulting number of channels.
         found: usize,
     },
-    /// More sensors than a tick can name.
+    /// A tick cannot refer to that many sensors.
     #[error("expected at most {MAX_SENSORS} sensor channels in total, found {found}")]
     TooManySensors {
-        /// The number of sensor channels that there would be.
+        /// The resulting number of sensor channels.
         found: usize,
     },
-    /// A kind of navigator that has none, or several, of a channel that its processes wait for.
+    /// A kind of navigator has none, or several, of a channel that its processes wait for.
     #[error("kind {kind:?}: expected one channel of role {role:?}, found {found}")]
     Role {
         /// The kind.
         kind: &'static str,
         /// The role.
         role: Role,
-        /// The number of such channels that there would be.
+        /// The number of such channels.
         found: usize,
     },
 }
@@ -352,14 +357,14 @@ fn check(table: &[&ChannelSpec], kind: &'static str) -> Result<(), RegisterError
     Ok(())
 }
 
-/// Every channel in the order of an instant. The channels whose content differs in each run come last.
+/// Every channel, in the order of an instant. Channels whose content differs in each run come last.
 pub fn all() -> impl Iterator<Item = &'static ChannelSpec> + Clone {
     let table: &'static [_] = *TABLE.read().unwrap_or_else(PoisonError::into_inner);
     table.iter().copied()
 }
 
-/// Returns the position of a topic within an instant, which is that of its channel in [`all`]. A topic without a channel, and
-/// a topic of reports, comes after all channels.
+/// Returns the position of a topic within an instant, which is that of its channel in [`all`]. Topics without
+/// a channel, and topics of reports, come after all channels.
 pub fn place_of(topic: &str) -> usize {
     let place = all().position(|spec| spec.is_topic(topic) && spec.role != Role::Report);
     place.unwrap_or_else(|| all().count())
@@ -380,17 +385,18 @@ pub fn of_topic(topic: &str) -> Option<&'static ChannelSpec> {
     find(topic.strip_prefix('/')?)
 }
 
-/// Returns true if several processes write the channel of this topic, so that gaps in its sequence numbers mean nothing.
+/// Returns true if several processes write the channel of this topic, in which case gaps in its sequence
+/// numbers mean nothing.
 pub fn has_many_writers(topic: &str) -> bool {
     of_topic(topic).is_some_and(|spec| spec.writer.is_none())
 }
 
-/// The names of all channels, for messages to people: `scan, odometry, …`.
+/// The names of all channels, as listed in errors: `scan, odometry, …`.
 pub fn names() -> String {
     all().map(|spec| spec.name).collect::<Vec<_>>().join(", ")
 }
 
-/// Like [`names`], but only the channels in a run of this kind of navigator.
+/// Like [`names`], but only for the channels in a run of this kind of navigator.
 pub fn names_of_kind(kind: &str) -> String {
     of_kind(kind).map(|spec| spec.name).collect::<Vec<_>>().join(", ")
 }
@@ -410,12 +416,12 @@ pub fn written_by(process: Process, kind: &str) -> impl Iterator<Item = &'static
     of_kind(kind).filter(move |spec| spec.writer == Some(process))
 }
 
-/// The channels that `process` is meant to read, in the order of an instant.
+/// The channels that `process` reads, in the order of an instant.
 pub fn read_by(process: Process, kind: &str) -> impl Iterator<Item = &'static ChannelSpec> + Clone {
     of_kind(kind).filter(move |spec| spec.readers.contains(&process))
 }
 
-/// The channel whose messages `process` answers with one step each, or `None` if the process has no steps.
+/// The channel each message of which `process` answers with a step, or `None` if the process has no steps.
 pub fn trigger_of(process: Process, kind: &str) -> Option<&'static ChannelSpec> {
     let role = match process {
         Process::World => Role::Command,
@@ -426,8 +432,8 @@ pub fn trigger_of(process: Process, kind: &str) -> Option<&'static ChannelSpec> 
     of_role(role, kind)
 }
 
-/// The last channel that `process` writes in an instant. Once its message is there, all the process's other messages of the
-/// instant are, too.
+/// The last channel that `process` writes in an instant. Once its message has arrived, so have all other
+/// messages of the process in that instant.
 pub fn last_word_of(process: Process, kind: &str) -> Option<&'static ChannelSpec> {
     let role = match process {
         Process::World => Role::Tick,
@@ -443,7 +449,7 @@ pub const SERVICES: [Process; 5] =
     [Process::World, Process::Sketcher, Process::Localizer, Process::Planner, Process::Recorder];
 /// The processes that host the stages of a navigator, in the order of an instant.
 pub const NAVIGATORS: [Process; 3] = [Process::Sketcher, Process::Localizer, Process::Planner];
-/// Optional processes that a run may have in addition.
+/// Optional processes that a run may also include.
 pub const EXTRAS: [Process; 1] = [Process::Pad];
 
 /// The names of processes, for messages to people.

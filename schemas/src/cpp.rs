@@ -1,7 +1,7 @@
 //! Generates the layouts of all messages as a C++ header, the content of `cpp/sketchnav.hpp`.
 //!
-//! A structure has the same bytes as the message, which `static_assert`s check. The values of codes become constants of the
-//! structure.
+//! A structure has the same bytes as the message, as `static_assert`s verify. The values of codes become
+//! constants of the structure.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;

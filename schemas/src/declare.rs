@@ -1,18 +1,19 @@
-//! The macros that declare messages. One declaration yields the message in memory, its layout, its ROS 2 form, the
-//! conversions in both directions, and the text of its `.msg` file.
+//! The macros that declare messages. From one declaration, they generate the message in memory, its layout,
+//! its ROS 2 form, the conversions in both directions, and the text of its `.msg` file.
 //!
-//! A navigator declares its own messages with [`messages!`](messages), [`parts!`](parts), [`codes!`](codes) and
-//! [`channels!`](channels). Its crate must depend on `bytemuck` (with `derive`) and `serde` (with `derive`). The other macros
-//! are internal.
+//! A navigator declares its own messages with [`messages!`](messages), [`parts!`](parts), [`codes!`](codes)
+//! and [`channels!`](channels). Its crate must depend on `bytemuck` (with `derive`) and `serde` (with
+//! `derive`). All other macros are internal.
 //!
-//! The form of a field in ROS 2 follows from its type, as described in [`crate::ros2::Field`]. Anything that the type does
-//! not express is written after it, as described in [`crate::ros2::Way`]:
+//! A field's form in ROS 2 is determined by its type, as described in [`crate::ros2::Field`]. Anything that
+//! the type does not express is written after it, as described in [`crate::ros2::Way`]:
 //!
-//! - `state: u32 as TaskState` is the number of a [`crate::codes::Code`], whose values become constants.
-//! - `tasks: [RouteTask; 64] where task_count counts` is a list, and needs a field `task_count: u32 as Count`.
-//! - `reserved: u32 as Zero` is left out of the form.
+//! - `state: u32 as TaskState` is the number of a [`crate::codes::Code`], the values of which become
+//!   constants.
+//! - `tasks: [RouteTask; 64] where task_count counts` is a list. It needs a field `task_count: u32 as Count`.
+//! - `reserved: u32 as Zero` is omitted from the form.
 
-/// Declares a struct that messages are made of: its memory and its layout.
+/// Declares a struct that is part of messages: its fields in memory and its layout.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __layout {
@@ -46,7 +47,7 @@ macro_rules! __layout {
     };
 }
 
-/// The role of a field, from what is written after its type.
+/// The role of a field, given what is written after its type.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __role {
@@ -67,7 +68,7 @@ macro_rules! __role {
     };
 }
 
-/// The way in which a field travels, from what is written after its type.
+/// How a field is converted, given what is written after its type.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __way {
@@ -168,7 +169,7 @@ macro_rules! __own {
     };
 }
 
-/// Declares structs inside messages that have a `.msg` of their own.
+/// Declares structs that are used inside messages and have their own `.msg`.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __parts {
@@ -179,8 +180,9 @@ macro_rules! __parts {
     )*};
 }
 
-/// Declares messages. A message with `in "frame"` has a generated `.msg`, and any other is mapped by hand. `with data` names
-/// the field for the slice that follows the message, and `valid if check` names the function that checks the contents.
+/// Declares messages. A message with `in "frame"` has a generated `.msg`, whereas any other is mapped by
+/// hand. `with data` names the field for the slice that follows the message, and `valid if check` names the
+/// function that checks the contents.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __messages {
@@ -230,7 +232,7 @@ macro_rules! __own_message {
     };
 }
 
-/// Declares rows of the table of channels, either those of one kind of navigator or those of all navigators.
+/// Declares rows of the table of channels, either for one kind of navigator or for all of them.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __channels {
@@ -281,7 +283,7 @@ macro_rules! __writer {
     };
 }
 
-/// Declares enumerations whose values are the numbers of fields.
+/// Declares enumerations whose values are the numbers stored in fields.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __codes {
@@ -309,7 +311,7 @@ macro_rules! __codes {
                 Self::ALL.iter().copied().find(|v| v.code() == code)
             }
 
-            /// The word for this value in files and for people.
+            /// The word for this value, as used in files and shown to people.
             pub const fn word(self) -> &'static str {
                 match self { $(Self::$variant => $text,)* }
             }

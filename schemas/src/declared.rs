@@ -1,9 +1,9 @@
-//! Messages and channels that are declared while the program runs, as those of a navigator in another language are.
+//! Messages and channels that are declared at run time, for example by a navigator in another language.
 //!
-//! A [`Declaration`] says the same as a struct in [`messages!`](crate::declare::messages), and yields the same layout, the same
-//! fingerprint, the same `.msg` text and the same bytes. A process with the one and a process with the other therefore connect to
-//! each other. What the compiler checks about the macro's structs is checked here when the message is declared, with an error that
-//! names the field.
+//! A [`Declaration`] is equivalent to a struct in [`messages!`](crate::declare::messages): it yields the same
+//! layout, the same fingerprint, the same `.msg` text and the same bytes. A process that uses one can
+//! therefore exchange messages with a process that uses the other. What the compiler checks for the macro's
+//! structs is checked here when the message is declared, and errors name the field.
 //!
 //! Declared types and channels live as long as the program, like those in its source.
 
@@ -30,11 +30,11 @@ const SLICE: &str = "data";
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Declaration {
-    /// Name, comment and fields. The header is not among them.
+    /// Name, comment and fields, not counting the header.
     pub body: Struct,
     /// Version of the message.
     pub version: u32,
-    /// The frame that the header names. Empty if no field is in a frame.
+    /// The frame given in the header. Empty if no field is in a frame.
     #[serde(default)]
     pub frame: String,
     /// Whether a slice of bytes follows the message.
@@ -97,7 +97,7 @@ pub enum Type {
     Part(Struct),
 }
 
-/// The words after the type of a field, as in [`crate::declare`].
+/// The words after a field's type, as in [`crate::declare`].
 #[derive(Debug, Clone, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Way {
@@ -131,7 +131,7 @@ pub struct Row {
     pub max_cells: usize,
 }
 
-/// The reason why a message or a channel cannot be declared.
+/// Why a message or a channel cannot be declared.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{place}: expected {expected}, found {found}")]
 pub struct DeclareError {
@@ -349,7 +349,7 @@ impl Type {
 }
 
 impl Row {
-    /// Declares the channel for messages of this type, of this kind of navigator.
+    /// Declares a channel for messages of this type, for this kind of navigator.
     ///
     /// # Errors
     /// [`DeclareError`] if the name is invalid, or a number is out of bounds.

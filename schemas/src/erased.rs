@@ -1,7 +1,8 @@
-//! A message type as a value, for operations on messages whose type is known only at run time.
+//! A message type as a value, for operations on messages whose type is only known at run time.
 //!
-//! Code that handles every channel alike (the runtime, the recorder, a replay, `echo`) works with bytes and a
-//! [`MessageType`]. A message is the bytes of its struct, aligned to eight. A slice of bytes, called its cells, may follow.
+//! Code that treats all channels alike (the runtime, the recorder, a replay, `echo`) works with bytes and a
+//! [`MessageType`]. A message consists of the bytes of its struct, aligned to eight, and may be followed by a
+//! slice of bytes, called its cells.
 
 use std::any::Any;
 use std::marker::PhantomData;
@@ -28,8 +29,8 @@ pub struct MessageType {
     pub(crate) operations: &'static dyn Operations,
 }
 
-/// The operations of a message type, either compiled from a declaration in the source or interpreted from one that was made at
-/// run time. See [`MessageType`] for each of them.
+/// The operations of a message type, either compiled from a declaration in the source or interpreted from one
+/// made at run time. [`MessageType`] describes each of them.
 pub(crate) trait Operations: Sync {
     fn type_name(&self) -> String;
     fn schema(&self) -> String;
@@ -47,10 +48,10 @@ pub(crate) trait Operations: Sync {
     fn json(&self, message: &[u8], cells: &[u8]) -> Result<serde_json::Value, JsonError>;
 }
 
-/// The ROS 2 form of an earlier message, whose memory the next message reuses. See [`MessageType::encode`].
+/// The ROS 2 form of an earlier message, whose memory the next one reuses. See [`MessageType::encode`].
 pub type Spare = Box<dyn Any + Send>;
 
-/// The reason why a message cannot be converted to JSON.
+/// Why a message cannot be converted to JSON.
 pub type JsonError = Box<dyn std::error::Error + Send + Sync>;
 
 impl MessageType {
@@ -87,7 +88,8 @@ impl MessageType {
     /// [`Invalid`] with the first invalid field.
     ///
     /// # Panics
-    /// Panics if `message` does not have this type's size and alignment. So do the other methods that take a message.
+    /// Panics if `message` does not have the size and alignment of this type. The same is true of the other
+    /// methods that take a message.
     pub fn check(&self, message: &[u8]) -> Result<(), Invalid> {
         self.operations.check(message)
     }
@@ -97,11 +99,12 @@ impl MessageType {
         self.operations.spare()
     }
 
-    /// Appends the message in CDR to `out`. Allocates nothing if `spare` and `out` have already been used for a message of
+    /// Appends the message in CDR to `out`. Does not allocate if `spare` and `out` have already been used for a message of
     /// this length.
     ///
     /// # Errors
-    /// [`Ros2Error`] if decoding would not yield the same message. The content of `out` is then unusable.
+    /// [`Ros2Error`] if decoding would not yield the same message. In that case, the content of `out` is
+    /// unusable.
     pub fn encode(
         &self,
         message: &[u8],
@@ -112,7 +115,7 @@ impl MessageType {
         self.operations.encode(message, cells, spare, out)
     }
 
-    /// Decodes the message number `seq` from its CDR.
+    /// Decodes message number `seq` from its CDR.
     ///
     /// # Errors
     /// [`Ros2Error`] if `cdr` is not what [`MessageType::encode`] would have written.
@@ -188,8 +191,8 @@ impl<T: Ros2> Operations for Compiled<T> {
     }
 }
 
-/// Flattens the form of one of our own messages, which consists of parts, so that its JSON has the fields of the `.msg`. If
-/// there is no slice, its field is left out.
+/// Flattens the form of one of our own messages, which consists of parts, so that its JSON has the same
+/// fields as the `.msg`. If there is no slice, its field is omitted.
 fn flatten(form: &mut serde_json::Map<String, serde_json::Value>) {
     if let Some(serde_json::Value::Object(body)) = form.remove("body") {
         form.extend(body);
@@ -207,7 +210,7 @@ pub fn header(message: &[u8]) -> &Header {
     bytemuck::from_bytes(&message[..size_of::<Header>()])
 }
 
-/// Returns the header at the start of a message, mutable. Panics like [`header`].
+/// Returns the header at the start of a message, for modification. Panics like [`header`].
 pub fn header_mut(message: &mut [u8]) -> &mut Header {
     bytemuck::from_bytes_mut(&mut message[..size_of::<Header>()])
 }
@@ -228,7 +231,8 @@ impl Owned {
         owned
     }
 
-    /// Returns memory for a message of `size` bytes followed by `cells` bytes, all zero. Reuses the existing allocation.
+    /// Returns zeroed memory for a message of `size` bytes followed by `cells` bytes. Reuses the existing
+    /// allocation.
     pub fn blank(&mut self, size: usize, cells: usize) -> (&mut [u8], &mut [u8]) {
         self.words.clear();
         self.words.resize(size / ALIGNMENT, 0);

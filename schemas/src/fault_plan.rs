@@ -1,4 +1,5 @@
-//! Plans of faults: which fault is to affect which message. The files are written by people and by `sketchnav chaos`.
+//! Fault plans, which say what should happen to which message. The files are written by people and by
+//! `sketchnav chaos`.
 //!
 //! ```toml
 //! [[fault]]
@@ -7,7 +8,8 @@
 //! do = "kill"            # kill, stop, term, starve, drop, duplicate, delay, reorder or corrupt-checkpoint
 //! when = "before"        # or "after" it was sent: kill, stop, term and starve
 //! ```
-//! The moment is relative to the mission and not to the clock, so that a plan has the same effect each time.
+//! The time of a fault is relative to the mission rather than to the wall clock, so a plan has the same
+//! effect each time.
 
 use serde::{Deserialize, Serialize};
 
@@ -35,7 +37,7 @@ pub enum Action {
     Stop,
     /// The writer gets SIGTERM.
     Term,
-    /// The writer gets only a share of the processor for some time.
+    /// The writer gets only a share of the processor for a while.
     Starve,
     /// The message is not sent.
     Drop,
@@ -45,7 +47,7 @@ pub enum Action {
     Delay,
     /// The message is sent after the next one of its channel.
     Reorder,
-    /// The newest good checkpoint of the writer is damaged, and the writer gets SIGKILL.
+    /// The writer's newest good checkpoint is damaged, and the writer gets SIGKILL.
     CorruptCheckpoint,
 }
 
@@ -55,7 +57,7 @@ impl Action {
         matches!(self, Self::Kill | Self::Stop | Self::Term | Self::Starve | Self::CorruptCheckpoint)
     }
 
-    /// The word for this action in files and for people.
+    /// The word for this action, as used in files and shown to people.
     pub const fn word(self) -> &'static str {
         match self {
             Self::Kill => "kill",
@@ -88,12 +90,12 @@ impl When {
     }
 }
 
-/// How little of the processor a process gets, and for how long.
+/// How little processor time a process gets, and for how long.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Starvation {
     /// Share of the time in which the process may run, within [`SHARES`].
     pub share: f64,
-    /// Duration by the clock, in milliseconds.
+    /// Duration by the wall clock, in milliseconds.
     pub duration_ms: u64,
 }
 
@@ -106,7 +108,8 @@ pub struct PlannedFault {
     /// The number of the message, from 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub message: Option<u64>,
-    /// Used instead of `message`: the fault affects the first message at or after this simulated time, in seconds.
+    /// An alternative to `message`: the fault affects the first message at or after this simulated time, in
+    /// seconds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub time_s: Option<f64>,
     /// The kind of fault.
@@ -115,19 +118,20 @@ pub struct PlannedFault {
     /// Whether the process is hit before or after it sends the message.
     #[serde(default, skip_serializing_if = "When::is_before")]
     pub when: When,
-    /// Duration of a delay by the clock, in milliseconds.
+    /// Duration of a delay by the wall clock, in milliseconds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub delay_ms: Option<u64>,
     /// Share of the time in which a starved process may run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub share: Option<f64>,
-    /// Duration of a starvation by the clock, in milliseconds.
+    /// Duration of a starvation by the wall clock, in milliseconds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub duration_ms: Option<u64>,
 }
 
 impl PlannedFault {
-    /// Creates a fault at this message of a channel. A fault that affects the writer hits it before it sends the message.
+    /// Creates a fault at this message of a channel. If the fault affects the writer, it happens before the
+    /// message is sent.
     pub fn at_message(channel: &str, message: u64, action: Action) -> Self {
         Self {
             channel: channel.to_owned(),
@@ -141,7 +145,7 @@ impl PlannedFault {
         }
     }
 
-    /// How the writer is starved, or `None` if it is not.
+    /// How the writer is starved, or `None` for any other fault.
     pub fn starvation(&self) -> Option<Starvation> {
         let (share, duration_ms) = (self.share?, self.duration_ms?);
         (self.action == Action::Starve).then_some(Starvation { share, duration_ms })
@@ -166,8 +170,8 @@ impl PlannedFault {
     }
 }
 
-/// Faults in the order of a file. Several faults at the same message happen in turn, each after a further restart of the
-/// writer.
+/// Faults in the order of a file. If several faults affect the same message, they happen one after the other,
+/// each after another restart of the writer.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FaultPlan {
@@ -176,10 +180,10 @@ pub struct FaultPlan {
     pub fault: Vec<PlannedFault>,
 }
 
-/// Reasons why a fault plan is invalid.
+/// Why a fault plan is invalid.
 #[derive(Debug, thiserror::Error)]
 pub enum FaultPlanError {
-    /// Not TOML, an unknown key, or a value of the wrong type.
+    /// The text is not TOML, or has an unknown key or a value of the wrong type.
     #[error("{0}")]
     Toml(#[from] TomlError),
     /// An invalid value.
@@ -203,7 +207,7 @@ impl FaultPlan {
     /// Parses a plan for runs of this kind of navigator.
     ///
     /// # Errors
-    /// [`FaultPlanError`] with the fault, the key, and what was expected there.
+    /// [`FaultPlanError`], which names the fault, the key and what was expected.
     pub fn parse(text: &str, kind: &str) -> Result<Self, FaultPlanError> {
         let plan: Self = toml_text::read(text)?;
         if plan.fault.len() > MAX_FAULTS {

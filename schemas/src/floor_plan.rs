@@ -1,4 +1,4 @@
-//! The project's own vector floor plans, with the furniture, people and markers of a world.
+//! The project's own format for vector floor plans, with the furniture, people and markers of a world.
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
@@ -24,7 +24,7 @@ pub struct FloorPlan {
     /// Doors. Each one cuts a gap into every wall that it lies on.
     #[serde(default)]
     pub door: Vec<Door>,
-    /// Furniture, which is not in the sketch.
+    /// Furniture, which the sketch does not show.
     #[serde(default)]
     pub furniture: Vec<Furniture>,
     /// People who walk around.
@@ -47,8 +47,8 @@ impl FloorPlan {
         lines.flat_map(drawn).collect()
     }
 
-    /// Returns what the doors leave of a wall's line that extends `beyond_m` beyond its ends, as stretches in metres from
-    /// its start.
+    /// Returns what remains of a wall between its doors, as stretches in metres from the start of the wall's
+    /// line, which extends `beyond_m` beyond its ends.
     pub fn stretches(&self, line: &Segment, beyond_m: f64) -> Vec<[f64; 2]> {
         let gaps = self.door.iter().filter_map(|door| door.gap(line, self.wall_thickness_m));
         let (_, _, length_m) = direction(line);
@@ -68,8 +68,8 @@ impl Wall {
 }
 
 impl Door {
-    /// Returns the stretch of a wall's `line` that the door opens, in metres from the line's start, or `None` if the door
-    /// is not on the line.
+    /// Returns the stretch of a wall's `line` that the door opens, in metres from the line's start, or `None`
+    /// if the door does not lie on the line.
     pub fn gap(&self, line: &Segment, thickness_m: f64) -> Option<[f64; 2]> {
         let (start, along, length) = direction(line);
         let offset = Vector2::from(self.at) - start;
@@ -104,9 +104,9 @@ pub fn direction(line: &Segment) -> (Vector2<f64>, Vector2<f64>, f64) {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Marker {
-    /// Number of the marker, which no other marker has.
+    /// Unique number of the marker.
     pub id: u32,
-    /// Middle of the marker, on the face of a wall or a piece of furniture, in metres.
+    /// Centre of the marker, on the face of a wall or of a piece of furniture, in metres.
     pub at: [f64; 2],
     /// The direction that the marker faces, away from the wall, in degrees counter-clockwise from the x axis.
     pub facing_deg: f64,
@@ -118,7 +118,7 @@ pub struct Marker {
 pub struct Wall {
     /// Corners, in metres.
     pub points: Vec<[f64; 2]>,
-    /// Whether the last point is joined to the first.
+    /// Whether the last point is connected to the first.
     #[serde(default)]
     pub closed: bool,
 }
@@ -127,7 +127,7 @@ pub struct Wall {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Door {
-    /// Middle of the door on a wall's centre line, in metres.
+    /// Centre of the door, on the centre line of a wall, in metres.
     pub at: [f64; 2],
     /// Width of the opening, in metres.
     pub width_m: f64,
@@ -157,7 +157,7 @@ pub struct Furniture {
     pub radius_m: Option<f64>,
 }
 
-/// A person who walks back and forth along waypoints, and waits if a robot is in the way.
+/// A person who walks back and forth along waypoints, and waits while a robot is in the way.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Person {
@@ -168,7 +168,7 @@ pub struct Person {
     /// Radius of the body, in metres.
     #[serde(default = "person_radius")]
     pub radius_m: f64,
-    /// How long the person stays at each waypoint, in seconds.
+    /// How long the person stops at each waypoint, in seconds.
     #[serde(default)]
     pub pause_s: f64,
 }

@@ -1,8 +1,8 @@
-//! Planar geometry whose frame is part of the type.
+//! Planar geometry with frames checked at compile time.
 //!
-//! A [`Point`] or a [`Pose`] names the frame that it is expressed in. Metres are the unit
-//! of [`World`], [`Odom`] and [`Base`]; pixels are the unit of [`Sketch`]. Nothing here converts metres to pixels: only the
-//! local scale of a pose estimate relates the two.
+//! The type of a [`Point`] or a [`Pose`] includes the frame in which it is expressed. [`World`], [`Odom`] and
+//! [`Base`] are in metres, and [`Sketch`] is in pixels. Nothing here converts metres to pixels, because only
+//! the local scale of a pose estimate relates the two.
 
 use std::f64::consts::PI;
 use std::marker::PhantomData;
@@ -10,17 +10,19 @@ use std::marker::PhantomData;
 use nalgebra::{Rotation2, Vector2};
 use serde::{Deserialize, Serialize};
 
-/// The building's own frame: metres, x to the right, y up. Only the simulator and the judge know it.
+/// The frame of the building, in metres, with x to the right and y up. Known only to the simulator and the
+/// judge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct World;
-/// The frame of the odometry, in which the robot tracks its pose by counting wheel turns. In metres. Drifts relative to
-/// [`World`].
+/// The odometry frame, in metres. The robot tracks its pose in this frame by counting wheel turns, and the
+/// frame drifts relative to [`World`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Odom;
-/// The robot itself: metres, x forward, y to the left.
+/// The frame of the robot itself, in metres, with x forward and y to the left.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Base;
-/// The drawing, in pixels. The origin is the lower left corner of the lower left pixel, x points right and y **up**.
+/// The frame of the drawing, in pixels. The origin is the lower left corner of the lower left pixel, x points
+/// right and y **up**.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sketch;
 
@@ -51,7 +53,8 @@ impl<F> Point<F> {
         (other.y - self.y).atan2(other.x - self.x)
     }
 
-    /// Interpolates on the straight line to `other`: 0 for `part` yields `self`, and 1 yields `other`.
+    /// Interpolates along the straight line to `other`. If `part` is 0, the result is `self`, and if it is 1,
+    /// the result is `other`.
     pub fn towards(&self, other: &Self, part: f64) -> Self {
         Self::new(self.x + (other.x - self.x) * part, self.y + (other.y - self.y) * part)
     }

@@ -1,8 +1,9 @@
-//! The memory layout of messages, derived from their declarations.
+//! The memory layout of messages, which is derived from their declarations.
 //!
-//! The layout serves three purposes: the fingerprint in a channel's type name, the name of the field in which two recordings
-//! differ, and random samples. Messages have no padding, which their `Pod` derive guarantees, so an offset is the sum of the
-//! sizes before it. Reading a message never needs its layout; the struct is for that.
+//! The layout is used to compute the fingerprint in a channel's type name, to name the field in which two
+//! recordings differ, and to generate random samples. Messages have no padding, as their `Pod` derive
+//! guarantees, so an offset is the sum of the preceding sizes. To read a message, use its struct rather than
+//! the layout.
 
 use bytemuck::Pod;
 
@@ -39,7 +40,7 @@ pub enum Role {
     Count,
     /// A list. The named field contains the number of entries in use, and the rest are zero.
     Counted(&'static str),
-    /// Always zero. Takes the place of padding.
+    /// Always zero. Used in place of padding.
     Zero,
 }
 
@@ -100,7 +101,7 @@ pub struct Layout {
     pub fields: Vec<Field>,
 }
 
-/// A number or text inside a message, which is the smallest unit that has a name.
+/// A number or text inside a message, which is the smallest unit with a name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Leaf {
     /// Path of the leaf: `header.seq`, `ranges_m[3]`, `tasks[0].name`.
@@ -167,13 +168,14 @@ impl Layout {
         self.fields.iter().map(|f| f.kind.size()).sum()
     }
 
-    /// Returns the number or text to which the byte at `offset` belongs, or `None` if the offset is beyond the end.
+    /// Returns the number or text that contains the byte at `offset`, or `None` if the offset is beyond the
+    /// end.
     pub fn leaf_at(&self, offset: usize) -> Option<Leaf> {
         let field = self.fields.iter().rev().find(|f| f.offset <= offset)?;
         descend(field.name.to_owned(), &field.kind, field.offset, offset - field.offset)
     }
 
-    /// Returns every number and text in which two messages of this layout differ, in order.
+    /// Returns every number and text that differs between two messages of this layout, in order.
     pub fn differences<'a>(&'a self, a: &'a [u8], b: &'a [u8]) -> impl Iterator<Item = Leaf> + 'a {
         let mut from = 0;
         std::iter::from_fn(move || {
@@ -202,7 +204,7 @@ fn descend(path: String, kind: &Kind, start: usize, inside: usize) -> Option<Lea
 }
 
 impl Leaf {
-    /// The value in `message` as a number, or `None` for a text.
+    /// Returns the value in `message` as a number, or `None` for a text.
     pub fn number(&self, message: &[u8]) -> Option<f64> {
         let bytes = message.get(self.offset..self.offset + self.kind.size())?;
         match self.kind {
@@ -214,8 +216,8 @@ impl Leaf {
         }
     }
 
-    /// Formats the value in `message` for people. A NaN is followed by its bits, since NaNs print alike even if they
-    /// differ.
+    /// Formats the value in `message` for people to read. A NaN is followed by its bits, because NaNs print
+    /// alike even if they differ.
     pub fn show(&self, message: &[u8]) -> String {
         let bytes = message.get(self.offset..self.offset + self.kind.size()).unwrap_or_default();
         match (&self.kind, bytes.try_into(), bytes.try_into()) {

@@ -1,19 +1,21 @@
-//! Every message, channel and file format common to all navigators, declared once, and the macros with which each navigator
-//! declares its own.
+//! Declares every message, channel and file format common to all navigators, and provides the macros with
+//! which each navigator declares its own.
 //!
-//! - [`message`] has the structs as they are in shared memory, [`declare`] the macros that declare them, and [`codes`] the
-//!   enumerations whose numbers they contain.
-//! - [`declared`] declares messages and channels while the program runs.
-//! - [`layout`] derives their memory layout and [`ros2`] their ROS 2 form. [`valid`] checks their contents.
-//! - [`channels`] is the pipeline with the writer and the readers of each channel; [`erased`] handles messages as bytes.
-//! - [`geometry`] has frames and units, [`time`] seconds and nanoseconds.
-//! - [`mission`], [`floor_plan`], [`robot`] and [`fault_plan`] are the files that people write, which [`toml_text`] reads;
-//!   [`bounds`] limits the numbers in them.
-//! - [`shown`] makes text from outside safe to print, [`nearest`] guesses what a misspelt word meant, [`named`] finds tasks
-//!   by name, [`run`] is what a process receives at its start, [`seed`] has random streams, and [`statistics`] the intervals
-//!   of counts and means.
+//! - [`message`] defines the structs as they appear in shared memory, [`declare`] the macros that declare
+//!   them, and [`codes`] the enumerations whose numbers they contain.
+//! - [`declared`] declares messages and channels at run time.
+//! - [`layout`] derives the memory layout of messages, and [`ros2`] their ROS 2 form. [`valid`] checks their
+//!   contents.
+//! - [`channels`] describes the pipeline, with the writer and the readers of each channel. [`erased`] handles
+//!   messages as bytes.
+//! - [`geometry`] defines frames and units, and [`time`] converts between seconds and nanoseconds.
+//! - [`mission`], [`floor_plan`], [`robot`] and [`fault_plan`] define the files that people write.
+//!   [`toml_text`] reads them, and [`bounds`] limits the numbers in them.
+//! - [`shown`] makes text from outside safe to print, [`nearest`] guesses what a misspelt word meant, and
+//!   [`named`] finds tasks by name. [`run`] describes what a process receives at its start, [`seed`] provides
+//!   random streams, and [`statistics`] computes confidence intervals of counts and means.
 //!
-//! Nothing in this crate opens a file, reads a clock or depends on how a message travels.
+//! This crate does not read clocks or depend on how messages are transported.
 
 pub mod bounds;
 pub mod channels;

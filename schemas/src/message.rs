@@ -1,8 +1,8 @@
-//! The messages common to all navigators, as they are laid out in shared memory.
+//! The messages common to all navigators, laid out as in shared memory.
 //!
-//! Every message is a plain `#[repr(C)]` struct without padding, pointers or enums, so its bytes are its value: two runs that
-//! sent the same bytes sent the same messages. Text and lists have a fixed capacity and a count. The entries beyond the count
-//! are zero.
+//! Every message is a plain `#[repr(C)]` struct without padding, pointers or enums, so its bytes are its
+//! value: if two runs sent the same bytes, they sent the same messages. Text and lists have a fixed capacity
+//! and a count, and the entries beyond the count are zero.
 
 mod dots;
 mod markers;
@@ -17,7 +17,7 @@ use crate::valid::{self, Invalid};
 pub use dots::*;
 pub use markers::*;
 
-/// A message type: its name on the wire and a description of its layout.
+/// A message type, with its name on the wire and a description of its layout.
 ///
 /// # Safety
 /// Implemented only by `messages!`, which derives the layout from the declaration.
@@ -44,8 +44,8 @@ pub unsafe trait Message: Pod {
     /// The message's header, mutable.
     fn header_mut(&mut self) -> &mut Header;
 
-    /// Returns the name, the version and a fingerprint of the layout, which includes nested structs. Two builds that
-    /// disagree about a message therefore cannot connect to each other on a channel.
+    /// Returns the name, the version and a fingerprint of the layout, including nested structs. If two builds
+    /// disagree about a message, they therefore cannot connect to each other on its channel.
     fn type_name() -> String {
         format!("{}/{:016x}", Self::NAME, fingerprint(&Self::layout().expanded()))
     }
@@ -164,7 +164,7 @@ unsafe impl<const N: usize> Zeroable for Text<N> {}
 unsafe impl<const N: usize> Pod for Text<N> {}
 
 impl<const N: usize> Text<N> {
-    /// The text, cut at a character boundary if it is longer than `N` bytes.
+    /// The text, truncated at a character boundary if it is longer than `N` bytes.
     pub fn new(text: &str) -> Self {
         let mut end = text.len().min(N);
         while !text.is_char_boundary(end) {
@@ -175,7 +175,7 @@ impl<const N: usize> Text<N> {
         Self(bytes)
     }
 
-    /// The text of `words`, cut off like that of [`Text::new`]. Allocates nothing.
+    /// The text of `words`, truncated like that of [`Text::new`]. Does not allocate.
     pub fn of(words: impl std::fmt::Display) -> Self {
         let mut text = Appended { bytes: [0; N], length: 0 };
         // Cutting is not an error, so writing fails only if `words` itself does.
@@ -509,17 +509,18 @@ parts! {
     }
 }
 
-/// Where a person says that the robot is in the sketch.
+/// Where a person has placed the robot in the sketch.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Here {
     /// Position.
     pub at: Point<Sketch>,
-    /// Heading in radians, if one is given.
+    /// Heading in radians, if given.
     pub yaw_rad: Option<f64>,
 }
 
 impl MissionCommand {
-    /// Returns where a person says that the robot is, or `None` if the order is not `here` or a number is not finite.
+    /// Returns where a person has placed the robot, or `None` if the order is not `here` or a number is not
+    /// finite.
     pub fn here(&self) -> Option<Here> {
         let is_finite = self.here_px.iter().chain([&self.here_yaw_rad]).all(|number| number.is_finite());
         (self.order == Order::Here.code() && is_finite).then(|| Here {
@@ -528,7 +529,7 @@ impl MissionCommand {
         })
     }
 
-    /// Sets the robot's position and, if there is one, its heading.
+    /// Sets the robot's position and, if given, its heading.
     pub fn set_here(&mut self, here: &Here) {
         self.here_px = [here.at.x, here.at.y];
         self.here_yaw_rad = here.yaw_rad.unwrap_or_default();
@@ -537,7 +538,7 @@ impl MissionCommand {
 }
 
 impl LaserScan {
-    /// The ranges that are in use, without the unused rest of `ranges_m`.
+    /// The ranges in use, without the unused rest of `ranges_m`.
     pub fn ranges(&self) -> &[f32] {
         &self.ranges_m[..(self.beam_count as usize).min(MAX_BEAMS)]
     }
@@ -549,7 +550,7 @@ impl LaserScan {
 }
 
 impl SonarScan {
-    /// The ranges that are in use, without the unused rest of `ranges_m`.
+    /// The ranges in use, without the unused rest of `ranges_m`.
     pub fn ranges(&self) -> &[f32] {
         &self.ranges_m[..(self.sonar_count as usize).min(MAX_SONARS)]
     }
@@ -568,7 +569,7 @@ impl Odometry {
 }
 
 impl People {
-    /// The entries of `people` that are in use.
+    /// The entries of `people` in use.
     pub fn people(&self) -> &[WalkingPerson] {
         &self.people[..(self.count as usize).min(MAX_PEOPLE)]
     }

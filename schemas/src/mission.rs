@@ -1,7 +1,8 @@
-//! Mission files: which world, which robot, which navigator, which tasks.
+//! Mission files, which select a world, a robot, a navigator and tasks.
 //!
-//! A [`Mission`] has the keys that are common to all kinds of navigators. Keys that belong to one kind are kept as they are
-//! in the file ([`NavigatorChoice::given`], [`Task::given`]), and the kind reads and checks them.
+//! A [`Mission`] contains the keys that are common to all kinds of navigators. Keys that belong to one kind
+//! are kept as they are in the file ([`NavigatorChoice::given`], [`Task::given`]), and that kind reads and
+//! checks them.
 
 use std::collections::BTreeMap;
 use std::str::FromStr;
@@ -19,7 +20,7 @@ use crate::message::MAX_TASKS;
 use crate::nearest::{nearest, without_list};
 use crate::toml_text::{self, TomlError, in_words};
 
-/// A mission file, parsed from TOML by [`Mission::parse`]. Paths are relative to the file's folder.
+/// A mission file, parsed from TOML by [`Mission::parse`]. Paths are relative to the folder of the file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Mission {
@@ -30,7 +31,7 @@ pub struct Mission {
     pub description: String,
     /// `robotino`, `turtlebot3`, or the path of a robot file.
     pub robot: String,
-    /// The navigator that drives, and what a person provides for it.
+    /// The navigator to drive with, and what a person provides for it.
     pub navigator: NavigatorChoice,
     /// The true world.
     pub world: WorldSource,
@@ -39,7 +40,7 @@ pub struct Mission {
     /// The tasks, in order.
     #[serde(default)]
     pub task: Vec<Task>,
-    /// Parameters of the navigator's processes. A parameter that is left out keeps its default.
+    /// Parameters of the navigator's processes. Parameters that are left out keep their defaults.
     #[serde(default)]
     pub parameters: Parameters,
 }
@@ -51,7 +52,7 @@ pub struct WorldSource {
     /// A floor plan in the project's own format (TOML).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub floor_plan: Option<String>,
-    /// A map of ROS's map_server: a YAML file beside a PGM, PNG or BMP.
+    /// A map in the format of ROS's map_server: a YAML file next to a PGM, PNG or BMP.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub map: Option<String>,
     /// A plane of dots (TOML).
@@ -68,7 +69,7 @@ pub struct WorldSource {
     pub marker: Vec<Marker>,
 }
 
-/// The choice of the navigator that drives.
+/// The choice of a navigator.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NavigatorChoice {
     /// Name of the kind, such as `sketch`.
@@ -93,8 +94,8 @@ pub struct Start {
 pub struct Task {
     /// Name, shown to people: `0 → 1`.
     pub name: String,
-    /// The region of the true world that counts as the goal. It may be left out when driving by a drawing only, in which
-    /// case the robot's own report counts.
+    /// The region of the true world that counts as the goal. When driving by a drawing only, it may be left
+    /// out, in which case the robot's own report counts.
     #[serde(default, skip_serializing_if = "Place::is_unknown")]
     pub there: Place,
     /// Time limit, in seconds of simulation time.
@@ -109,7 +110,8 @@ fn time_limit_s() -> f64 {
     180.0
 }
 
-/// A region of the true world: `polygon`, or `center` with `radius_m`, or none of these if it is unknown.
+/// A region of the true world, given by `polygon`, or by `center` and `radius_m`, or by none of these if it
+/// is unknown.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Place {
@@ -124,7 +126,7 @@ pub struct Place {
     pub radius_m: Option<f64>,
 }
 
-/// Parameters by process. Each process has a table, which its stage checks.
+/// Parameters by process. Each process has a table, which is checked by its stage.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(try_from = "BTreeMap<String, toml::Table>")]
 pub struct Parameters(BTreeMap<String, toml::Table>);
@@ -136,7 +138,7 @@ impl Parameters {
         self.0.get(process.word()).unwrap_or(&EMPTY)
     }
 
-    /// Returns the parameters of a process: `usual` with the values that the mission sets.
+    /// Returns the parameters of a process, which are `usual` with the values set by the mission.
     ///
     /// # Errors
     /// [`MissionError::Key`] if the mission sets a key that `usual` does not have, or a value of the wrong type.
@@ -149,12 +151,12 @@ impl Parameters {
         overlaid(usual, self.of(process)).map_err(|error| MissionError::of_key(&key, &error))
     }
 
-    /// Returns the table of a process, mutable. Adds an empty one if the mission has none.
+    /// Returns the table of a process for modification. Adds an empty one if the mission has none.
     pub fn of_mut(&mut self, process: Process) -> &mut toml::Table {
         self.0.entry(process.word().to_owned()).or_default()
     }
 
-    /// Collects the parameters that are in force in the stages of some processes, including defaults.
+    /// Collects the values of all parameters, including defaults, of the stages of some processes.
     ///
     /// # Errors
     /// An error if TOML cannot express a value.
@@ -168,7 +170,8 @@ impl Parameters {
             .map(Self)
     }
 
-    /// Returns every parameter as `localizer.belief.hypotheses` with its value, sorted by name within a process.
+    /// Returns every parameter and its value, with names such as `localizer.belief.hypotheses`, sorted by
+    /// name within a process.
     pub fn all(&self) -> Vec<(String, &toml::Value)> {
         let mut all = Vec::new();
         for (process, table) in &self.0 {
@@ -177,7 +180,7 @@ impl Parameters {
         all
     }
 
-    /// Adds every key of `other`, replacing existing ones.
+    /// Adds all keys of `other`, replacing existing ones.
     pub fn extend(&mut self, other: &Self) {
         for (process, table) in &other.0 {
             lay_over(self.0.entry(process.clone()).or_default(), table);
@@ -235,7 +238,7 @@ fn overlaid<T: Serialize + DeserializeOwned>(base: &T, table: &toml::Table) -> R
     whole.try_into()
 }
 
-/// Parses a table that belongs to a kind of navigator. `key` is the table's name, for errors.
+/// Parses a table that belongs to a kind of navigator. `key` is the table's name, as used in errors.
 ///
 /// # Errors
 /// [`MissionError::Key`] if the table has a key that `T` does not have, lacks one that `T` needs, or has a value of the wrong
@@ -249,10 +252,12 @@ pub fn keys<T: DeserializeOwned>(key: &str, given: &toml::Table) -> Result<T, Mi
 #[serde(deny_unknown_fields)]
 pub struct NoKeys {}
 
-/// Checks that a table of a kind of navigator has no other keys than these. `key` is the table's name, for errors.
+/// Checks that a table of a kind of navigator has no keys but these. `key` is the table's name, as used in
+/// errors.
 ///
 /// # Errors
-/// [`MissionError::Key`] for the first other key, with the known key that was probably meant, or all of them.
+/// [`MissionError::Key`] for the first unknown key. The error suggests the key that was probably meant, or
+/// lists all of them.
 pub fn only(key: &str, given: &toml::Table, known: &[&str]) -> Result<(), MissionError> {
     let Some(other) = given.keys().find(|other| !known.contains(&other.as_str())) else { return Ok(()) };
     let reason = match nearest(other, known.iter().copied()) {
@@ -262,10 +267,10 @@ pub fn only(key: &str, given: &toml::Table, known: &[&str]) -> Result<(), Missio
     Err(MissionError::Key { key: format!("{key}.{other}"), reason })
 }
 
-/// Reasons why a mission is invalid.
+/// Why a mission is invalid.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MissionError {
-    /// Not TOML, an unknown key, or a value of the wrong type.
+    /// The text is not TOML, or has an unknown key or a value of the wrong type.
     #[error("{0}")]
     Toml(#[from] TomlError),
     /// An invalid value.
@@ -303,7 +308,7 @@ impl Mission {
     /// Parses a mission file and checks everything that is common to all kinds of navigators.
     ///
     /// # Errors
-    /// [`MissionError`] with the key and what was expected.
+    /// [`MissionError`], which names the key and what was expected.
     pub fn parse(text: &str) -> Result<Self, MissionError> {
         let file: toml::Table = toml_text::read(text)?;
         check_misspelt(&file)?;
@@ -313,7 +318,7 @@ impl Mission {
         Ok(mission)
     }
 
-    /// The kind of navigator that drives.
+    /// The kind of navigator to drive with.
     pub fn navigator_kind(&self) -> &str {
         &self.navigator.kind
     }
@@ -329,14 +334,14 @@ impl Mission {
     /// Parses the keys of each `[[task]]` that belong to the kind. If `T` denies unknown fields, so does this.
     ///
     /// # Errors
-    /// As [`keys`], with the number and the name of the task.
+    /// Any error of [`keys`], with the number and the name of the task.
     pub fn task_keys<T: DeserializeOwned>(&self) -> Result<Vec<T>, MissionError> {
         let numbered = (1..).zip(&self.task);
         numbered.map(|(number, task)| keys(&task_key(number, &task.name), &task.given)).collect()
     }
 
-    /// The files given to the navigator, each with its key. They are the values of the key `drawing` and of every key that
-    /// ends in `_file`, both in the table `navigator` and in tasks.
+    /// The files given to the navigator, each with its key. They are the values of the key `drawing` and of
+    /// every key that ends in `_file`, both in the table `navigator` and in tasks.
     pub fn navigator_files_mut(&mut self) -> impl Iterator<Item = (String, &mut String)> {
         let numbered = self.task.iter_mut().enumerate();
         let tasks = numbered.map(|(i, task)| (task_key(i + 1, &task.name), &mut task.given));
@@ -371,8 +376,8 @@ impl WorldSource {
     }
 }
 
-/// Rejects keys that were probably meant to be required ones, which would be reported as missing: the tables of navigators and
-/// tasks may have any other keys.
+/// Rejects keys that look like misspelt required ones. Without this check, the required key would be reported
+/// as missing, because the tables of navigators and tasks may have any other keys.
 fn check_misspelt(file: &toml::Table) -> Result<(), MissionError> {
     let navigator = file.get("navigator").map(|table| ("navigator".to_owned(), "kind", table));
     let tasks = file.get("task").and_then(toml::Value::as_array).into_iter().flatten();
@@ -457,7 +462,8 @@ impl Place {
         }
     }
 
-    /// The point from which the final error is measured: the given centre, or else the mean of the corners.
+    /// The point from which the final error is measured, which is the given centre or else the mean of the
+    /// corners.
     pub fn middle(&self) -> [f64; 2] {
         let mean = |polygon: &Vec<[f64; 2]>| {
             let n = polygon.len() as f64;
@@ -467,10 +473,10 @@ impl Place {
     }
 }
 
-/// Rejects TOML's `nan` and `inf`, which no key of a mission takes.
+/// Rejects TOML's `nan` and `inf`, which are not valid for any key of a mission.
 ///
 /// # Errors
-/// [`MissionError::Value`] with the key of the first such number.
+/// [`MissionError::Value`], which names the key of the first such number.
 pub fn check_finite(key: &str, value: &toml::Value) -> Result<(), MissionError> {
     match value {
         toml::Value::Float(number) => {
@@ -490,7 +496,7 @@ pub fn check_finite(key: &str, value: &toml::Value) -> Result<(), MissionError> 
     }
 }
 
-/// Checks an angle that a person wrote, in degrees.
+/// Checks an angle given in a file, in degrees.
 ///
 /// # Errors
 /// [`MissionError::Value`] if the angle is out of bounds.

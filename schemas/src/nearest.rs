@@ -1,16 +1,17 @@
 //! Guesses what was meant by an unknown word.
 
-/// Returns the word in `known` that is nearest to `word`, or `None` if it is too far away. The distance is the number of
-/// edits, of which there may be at most half as many as the known word has letters. An edit changes, adds or removes a
-/// letter, or swaps two neighbouring letters (optimal string alignment).
+/// Returns the word in `known` that is nearest to `word`, or `None` if none is near enough. The distance is
+/// the number of edits, and at most half as many edits are allowed as the known word has letters. An edit
+/// changes, adds or removes a letter, or swaps two neighbouring letters (optimal string alignment).
 pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let edits = known.into_iter().map(|known| (strsim::osa_distance(word, known), known));
     let near = edits.filter(|(edits, known)| 2 * edits <= known.chars().count().max(2) && !word.is_empty());
     near.min_by_key(|(edits, _)| *edits).map(|(_, known)| known)
 }
 
-/// Rewrites serde's message about an unknown key to suggest the key that was probably meant, instead of listing all keys. Any
-/// other message stays as it is, and so does one about a key that resembles none.
+/// Rewrites serde's message about an unknown key to suggest the key that was probably meant, instead of
+/// listing all keys. Any other message is left unchanged, as is a message about a key that does not resemble
+/// any other.
 pub(crate) fn without_list(message: &str) -> String {
     let mut quoted = message.strip_prefix("unknown field ").unwrap_or_default().split('`').skip(1).step_by(2);
     let unknown = quoted.next().unwrap_or_default();
@@ -20,13 +21,13 @@ pub(crate) fn without_list(message: &str) -> String {
     }
 }
 
-/// Returns the form in which names that people write are compared: in lower case, with single spaces.
+/// Returns a name as it is compared: in lower case, with single spaces.
 pub fn folded(name: &str) -> String {
     name.split_whitespace().collect::<Vec<_>>().join(" ").to_lowercase()
 }
 
-/// Returns the index of the name that was probably meant by an unknown one, as [`nearest`] does for words, or `None`. Case and
-/// spaces make no difference.
+/// Returns the index of the name that was probably meant by an unknown one, as [`nearest`] does for words, or
+/// `None`. Case and spaces are ignored.
 pub fn nearest_name(name: &str, known: &[&str]) -> Option<usize> {
     let all: Vec<_> = known.iter().map(|known| folded(known)).collect();
     let meant = nearest(&folded(name), all.iter().map(String::as_str))?;

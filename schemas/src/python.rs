@@ -1,6 +1,7 @@
 //! Generates the layouts of all channels as a Python module, the content of `python/sketchnav/_layouts.py`.
 //!
-//! A message is a NumPy structure of the same bytes, so a Python reader accesses shared memory directly.
+//! Each message becomes a NumPy structure with the same bytes, so a Python reader accesses shared memory
+//! directly.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;

@@ -25,13 +25,13 @@ pub struct Robot {
     pub name: String,
     /// Radius of the round footprint, or of the circle around a rectangular one, in metres.
     pub radius_m: f64,
-    /// The rectangular footprint. A robot without one is round.
+    /// The rectangular footprint, or `None` if the robot is round.
     pub footprint: Option<Footprint>,
     /// Mass, in kilograms.
     pub mass_kg: f64,
     /// The directions in which the robot can move.
     pub drive: Drive,
-    /// Instants per second as given in the file. Use [`Robot::tick_hz`] for the rate in force.
+    /// Instants per second as given in the file. Use [`Robot::tick_hz`] for the effective rate.
     pub tick_hz: Option<f64>,
     /// Maximum velocities and accelerations.
     pub limits: Limits,
@@ -43,11 +43,11 @@ pub struct Robot {
     pub camera: Option<MarkerCamera>,
     /// The camera that looks down on a plane of dots, if the robot has one.
     pub view: Option<DotCamera>,
-    /// How the robot strays from its commands over a plane of dots.
+    /// How the robot deviates from its commands over a plane of dots.
     pub motion_noise: Option<MotionNoise>,
-    /// The errors of the odometry, if the robot has one.
+    /// The errors of the odometry, if the robot has any odometry.
     pub odometry: Option<OdometryNoise>,
-    /// How the wheels slip on a floor. A robot without this moves exactly as commanded.
+    /// How the wheels slip on a floor. Without this, the robot moves exactly as commanded.
     pub slip: Option<WheelSlip>,
 }
 
@@ -85,10 +85,10 @@ pub struct Limits {
     pub yaw_acceleration_radps2: f64,
 }
 
-/// Reasons why a robot file is invalid.
+/// Why a robot file is invalid.
 #[derive(Debug, thiserror::Error)]
 pub enum RobotError {
-    /// Not TOML, an unknown key, or a value of the wrong type.
+    /// The text is not TOML, or has an unknown key or a value of the wrong type.
     #[error("{0}")]
     Toml(#[from] TomlError),
     /// An invalid value.
@@ -131,7 +131,7 @@ pub struct Fitted {
 type Bounded = (&'static str, f64, Bound);
 
 impl Robot {
-    /// Creates a round robot without sensors, whose motion has no errors.
+    /// Creates a round robot without sensors that moves exactly as commanded.
     pub fn bare(name: &str, radius_m: f64, mass_kg: f64, drive: Drive, limits: Limits) -> Self {
         Self {
             name: name.to_owned(),
@@ -154,7 +154,7 @@ impl Robot {
     /// Parses a robot file and checks it.
     ///
     /// # Errors
-    /// [`RobotError`] with the key and what was expected.
+    /// [`RobotError`], which names the key and what was expected.
     pub fn parse(text: &str) -> Result<Self, RobotError> {
         let robot: Self = toml_text::read(text)?;
         robot.check_numbers()?;
@@ -162,7 +162,7 @@ impl Robot {
         Ok(robot)
     }
 
-    /// Instants per second: `tick_hz` if the file gives it, otherwise the rate of the laser, otherwise 10.
+    /// Instants per second: `tick_hz` if the file sets it, otherwise the rate of the laser, otherwise 10.
     pub fn tick_hz(&self) -> f64 {
         self.tick_hz.or(self.laser.as_ref().map(|laser| laser.rate_hz)).unwrap_or(TICK_HZ)
     }
@@ -186,16 +186,16 @@ impl Robot {
         })
     }
 
-    /// Checks that the robot has the sensor of a table in the robot file.
+    /// Checks that the robot has the sensor that is described by this table of the robot file.
     ///
     /// # Errors
-    /// [`RobotError::Lacks`] if the robot has no such sensor.
+    /// [`RobotError::Lacks`] if the robot does not have the sensor.
     pub fn require(&self, table: &'static str) -> Result<(), RobotError> {
         let is_fitted = self.sensors().any(|sensor| sensor.table == table);
         if is_fitted { Ok(()) } else { Err(self.lacks(table)) }
     }
 
-    /// Returns the laser, or an error for callers that cannot do without one.
+    /// Returns the laser, or an error if the robot has none.
     ///
     /// # Errors
     /// [`RobotError::Lacks`] if the robot has no laser.
@@ -203,7 +203,7 @@ impl Robot {
         self.laser.as_ref().ok_or_else(|| self.lacks("laser"))
     }
 
-    /// Returns the ring of sonars, or an error for callers that cannot do without one.
+    /// Returns the ring of sonars, or an error if the robot has none.
     ///
     /// # Errors
     /// [`RobotError::Lacks`] if the robot has no sonars.
@@ -211,7 +211,7 @@ impl Robot {
         self.sonar.as_ref().ok_or_else(|| self.lacks("sonar"))
     }
 
-    /// Returns the marker camera, or an error for callers that cannot do without one.
+    /// Returns the marker camera, or an error if the robot has none.
     ///
     /// # Errors
     /// [`RobotError::Lacks`] if the robot has no marker camera.
@@ -225,7 +225,7 @@ impl Robot {
         self.footprint.map_or(round, |Footprint { length_m, width_m }| [length_m / 2.0, width_m / 2.0])
     }
 
-    /// Returns the odometry, or an error for callers that cannot do without one.
+    /// Returns the odometry, or an error if the robot has none.
     ///
     /// # Errors
     /// [`RobotError::Lacks`] if the robot has no odometry.
@@ -233,7 +233,7 @@ impl Robot {
         self.odometry.as_ref().ok_or_else(|| self.lacks("odometry"))
     }
 
-    /// Returns the camera that looks down on a plane of dots, or an error for callers that cannot do without one.
+    /// Returns the camera that looks down on a plane of dots, or an error if the robot has none.
     ///
     /// # Errors
     /// [`RobotError::Lacks`] if the robot has no such camera.
@@ -245,11 +245,11 @@ impl Robot {
         RobotError::Lacks { robot: self.name.clone(), key }
     }
 
-    /// Checks that every number is within its bounds. [`Robot::parse`] does this already, so only a robot from elsewhere
-    /// needs the check.
+    /// Checks that every number is within its bounds. [`Robot::parse`] already does this, so the check is
+    /// only needed for robots created in other ways.
     ///
     /// # Errors
-    /// [`RobotError::Value`] with the key and what was expected.
+    /// [`RobotError::Value`], which names the key and what was expected.
     pub fn check_numbers(&self) -> Result<(), RobotError> {
         let limits = &self.limits;
         within(&[

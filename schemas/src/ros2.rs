@@ -1,17 +1,17 @@
-//! The ROS 2 form of every message, encoded as little-endian CDR after the four bytes of the encapsulation header. Standard
-//! message types are used where they exist, and `sketchnav_msgs` otherwise.
+//! The ROS 2 form of every message, encoded as little-endian CDR after the four bytes of the encapsulation
+//! header. Where a standard message type exists, it is used; all others are in `sketchnav_msgs`.
 //!
-//! A message converts into its ROS 2 form and back into exactly the same bytes. A message that could not be converted back is
-//! rejected with an error and not written. The form leaves out `header.seq`, which is the sequence number of the recorded
-//! message, and the zeros beyond the counts.
+//! A message is converted into its ROS 2 form and back into exactly the same bytes. A message that could not
+//! be converted back is rejected with an error instead of being written. The form leaves out `header.seq`,
+//! which is the sequence number of the recorded message, and the zeros beyond the counts.
 //!
-//! The forms of `sketchnav_msgs`, the conversions and the `.msg` texts are generated from the declarations of the messages. A
-//! [`Field`] travels in the form of its type, or in a [`Way`] that the declaration names. Messages that are, or contain,
-//! standard ROS 2 messages are mapped by hand. `standard.rs` has those that are common to all navigators, and [`parts`] has
-//! the pieces that such mappings need.
+//! The forms of `sketchnav_msgs`, the conversions and the `.msg` texts are generated from the declarations of
+//! the messages. A [`Field`] is converted according to its type, or in a [`Way`] that the declaration names.
+//! Messages that are, or contain, standard ROS 2 messages are mapped by hand: those common to all navigators
+//! in `standard.rs`, with the help of [`parts`].
 //!
-//! [`definitions`] has the `.msg` texts and [`transforms`] the transforms that viewers need in addition to the messages.
-//! `derived` expresses the content of our own messages in standard ones.
+//! [`definitions`] contains the `.msg` texts, and [`transforms`] the transforms that viewers need in addition
+//! to the messages. `derived` expresses the content of our own messages as standard ones.
 
 pub mod definitions;
 pub mod derived;
@@ -40,9 +40,10 @@ use crate::message::Message;
 
 /// The encapsulation header of little-endian CDR.
 pub const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
-/// Tolerance for numbers that can only be 0 in a message of this project, such as the x and y of an orientation.
+/// Tolerance for numbers that can only be 0 in this project's messages, such as the x and y of an
+/// orientation.
 pub const ROUNDING: f64 = 1e-9;
-/// What errors expect of such numbers.
+/// What errors say was expected of such numbers.
 pub const PLANAR: &str = "0, as in a planar pose without tilt or covariance";
 
 /// A message with a ROS 2 form.
@@ -52,9 +53,9 @@ pub trait Ros2: Message {
     /// ROS 2 type, `package/msg/Type`.
     const TYPE: &'static str;
 
-    /// Converts the message into its ROS 2 form, using the memory of `spare`, which is an earlier form of any content or
-    /// the default. Allocates only if `spare` has less room than the message can fill. `cells` is the slice that follows
-    /// the message and is empty if the channel has none.
+    /// Converts the message into its ROS 2 form, reusing the memory of `spare`, which is the form of any
+    /// earlier message or the default. Allocates only if `spare` has less room than the message can fill.
+    /// `cells` is the slice that follows the message, and is empty if the channel has none.
     ///
     /// # Errors
     /// [`Ros2Error`] if the message contains something that the form cannot express.
@@ -87,7 +88,8 @@ pub trait Ros2: Message {
     /// Appends the message in CDR to `out`, which should be empty because alignment is counted from its start.
     ///
     /// # Errors
-    /// [`Ros2Error`] if decoding would not yield the same message. The content of `out` is then unusable.
+    /// [`Ros2Error`] if decoding would not yield the same message. In that case, the content of `out` is
+    /// unusable.
     fn to_cdr(&self, cells: &[u8], out: &mut Vec<u8>) -> Result<(), Ros2Error> {
         self.to_cdr_by(cells, &mut Self::Form::default(), out)
     }
@@ -102,12 +104,12 @@ pub trait Ros2: Message {
         encode(form, out)
     }
 
-    /// Decodes the message number `seq`, and the slice that follows it, from `bytes`. Allocates at most a few times the length
-    /// of `bytes` plus the size of the message.
+    /// Decodes message number `seq`, and the slice that follows it, from `bytes`. Allocates at most a few
+    /// times the length of `bytes` plus the size of the message.
     ///
     /// # Errors
-    /// [`Ros2Error::Rounded`] if `bytes` differ from what [`Ros2::to_cdr`] would have written only by rounding errors, and
-    /// another [`Ros2Error`] if they differ in any other way.
+    /// [`Ros2Error::Rounded`] if `bytes` differ from what [`Ros2::to_cdr`] would have written only by
+    /// rounding errors, or another [`Ros2Error`] if they differ in any other way.
     fn from_cdr(bytes: &[u8], seq: u64) -> Result<(Self, Vec<u8>), Ros2Error> {
         let (message, cells) = Self::from_ros2(decode::<Self::Form>(bytes)?, seq)?;
         let mut again = Vec::with_capacity(bytes.len());
@@ -130,7 +132,7 @@ pub fn encode<F: Serialize>(form: &F, out: &mut Vec<u8>) -> Result<(), Ros2Error
 /// Decodes any ROS 2 form from CDR.
 ///
 /// # Errors
-/// [`Ros2Error`] if the bytes are cut off, too many, or not little-endian CDR.
+/// [`Ros2Error`] if the bytes are truncated, too many, or not little-endian CDR.
 pub fn decode<F: DeserializeOwned>(bytes: &[u8]) -> Result<F, Ros2Error> {
     decode_by(PhantomData::<F>, bytes)
 }
@@ -174,7 +176,7 @@ fn foreign(kind: &'static str, bytes: &[u8], exact: Vec<u8>) -> Ros2Error {
     }
 }
 
-/// Reasons why a message cannot be converted into its ROS 2 form, or a form into a message.
+/// Why a message cannot be converted into its ROS 2 form, or a form into a message.
 #[derive(Debug, thiserror::Error)]
 pub enum Ros2Error {
     /// Not little-endian CDR.
@@ -183,7 +185,7 @@ pub enum Ros2Error {
         /// The first bytes.
         found: Vec<u8>,
     },
-    /// CDR that is cut off, or text that is not UTF-8.
+    /// The CDR is truncated, or a text in it is not UTF-8.
     #[error("not the CDR of the message: {0}")]
     Cdr(#[from] cdr_encoding::Error),
     /// More bytes than the message has.
@@ -200,7 +202,7 @@ pub enum Ros2Error {
         /// The CDR of the same message with these numbers set to 0.
         exact: Vec<u8>,
     },
-    /// A number that can only be 0 in the message is not, for example because an orientation is tilted.
+    /// A number that must be 0 in the message is not, for example because an orientation is tilted.
     #[error("{kind}: byte {offset}: expected {PLANAR}, found {found}")]
     NotZero {
         /// The ROS 2 type.

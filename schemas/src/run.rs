@@ -1,4 +1,5 @@
-//! The description of a run that every process of a system gets at its start: the resolved mission, the seed, the pace.
+//! The description of a run that every process of a system receives at its start: the resolved mission, the
+//! seed and the pace.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,7 +14,7 @@ use crate::robot::Robot;
 pub enum Pace {
     /// The world takes a step as soon as the command for the previous step has arrived.
     Lockstep,
-    /// The world follows the clock, whether or not the services keep up.
+    /// The world follows the wall clock, whether or not the services keep up.
     RealTime {
         /// Simulated seconds per second.
         speed: f64,
@@ -29,8 +30,8 @@ pub enum Pad {
     Absent,
     /// The page shows the mission and can abort and continue it.
     Watches,
-    /// The drawing and the tasks come from the page instead of the mission, as often as they are sent. The run continues
-    /// until it is interrupted.
+    /// The drawing and the tasks come from the page instead of the mission, and may be sent again at any
+    /// time. The run continues until it is interrupted.
     Draws,
 }
 
@@ -46,7 +47,7 @@ impl Pad {
     }
 }
 
-/// The limits at which a growing recording continues in a new file, as soon as either is reached.
+/// The limits at which a growing recording is continued in a new file. Whichever is reached first applies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Split {
@@ -71,8 +72,8 @@ impl Split {
     }
 }
 
-/// The description of a run. The supervisor writes it to `run.json` in the system's folder, and every process reads it from
-/// there.
+/// The description of a run. The supervisor writes it to `run.json` in the folder of the system, and every
+/// process reads it from there.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RunConfig {
@@ -80,12 +81,12 @@ pub struct RunConfig {
     pub system: String,
     /// The mission. Its paths are absolute, or names inside the recording `files_of`.
     pub mission: Mission,
-    /// The method by which the navigator drives, resolved at launch. Never empty in a running system. It is empty in runs
-    /// within one process, and in some recordings of earlier versions.
+    /// The method by which the navigator drives, resolved at launch. It is never empty in a running system,
+    /// but it is in runs within one process and in some recordings of earlier versions.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub method: String,
-    /// The recording that contains the files of the mission, or `None` if they are on disk. Only the processes of a running
-    /// system use this; it has no meaning in a recording.
+    /// The recording that contains the files of the mission, or `None` if they are on disk. Only the
+    /// processes of a running system use this, and it has no meaning in a recording.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub files_of: Option<String>,
     /// The robot that the mission names.
@@ -96,23 +97,23 @@ pub struct RunConfig {
     pub pace: Pace,
     /// Path of the recording, or `None` if nothing is recorded.
     pub recording: Option<String>,
-    /// The limits at which the recording continues in a new file.
+    /// The limits at which the recording is continued in a new file.
     #[serde(default, skip_serializing_if = "Split::is_never")]
     pub split: Split,
     /// Whether people take part through the pad's page.
     #[serde(default, skip_serializing_if = "Pad::is_absent")]
     pub pad: Pad,
-    /// The services that the supervisor does not start, because they are started by hand or a robot's driver replaces the
-    /// world.
+    /// The services that the supervisor does not start, because they are started by hand or because a robot's
+    /// driver replaces the world.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub without: Vec<Process>,
-    /// Planned faults of the run's messages and processes, each of which happens once.
+    /// Planned faults of messages and processes of the run, each of which happens once.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub faults: Vec<PlannedFault>,
 }
 
 impl RunConfig {
-    /// Creates a run in lockstep without a recording, for runs within one process and for tests.
+    /// Creates a run in lockstep without a recording. Used for tests and for runs within one process.
     pub fn lockstep(system: &str, mission: Mission, robot: Robot, seed: u64) -> Self {
         Self {
             system: system.to_owned(),

@@ -1,8 +1,9 @@
-//! Random valid messages, for testing whatever carries messages. Never part of a running system. The module also has a kind
-//! of navigator for such tests, [`example`], and [`rejected`], which tests the checks of messages.
+//! Random valid messages, for testing code that carries messages. Not used in a running system. The module
+//! also defines a kind of navigator for such tests, [`example`], and [`rejected`], which tests the checks of
+//! messages.
 //!
-//! A sample is random in every bit that a message is free to choose. Its floats are arbitrary, including infinities and NaN
-//! with any payload.
+//! A sample is random in every bit that a message does not determine. Its floats are arbitrary, including
+//! infinities and NaN with any payload.
 
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
@@ -94,7 +95,7 @@ fn write_u32(bytes: &mut [u8], offset: usize, value: u32) {
 /// A way to spoil a message.
 pub type Spoil<T> = fn(&mut T);
 
-/// Asserts that a message is valid, and that each of these ways of spoiling it makes it invalid.
+/// Asserts that a message is valid, and that each of these changes makes it invalid.
 ///
 /// # Panics
 /// Panics if that is not so.
@@ -107,7 +108,8 @@ pub fn rejected<T: Message>(valid: T, spoils: &[Spoil<T>]) {
     }
 }
 
-/// The channels of a kind of navigator that exists only for testing code that carries every navigator's messages.
+/// The channels of a kind of navigator that only exists for testing code that carries every navigator's
+/// messages.
 pub mod example {
     use crate::channels;
     use crate::declare::{channels, messages};

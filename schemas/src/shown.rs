@@ -1,21 +1,21 @@
 //! Makes text from outside safe to show on a terminal, on a page or in a picture.
 //!
-//! Names of files and tasks, keys of a mission and words inside a recording may come from anyone. A terminal obeys the
-//! control characters in such text. Bidirectional controls and zero-width characters make it read as something else, and a
-//! line break inside a name starts what looks like a line of our own. All of these are shown as JSON escapes (`\u001b`), so
-//! that a JSON object that is filtered keeps its meaning.
+//! Names of files and tasks, keys of a mission and words inside a recording may come from anyone. A terminal
+//! obeys the control characters in such text, bidirectional controls and zero-width characters make it read
+//! as something else, and a line break inside a name starts what looks like a line of our own output. All of
+//! these are shown as JSON escapes (`\u001b`), so that a JSON object keeps its meaning when it is filtered.
 //!
-//! Everything printed passes through here as it is written: [`say!`](crate::say) and the printing macros of the command line
-//! use [`one_line`]. Our own styles are added to the result.
+//! All output is filtered here as it is written: [`say!`](crate::say) and the printing macros of the command
+//! line use [`one_line`]. Our own styles are added afterwards.
 
 use std::fmt::{self, Arguments, Display, Formatter, Write};
 use std::io;
 
-/// Displays text on one line. Line breaks in it are escaped, too.
+/// Displays text on one line. Line breaks in it are escaped as well.
 #[derive(Debug, Clone, Copy)]
 pub struct OneLine<T>(pub T);
 
-/// Displays text that has line breaks of our own, such as a table or a page.
+/// Displays text with line breaks of our own, such as a table or a page.
 #[derive(Debug, Clone, Copy)]
 pub struct Lines<T>(pub T);
 
@@ -81,8 +81,8 @@ fn is_escaped(c: char, breaks_lines: bool) -> bool {
     }
 }
 
-/// Returns true if a character beyond ASCII is visible or a space. Invisible ones are Unicode's format characters
-/// (bidirectional controls, joiners, zero-width spaces, tags), line separators, and unassigned characters.
+/// Returns true if a character beyond ASCII is visible or a space. Unicode's format characters (bidirectional
+/// controls, joiners, zero-width spaces, tags), line separators and unassigned characters are invisible.
 fn is_seen(c: char) -> bool {
     let is_space = c.is_whitespace() && !matches!(c, '\u{2028}' | '\u{2029}');
     // The standard library knows which characters are invisible, but its method for a single character also escapes marks

@@ -1,11 +1,12 @@
-//! Statistics of counts and numbers: rates and means with their confidence intervals.
+//! Statistics: rates and means with their confidence intervals.
 
 use std::f64::consts::PI;
 
 /// The 97.5 % point of the normal distribution, with which an interval contains the true rate in 95 % of all cases.
 const Z: f64 = 1.959_963_984_540_054;
 
-/// Wilson's interval for a rate, from 0 to 1 (E. B. Wilson, JASA 22, 1927). With no attempts it is the whole range.
+/// Wilson's interval for a rate, from 0 to 1 (E. B. Wilson, JASA 22, 1927). With no attempts, it is the whole
+/// range.
 pub fn wilson(successes: usize, attempts: usize) -> [f64; 2] {
     if attempts == 0 {
         return [0.0, 1.0];
@@ -23,7 +24,8 @@ pub fn mean(numbers: &[f64]) -> f64 {
     numbers.iter().sum::<f64>() / numbers.len().max(1) as f64
 }
 
-/// The median, or `None` if there are no numbers. For an even count, it is the mean of the two in the middle.
+/// The median, or `None` if there are no numbers. For an even count, it is the mean of the two middle
+/// numbers.
 pub fn median(numbers: &[f64]) -> Option<f64> {
     let mut sorted = numbers.to_vec();
     sorted.sort_by(f64::total_cmp);

@@ -1,4 +1,4 @@
-//! Simulation time. Messages have nanoseconds; people read and write seconds.
+//! Simulation time, which is in nanoseconds in messages and in seconds in files and output.
 
 /// Nanoseconds in a second.
 pub const NS_PER_S: u64 = 1_000_000_000;

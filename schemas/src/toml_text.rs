@@ -1,4 +1,4 @@
-//! Reads TOML that people write. Errors are in the words of such a file instead of Rust's.
+//! Reads TOML that people write. Errors use the terms of TOML rather than those of Rust.
 
 use serde::de::DeserializeOwned;
 
@@ -9,7 +9,7 @@ const NUMBERS: [(&[&str], &str); 3] = [
     (&["i8", "i16", "i32", "i64", "isize"], "a whole number"),
 ];
 
-/// The text is not TOML, has an unknown key, or a value of the wrong type. The message shows the line.
+/// The text is not TOML, or has an unknown key or a value of the wrong type. The message shows the line.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct TomlError(String);
@@ -23,12 +23,13 @@ impl From<toml::de::Error> for TomlError {
 /// Parses a file.
 ///
 /// # Errors
-/// [`TomlError`] with the place in the text.
+/// [`TomlError`], which gives the place in the text.
 pub fn read<T: DeserializeOwned>(text: &str) -> Result<T, TomlError> {
     Ok(toml::from_str(text)?)
 }
 
-/// Rewrites what messages of serde expect: `a number` instead of `f64`, `a list of 2` instead of `an array of length 2`.
+/// Rewrites serde's description of what it expected: `a number` instead of `f64`, `a list of 2` instead of
+/// `an array of length 2`.
 pub fn in_words(message: &str) -> String {
     let lines = message.split('\n').map(|line| match line.rsplit_once(", expected ") {
         Some((found, expected)) if line.starts_with("invalid ") => {

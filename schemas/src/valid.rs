@@ -1,10 +1,11 @@
-//! Checks of the contents of messages. [`check`](crate::message::Message::check) calls the function that the message's
-//! declaration names; the functions for messages common to all navigators are in this file. The type of a channel is checked
-//! when the channel is opened, but the contents are whatever its writer put there, and the writer may be a real robot's
-//! driver.
+//! Checks the contents of messages. [`check`](crate::message::Message::check) calls the function named in the
+//! message's declaration, and this file defines those for messages common to all navigators. Although the
+//! type of a channel is checked when the channel is opened, its contents are whatever its writer put there,
+//! and the writer may be a real robot's driver.
 //!
-//! Readers reject counts beyond the capacity of a list, numbers that are not finite, and headings that are not a rotation.
-//! Every valid message can be recorded. Ranges follow REP 117: +∞ is no return, −∞ is too near, and NaN is invalid.
+//! Readers reject counts beyond the capacity of a list, numbers that are not finite, and headings that are
+//! not a rotation. Every valid message can be recorded. Ranges follow REP 117: +∞ means that nothing
+//! returned, −∞ that the object was too near, and NaN that the reading is invalid.
 
 use crate::message::{
     DotView, Header, LaserScan, MAX_DOTS, MAX_MARKERS, MarkerView, Odometry, PoseM, SonarScan, Tick, Twist,
@@ -45,7 +46,7 @@ pub type Checked = Result<(), Invalid>;
 /// Checks a condition.
 ///
 /// # Errors
-/// [`Invalid`] with the field if the condition does not hold.
+/// [`Invalid`], which names the field, if the condition does not hold.
 pub fn ensure(holds: bool, field: &'static str, expected: &'static str, found: impl Into<f64>) -> Checked {
     if holds { Ok(()) } else { Err(Invalid { field, expected, found: found.into() }) }
 }
@@ -53,7 +54,7 @@ pub fn ensure(holds: bool, field: &'static str, expected: &'static str, found: i
 /// Checks that a count is within a capacity.
 ///
 /// # Errors
-/// [`Invalid`] with the field if the count is above the capacity.
+/// [`Invalid`], which names the field, if the count is above the capacity.
 pub fn count(field: &'static str, found: u32, capacity: usize) -> Checked {
     ensure(found as usize <= capacity, field, "a count within the capacity", found)
 }
@@ -61,7 +62,7 @@ pub fn count(field: &'static str, found: u32, capacity: usize) -> Checked {
 /// Checks that numbers are finite and below [`FAR`] in magnitude.
 ///
 /// # Errors
-/// [`Invalid`] with the field and the first number that is not.
+/// [`Invalid`], which gives the field and the first number that is not.
 pub fn near(field: &'static str, numbers: impl IntoIterator<Item = impl Into<f64>>) -> Checked {
     numbers.into_iter().map(Into::into).try_for_each(|v: f64| ensure(v.abs() < FAR, field, NEAR, v))
 }
@@ -69,7 +70,7 @@ pub fn near(field: &'static str, numbers: impl IntoIterator<Item = impl Into<f64
 /// Checks that a number is in a range.
 ///
 /// # Errors
-/// [`Invalid`] with the field if the number is outside the range.
+/// [`Invalid`], which names the field, if the number is outside the range.
 pub fn within(
     field: &'static str,
     range: impl std::ops::RangeBounds<f64>,
@@ -130,8 +131,8 @@ pub(crate) fn view(view: &DotView) -> Checked {
     within("margin_m", 0.0..FAR, "a length, 0 or above", view.margin_m)
 }
 
-/// Checks that a driver can have reached these numbers by this tick. A wrong number would be harmful, because a reader of a
-/// tick waits for the messages that it names.
+/// Checks that a driver can have reached these numbers by this tick. Wrong numbers would do harm, because a
+/// reader of a tick waits for the messages that it refers to.
 pub(crate) fn tick(tick: &Tick) -> Checked {
     timely(&tick.header)?;
     let most = tick.header.seq.saturating_mul(MOST_READINGS);
@@ -185,7 +186,7 @@ fn ranges(all: &[f32], counted: u32) -> Checked {
 /// Checks that numbers increase.
 ///
 /// # Errors
-/// [`Invalid`] with the first number that is not above the one before.
+/// [`Invalid`], which gives the first number that is not above the one before.
 pub fn in_order(ids: impl Iterator<Item = u32> + Clone) -> Checked {
     let mut pairs = ids.clone().zip(ids.skip(1));
     pairs
@@ -208,7 +209,7 @@ fn twist(twist: &Twist) -> Checked {
 /// Checks that z and w are those of a unit quaternion.
 ///
 /// # Errors
-/// [`Invalid`] with the field and the length of the quaternion.
+/// [`Invalid`], which gives the field and the length of the quaternion.
 pub fn rotation(field: &'static str, [z, w]: [f64; 2]) -> Checked {
     let length = z.hypot(w);
     ensure((length - 1.0).abs() < OFF_UNIT, field, "an orientation of length 1", length)

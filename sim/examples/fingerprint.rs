@@ -1,5 +1,6 @@
-//! Prints a fingerprint of everything that the sensors report, for each mission that ships and each robot. It must be the same
-//! before and after a change that is meant to be bit-identical. `cargo run --example fingerprint -p sketchnav-sim`.
+//! Prints a fingerprint of everything that the sensors report, for each mission and each robot in the
+//! repository. It must be the same before and after a change that is meant to be bit-identical.
+//! `cargo run --example fingerprint -p sketchnav-sim`.
 
 #[path = "../tests/support/mod.rs"]
 mod support;

@@ -1,8 +1,8 @@
 //! Corridors with markers on their walls: straight ones as in Patil 2019, 5.3, and ones with corners, a junction and closed
 //! ends. A [`Corridor`] generates the floor plan, and [`Corridor::drives`] lists the drives through it.
 //!
-//! Lengths that the thesis does not give are chosen here: how far the walls extend beyond a drive, and where the markers hang.
-//! [`Corridor::published`] derives them from what the thesis says about its own corridor.
+//! Lengths that the thesis does not give are chosen here: how far the walls extend beyond a drive, and where
+//! the markers hang. [`Corridor::published`] derives them from the description of the corridor in the thesis.
 
 use sketchnav_schemas::floor_plan::{FloorPlan, Marker, Wall};
 use sketchnav_schemas::geometry::{Pose, World};
@@ -52,7 +52,7 @@ pub enum Placement {
     Staggered,
 }
 
-/// Relative number of markers on the two walls.
+/// Ratio of the numbers of markers on the two walls.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Numbers {
     /// Both walls have the same number.
@@ -73,7 +73,7 @@ pub struct Corridor {
     pub width_m: f64,
     /// Placement of the markers.
     pub placement: Placement,
-    /// Relative number of markers on the two walls.
+    /// Ratio of the numbers of markers on the two walls.
     pub numbers: Numbers,
     /// Distance between neighbouring markers on the same wall, in metres. With [`Numbers::More`], this is the right wall.
     pub spacing_m: f64,
@@ -132,7 +132,7 @@ impl Corridor {
         }
     }
 
-    /// Returns the corridors that ship in `sim/missions/corridor`.
+    /// Returns the corridors in `sim/missions/corridor`.
     pub fn shipped() -> Vec<Self> {
         let mut all = Vec::new();
         for width_m in [1.6, 2.0, 2.4, 3.0] {

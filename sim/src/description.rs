@@ -1,5 +1,5 @@
-//! The objects and people in a world, ready for physics, range sensors and pictures. Coordinates are in metres, in frame
-//! `World`.
+//! The objects and people in a world, prepared for physics, range sensors and pictures. Coordinates are in
+//! metres, in frame `World`.
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
@@ -11,7 +11,7 @@ use crate::convex::{Convex, Segment};
 use crate::error::{SimError, check, check_within};
 use crate::ros_map::{OccupancyMap, TRANSPARENT};
 
-/// A floor, as made by [`crate::floor_plan::describe`] or [`crate::ros_map::OccupancyMap::describe`].
+/// A floor, as created by [`crate::floor_plan::describe`] or [`crate::ros_map::OccupancyMap::describe`].
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct WorldDescription {
     /// Name of the floor, for people.
@@ -76,7 +76,7 @@ impl WorldDescription {
     /// Checks that the robot starts on free floor.
     ///
     /// # Errors
-    /// [`SimError::Value`] with the position, and with what is there instead.
+    /// [`SimError::Value`], which gives the position and what was found there.
     pub fn check_start(&self, at: [f64; 2]) -> Result<(), SimError> {
         let in_map = self.map.as_ref().filter(|map| map.extent().meets(&Extent::of([at])));
         let (expected, what) = match in_map {
@@ -89,11 +89,12 @@ impl WorldDescription {
         Err(SimError::Value { key: "start.world".into(), expected, found })
     }
 
-    /// Checks that the `there` of each task overlaps the area within the walls and, on a map, free floor. Otherwise no robot
-    /// could ever get there.
+    /// Checks that the `there` of each task overlaps the area within the walls and, on a map, free floor.
+    /// Otherwise, no robot could ever get there.
     ///
     /// # Errors
-    /// [`SimError::Value`] with the task, the area, and the extent of the walls or what is there instead.
+    /// [`SimError::Value`], which gives the task, the area, and the extent of the walls or what was found
+    /// there.
     pub fn check_places(&self, tasks: &[Task]) -> Result<(), SimError> {
         let walls = self.extent();
         for (i, Task { name, there, .. }) in tasks.iter().enumerate() {
@@ -120,8 +121,8 @@ impl WorldDescription {
     /// Adds furniture to the world.
     ///
     /// # Errors
-    /// [`SimError::Value`] with the number and the name of a piece that has no shape, more than one shape, or an impossible
-    /// one.
+    /// [`SimError::Value`], which gives the number and the name of a piece that has no shape, more than one
+    /// shape, or an impossible one.
     pub fn add_furniture(&mut self, furniture: &[Furniture]) -> Result<(), SimError> {
         let count = self.furniture.len() + furniture.len();
         check(count <= bounds::MOST_FURNITURE, "furniture", "at most 2000 pieces", count)?;
@@ -135,7 +136,8 @@ impl WorldDescription {
     /// Adds markers to the world. The walls and furniture that they hang on must be added first.
     ///
     /// # Errors
-    /// [`SimError::Value`] with the number of a marker that is inside a wall, is on no face, or has the same number as another.
+    /// [`SimError::Value`], which gives the number of a marker that is inside a wall, is not on any face, or
+    /// has the same number as another.
     pub fn add_markers(&mut self, markers: &[Marker]) -> Result<(), SimError> {
         let count = self.markers.len() + markers.len();
         check(count <= bounds::MOST_MARKERS, "marker", "at most 1000 markers", count)?;
@@ -174,7 +176,7 @@ impl WorldDescription {
     /// Adds people to the world.
     ///
     /// # Errors
-    /// [`SimError::Value`] with the number of the person and what was expected.
+    /// [`SimError::Value`], which gives the number of the person and what was expected.
     pub fn add_people(&mut self, people: &[Person]) -> Result<(), SimError> {
         let count = self.people.len() + people.len();
         check(count <= bounds::MOST_PEOPLE, "person", "at most 100 people", count)?;

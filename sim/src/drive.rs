@@ -1,5 +1,5 @@
-//! How a drive follows a command: it approaches the commanded velocity as fast as its limits allow, and wheel slip makes the
-//! robot stray from it.
+//! How a drive follows a command: it approaches the commanded velocity as fast as its limits allow, while
+//! wheel slip makes the robot deviate from it.
 
 use nalgebra::{Rotation2, Vector2};
 use rand::RngExt;
@@ -18,7 +18,7 @@ pub struct Velocity {
     pub angular: f64,
 }
 
-/// Wheel slip, by which a robot strays from its commands. It is constant during a run.
+/// Wheel slip, which makes a robot deviate from its commands. It is constant during a run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Slip {
     distance: f64,
@@ -45,8 +45,9 @@ impl Slip {
     }
 }
 
-/// Returns the part of a command that the robot can obey. A command that is not finite stops the robot. A command above its top
-/// speed is shortened without changing its direction. A differential drive does not move sideways.
+/// Returns the part of a command that the robot can follow. A command that is not finite stops the robot. A
+/// command above its top speed is shortened without changing its direction. A differential drive does not
+/// move sideways.
 pub fn feasible(command: &Twist, drive: Drive, limits: &Limits) -> Twist {
     let Twist { vx_mps, vy_mps, yaw_rate_radps } = *command;
     if ![vx_mps, vy_mps, yaw_rate_radps].iter().all(|v| v.is_finite()) {

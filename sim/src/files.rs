@@ -4,8 +4,10 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use sketchnav_files::{Disk, FLOOR_PLAN, Files, MAP, MAP_PICTURE, PLANE, ROBOT};
+use sketchnav_schemas::floor_plan::FloorPlan;
 use sketchnav_schemas::mission::WorldSource;
 use sketchnav_schemas::robot::Robot;
+use sketchnav_schemas::toml_text;
 
 use crate::description::WorldDescription;
 use crate::error::SimError;
@@ -24,7 +26,7 @@ pub fn world(source: &WorldSource) -> Result<WorldDescription, SimError> {
 /// Reads the world that a mission names from a store of files.
 ///
 /// # Errors
-/// - [`SimError::InFile`] with a file and the fault in it;
+/// - [`SimError::InFile`], which names a file and the fault in it.
 /// - [`SimError::Value`] if something that the mission itself adds to the world is invalid.
 pub fn world_in(files: &dyn Files, source: &WorldSource) -> Result<WorldDescription, SimError> {
     let mut world = match (&source.floor_plan, &source.map) {
@@ -42,12 +44,22 @@ pub fn world_in(files: &dyn Files, source: &WorldSource) -> Result<WorldDescript
     Ok(world)
 }
 
-/// Reads a floor plan in the project's own format.
+/// Reads a floor plan in this project's own format.
 ///
 /// # Errors
 /// [`SimError::InFile`] if the file cannot be read or is invalid.
 pub fn floor_plan_file(path: &Path) -> Result<WorldDescription, SimError> {
     floor_plan_in(&Disk, path)
+}
+
+/// Reads a floor plan in the project's own format as it is written, with its doors.
+///
+/// # Errors
+/// [`SimError::InFile`] if the file cannot be read or is not a floor plan. Its values are only checked when a world is built.
+pub fn floor_plan(path: &Path) -> Result<FloorPlan, SimError> {
+    let text = Disk.read_to_string(path, FLOOR_PLAN).map_err(SimError::from);
+    let read = |text: String| Ok(toml_text::read(&text)?);
+    text.and_then(read).map_err(|error: SimError| error.in_file(path))
 }
 
 fn floor_plan_in(files: &dyn Files, path: &Path) -> Result<WorldDescription, SimError> {
@@ -72,7 +84,8 @@ fn map_in(files: &dyn Files, path: &Path) -> Result<WorldDescription, SimError> 
 /// Reads a map in the format of map_server: the YAML file and the picture that it names.
 ///
 /// # Errors
-/// [`SimError::InFile`] with the YAML file or the picture, if one of them cannot be read or is invalid.
+/// [`SimError::InFile`], which names the YAML file or the picture, if one of them cannot be read or is
+/// invalid.
 pub fn occupancy_map(path: &Path) -> Result<OccupancyMap, SimError> {
     occupancy_map_in(&Disk, path)
 }
@@ -98,7 +111,8 @@ pub fn occupancy_map_in(files: &dyn Files, path: &Path) -> Result<OccupancyMap, 
     picture.and_then(decode).map_err(|error| error.in_file(picture_path).in_file(path))
 }
 
-/// Returns the path of the picture that the YAML file of a map names, or `None` if it is not the file of a map.
+/// Returns the path of the picture named in the YAML file of a map, or `None` if the file does not describe a
+/// map.
 pub fn picture_of(map: &Path) -> Option<PathBuf> {
     let yaml = sketchnav_files::read_to_string(map, MAP).ok()?;
     Some(map.with_file_name(MapInfo::parse(&yaml).ok()?.image))
@@ -115,7 +129,7 @@ pub fn plane_file(path: &Path) -> Result<PlaneDescription, SimError> {
 /// Reads a plane of dots from a store of files.
 ///
 /// # Errors
-/// [`SimError::InFile`] with the plane file, or with the picture that it names.
+/// [`SimError::InFile`], which names the plane file or its picture.
 pub fn plane_in(files: &dyn Files, path: &Path) -> Result<PlaneDescription, SimError> {
     let parse = |text: String| PlaneFile::parse(&text);
     let text = files.read_to_string(path, PLANE).map_err(SimError::from);
@@ -132,7 +146,7 @@ pub fn plane_in(files: &dyn Files, path: &Path) -> Result<PlaneDescription, SimE
 /// Returns the robot with that name, or reads the robot file at that path.
 ///
 /// # Errors
-/// - [`SimError::InFile`] with the file and the fault in it;
+/// - [`SimError::InFile`], which names the file and the fault in it.
 /// - [`SimError::Value`] if no robot has that name.
 pub fn robot(name_or_path: &str) -> Result<Robot, SimError> {
     if let Some(robot) = robots::find(name_or_path)? {

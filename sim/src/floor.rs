@@ -1,7 +1,7 @@
-//! The floor: physics, people, the robot with its drive, and its sensors. Given a command, it advances by one instant and
-//! yields readings. It is one of the two kinds of [`Simulation`].
+//! The floor: physics, people, the robot with its drive, and its sensors. Given a command, it advances by one
+//! instant and yields readings. The floor is one of the two kinds of [`Simulation`].
 //!
-//! A floor never reads a clock and never sets the pace, which is up to the caller of [`Simulation::step`].
+//! A floor never reads a clock and does not set the pace, which is up to the caller of [`Simulation::step`].
 
 use nalgebra::Rotation2;
 use serde::{Deserialize, Serialize};
@@ -42,7 +42,8 @@ pub struct Floor {
     sonar: Option<Sensor<SonarRing>>,
     camera: Option<Sensor<Camera>>,
     odometry: Option<(Schedule, Odometer)>,
-    /// The moments of the last step at which a ranging sensor took a reading. The vector has room for more than `moment_count`.
+    /// The moments of the last step at which a ranging sensor took a reading. The vector has room for more
+    /// than `moment_count`.
     moments: Vec<Moment>,
     moment_count: usize,
     people: Vec<Walker>,
@@ -139,8 +140,8 @@ impl Floor {
     /// Creates a floor with the robot at `start`, at time 0. Its sensors have taken their first readings.
     ///
     /// # Errors
-    /// - [`SimError::Start`] if the robot does not fit at its start;
-    /// - [`SimError::Value`] if the start or a table of the robot is invalid;
+    /// - [`SimError::Start`] if the robot does not fit at its start.
+    /// - [`SimError::Value`] if the start or a table of the robot is invalid.
     /// - [`SimError::Robot`] if the robot's numbers are out of range, which only happens if they were not read from a file.
     pub fn new(
         description: WorldDescription,
@@ -326,7 +327,7 @@ impl Floor {
         &self.furniture
     }
 
-    /// Returns the people walking around: position and radius, in metres.
+    /// Returns the position and the radius of each person.
     pub fn people(&self) -> impl ExactSizeIterator<Item = Disc> + '_ {
         self.people.iter().map(Walker::disc)
     }

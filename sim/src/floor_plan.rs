@@ -14,7 +14,7 @@ use crate::error::{SimError, check, check_within};
 /// Reads a floor plan in TOML and builds it.
 ///
 /// # Errors
-/// [`SimError::Toml`] or [`SimError::Value`] with the key and what was expected.
+/// [`SimError::Toml`] or [`SimError::Value`], which names the key and what was expected.
 pub fn parse(text: &str) -> Result<WorldDescription, SimError> {
     describe(&toml_text::read(text)?)
 }
@@ -22,8 +22,8 @@ pub fn parse(text: &str) -> Result<WorldDescription, SimError> {
 /// Builds a floor plan.
 ///
 /// # Errors
-/// [`SimError::Value`] with the key and what was expected, for example if a wall has only one point, a door is in no wall, or a
-/// piece of furniture has no shape.
+/// [`SimError::Value`], which names the key and what was expected, for example if a wall has only one point,
+/// a door is not on any wall, or a piece of furniture has no shape.
 pub fn describe(plan: &FloorPlan) -> Result<WorldDescription, SimError> {
     check_plan(plan)?;
     let mut world = WorldDescription { name: plan.name.clone(), ..Default::default() };

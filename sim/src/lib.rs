@@ -1,14 +1,14 @@
 //! The simulated physical world: a floor with walls, furniture and people, a robot that drives on it, and the robot's sensors.
 //!
-//! Every simulated world is a [`Simulation`]. [`Floor`] has walls and physics, and [`DotPlane`] is a plane of identical dots. A
-//! [`World`] is either of them, depending on the mission. A simulation reads no clock and no files. The same description,
-//! robot, start, seed and commands give bit-identical results.
+//! Every simulated world is a [`Simulation`]. [`Floor`] has walls and physics, and [`DotPlane`] is a plane of
+//! identical dots. A [`World`] is either of the two, depending on the mission. A simulation does not read
+//! clocks or files. The same description, robot, start, seed and commands give bit-identical results.
 //!
-//! - [`plane`], [`plane_file`]: the plane of dots, and its files.
-//! - [`description`]: the objects in a world, as made by [`floor_plan`] or [`ros_map`].
+//! - [`plane`], [`plane_file`]: the plane of dots and its files.
+//! - [`description`]: the objects in a world, created by [`floor_plan`] or [`ros_map`].
 //! - [`floor`], [`physics`], [`drive`], [`people`]: how everything moves.
 //! - [`sensors`], [`raycast`]: what the robot measures, and when.
-//! - [`robots`], [`corridors`]: the robots and the corridors that ship.
+//! - [`robots`], [`corridors`], [`offices`]: the robots, corridors and office floors in the repository.
 //! - [`mission_file`], [`files`]: the only modules that open files.
 
 pub mod convex;
@@ -20,6 +20,7 @@ pub mod files;
 pub mod floor;
 pub mod floor_plan;
 pub mod mission_file;
+pub mod offices;
 pub mod people;
 pub mod physics;
 pub mod plane;

@@ -11,7 +11,7 @@ use crate::files;
 /// Reads a mission and its robot. The paths in the mission become absolute.
 ///
 /// # Errors
-/// [`SimError::InFile`] with the mission's file, the key, and what was expected.
+/// [`SimError::InFile`], which names the mission's file, the key, and what was expected.
 pub fn load(path: &Path) -> Result<(Mission, Robot), SimError> {
     read(path).map_err(|error| error.in_file(path))
 }

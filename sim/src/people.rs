@@ -1,5 +1,5 @@
-//! People: discs that walk along their waypoints, there and back again. They pause at each waypoint, and wait for a robot that
-//! is in their way.
+//! People, which are discs that walk back and forth along their waypoints. They pause at each waypoint, and
+//! wait for a robot in their way.
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
@@ -21,7 +21,8 @@ pub struct Walker {
 }
 
 impl Walker {
-    /// Creates a walker at the first waypoint of `person`, who must have at least one, at the beginning of the pause there.
+    /// Creates a walker at the first waypoint of `person`, at the beginning of the pause there. `person` must
+    /// have at least one waypoint.
     pub fn new(person: &Person) -> Self {
         let at = person.waypoints[0].into();
         Self { at, next: 0, backwards: false, pause_left_s: person.pause_s, person: person.clone() }
@@ -37,7 +38,7 @@ impl Walker {
         (self.at.into(), self.person.radius_m)
     }
 
-    /// Walks on for `dt_s` seconds, unless the step would bring the person too close to `robot`.
+    /// Keeps walking for `dt_s` seconds, unless the step would bring the person too close to `robot`.
     pub fn step(&mut self, dt_s: f64, robot: Vector2<f64>, robot_radius_m: f64) {
         if self.pause_left_s > 0.0 {
             self.pause_left_s -= dt_s;

@@ -1,8 +1,8 @@
 //! Rigid-body physics with rapier2d. The robot is a dynamic disc or rectangle, people are kinematic discs, and walls and
 //! furniture are fixed. The world is seen from above, so there is no gravity.
 //!
-//! Contacts are counted per body. The building with all its walls is one body, and so is each piece of furniture and each
-//! person. Only contacts to which the solver responds with an impulse count.
+//! Contacts are counted per body. The building with all its walls is one body, and so is each piece of
+//! furniture and each person. A contact only counts if the solver responds to it with an impulse.
 
 use nalgebra::Vector2;
 use rapier2d::parry::query;
@@ -114,7 +114,7 @@ impl Physics {
         Velocity { linear: vector2(body.linvel()), angular: f64::from(body.angvel()) }
     }
 
-    /// Sets the velocity that the robot's drive aims at. Contacts may reduce it.
+    /// Sets the target velocity of the robot's drive. Contacts may reduce the actual velocity.
     pub fn set_robot_velocity(&mut self, velocity: Velocity) {
         let body = &mut self.rapier.bodies[self.robot];
         body.set_linvel(vector(velocity.linear), true);

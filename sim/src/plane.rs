@@ -1,9 +1,9 @@
-//! The plane of dots: a helicopter moves over it in x and y and sees a small window (Park and Kender 1995, 3.1). It is the
-//! second kind of [`Simulation`].
+//! The plane of dots. A helicopter moves over it in x and y and sees a small window (Park and Kender 1995,
+//! 3.1). The plane is the second kind of [`Simulation`].
 //!
-//! The plane has no walls, so nothing touches anything. The helicopter follows its commands as fast as its limits allow, with
-//! random errors in position and heading that grow with the square root of the distance. It has neither an odometer nor a
-//! compass, and never turns on purpose.
+//! The plane has no walls, so there are no contacts. The helicopter follows its commands as fast as its
+//! limits allow, with random errors in position and heading that grow with the square root of the distance.
+//! It has neither an odometer nor a compass, and never turns on purpose.
 
 use nalgebra::Vector2;
 use rand::RngExt;
@@ -50,7 +50,8 @@ impl DotPlane {
     /// Creates a plane with the robot hovering over `start`, at time 0. Its camera has taken one view.
     ///
     /// # Errors
-    /// - [`SimError::Value`] if the start is out of bounds, or the robot has a sensor that is useless over a plane;
+    /// - [`SimError::Value`] if the start is out of bounds, or the robot has a sensor that is useless over a
+    ///   plane.
     /// - [`SimError::Robot`] if the robot's numbers are out of range.
     pub fn new(
         description: PlaneDescription,

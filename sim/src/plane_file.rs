@@ -5,11 +5,11 @@
 //! random = { dots = 100, side_m = 1.0, seed = 4 }   # or clustered, dots or picture
 //! ```
 //!
-//! - `dots = [[x, y], …]`: positions in metres;
-//! - `random = { dots, side_m, seed }`: uniformly distributed on a square;
-//! - `clustered = { dots, side_m, clusters, spread_m, seed }`: normally distributed around random centres;
-//! - `picture = { file, pixels_per_m }`: the spots in a picture taken vertically from above. The origin is the lower left
-//!   corner of the picture, with x to the right and y up.
+//! - `dots = [[x, y], …]`: positions in metres.
+//! - `random = { dots, side_m, seed }`: uniformly distributed on a square.
+//! - `clustered = { dots, side_m, clusters, spread_m, seed }`: normally distributed around random centres.
+//! - `picture = { file, pixels_per_m }`: the spots in a picture taken vertically from above. The origin is
+//!   the lower left corner of the picture, with x to the right and y up.
 
 use serde::Deserialize;
 use sketchnav_dots::alike::alike;
@@ -92,8 +92,8 @@ impl PlaneFile {
     /// Returns the plane that the file describes. `picture` is the content of the picture file that it names.
     ///
     /// # Errors
-    /// [`SimError`] with the key, if there are no dots or too many, a number is out of bounds, or two dots are at the same
-    /// position.
+    /// [`SimError`], which names the key, if there are no dots or too many, a number is out of bounds, or two
+    /// dots are at the same position.
     pub fn describe(&self, picture: &[u8]) -> Result<PlaneDescription, SimError> {
         let dots = self.places(picture)?;
         let most = bounds::MOST_PLANE_DOTS;

@@ -1,5 +1,5 @@
-//! What a ray hits first: ray casts by parry against the faces of everything static, which are in one bounding volume tree, and
-//! against moving discs. Coordinates are in metres, in frame `World`.
+//! Finds what a ray hits first. Parry casts rays against the faces of everything static, which are in one
+//! bounding volume tree, and against moving discs. Coordinates are in metres, in frame `World`.
 //!
 //! Rapier's own query pipeline goes through its colliders solid by solid and takes two to three times as long for the same rays
 //! (`benches/world.rs` measures both). Although parry computes in single precision, a range is accurate to two millimetres even
@@ -64,8 +64,8 @@ impl Faces {
         Self { tree: Polyline::new(vertices, Some(indices)), segments, pieces, blocks }
     }
 
-    /// Returns how far a ray from `from` along `direction` (a unit vector) goes until it hits a face, or `None` if it hits none
-    /// within `max_m`.
+    /// Returns the distance at which a ray from `from` along `direction` (a unit vector) hits a face, or
+    /// `None` if it hits none within `max_m`.
     pub fn cast(&self, from: Vector2<f64>, direction: Vector2<f64>, max_m: f64) -> Option<f64> {
         let ray = Ray::new(vector(from), vector(direction));
         self.tree.cast_local_ray(&ray, max_m as Real, true).map(f64::from)
@@ -127,8 +127,8 @@ fn lengthened([a, b]: &Segment) -> [Vector2<f64>; 2] {
     [a - hair, b + hair]
 }
 
-/// Returns how far a ray goes until it hits a disc, or `None` if it does not hit it within `max_m`. The distance is 0 if the
-/// ray starts inside the disc.
+/// Returns the distance at which a ray hits a disc, or `None` if it does not hit it within `max_m`. The
+/// distance is 0 if the ray starts inside the disc.
 pub fn cast_disc(
     center: Vector2<f64>,
     radius_m: f64,

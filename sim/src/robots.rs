@@ -16,7 +16,7 @@ const ROBOTS: [(&str, &str); 7] = [
 /// Returns the robot with that name, or `None` if there is none.
 ///
 /// # Errors
-/// [`RobotError`] if the file that ships is invalid, which a test rules out.
+/// [`RobotError`] if the robot's file in the repository is invalid, which a test rules out.
 pub fn find(name: &str) -> Result<Option<Robot>, RobotError> {
     let file = ROBOTS.iter().find(|(known, _)| *known == name);
     file.map(|(_, text)| Robot::parse(text)).transpose()

@@ -1,11 +1,12 @@
 //! Maps in the format of ROS's map_server: a YAML file next to a picture.
 //!
-//! The occupancy of a cell with the grey value v is p = (255 − v)/255, or v/255 if `negate` is set. The cell is occupied above
-//! `occupied_thresh`, free below `free_thresh`, and unknown in between (mode `trinary`). **Here, every cell that is not free is
-//! solid**, because it is uncertain whether the robot could drive through an unknown cell, and because people draw furniture
-//! with grey outlines. Everything outside the picture is solid. Whatever is drawn so lightly that the map calls it free (the
-//! inside of a cupboard, the thin legs of a chair) stays free, but a grey outline still keeps the robot and the laser out of
-//! it. To make it solid, lower `free_thresh` in the YAML file.
+//! The occupancy of a cell with the grey value v is p = (255 − v)/255, or v/255 if `negate` is set. The cell
+//! is occupied above `occupied_thresh`, free below `free_thresh`, and unknown in between (mode `trinary`).
+//! **Here, every cell that is not free is solid**, because it is uncertain whether the robot could drive
+//! through an unknown cell, and because furniture is often drawn with grey outlines. Everything outside the
+//! picture is solid. Anything drawn so lightly that it counts as free (the inside of a cupboard, the thin
+//! legs of a chair) stays free, but a grey outline still keeps the robot and the laser out of it. To make it
+//! solid, lower `free_thresh` in the YAML file.
 
 use std::io::Cursor;
 
@@ -87,7 +88,8 @@ impl TryFrom<Written> for Negate {
 #[derive(Debug, Clone, PartialEq)]
 pub struct OccupancyMap {
     raster: Raster,
-    /// Whether the picture is transparent, by cell in the order of the raster. Empty if it is transparent nowhere.
+    /// For each cell in the order of the raster, whether the picture is transparent there. Empty if it is not
+    /// transparent anywhere.
     transparent: Vec<bool>,
     resolution_m: f64,
     origin_m: [f64; 2],
@@ -97,7 +99,7 @@ impl MapInfo {
     /// Reads the YAML file of a map.
     ///
     /// # Errors
-    /// [`SimError::Yaml`], or [`SimError::Value`] with the key and what was expected.
+    /// [`SimError::Yaml`], or [`SimError::Value`], which names the key and what was expected.
     pub fn parse(text: &str) -> Result<Self, SimError> {
         let info: Self = serde_saphyr::from_str(text).map_err(|error| SimError::Yaml(error.to_string()))?;
         info.check()?;
@@ -163,7 +165,7 @@ impl OccupancyMap {
         Ok(Self { raster, transparent, resolution_m: info.resolution, origin_m: [x, y] })
     }
 
-    /// Creates a map from its cells. `is_solid` gets the index of a cell, row by row from the bottom up.
+    /// Creates a map from its cells. `is_solid` receives the index of a cell, row by row from the bottom up.
     ///
     /// # Errors
     /// [`SimError::Value`] if it has no free cell or is too large.

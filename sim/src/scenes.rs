@@ -1,9 +1,10 @@
 //! Scenes of objects for routes past landmarks: the two scenes of Chronis 2007, 5.1, and randomly generated ones.
 //!
-//! The figures of Chronis 2007 are lost. Scene A is reconstructed from the relations of figure 4.29, and scene B from its six
-//! commands. Both are in the pixels of the PDA, which are 5 inches each. A [`Kind`] and a number determine a random scene:
-//! yards, streets of blocks with crossings, halls of pillars and machines. Nobody looked at the scenes that results are
-//! reported for before robots had been driven in them. The walls are beyond the range of sonars.
+//! The figures of Chronis 2007 are lost. Scene A is reconstructed from the relations of figure 4.29, and
+//! scene B from its six commands. Both are in the pixels of the PDA, which are 5 inches each. A random scene
+//! is determined by a [`Kind`] and a number: yards, streets of blocks with crossings, halls of pillars and
+//! machines. The scenes for which results are reported were not looked at before robots had driven in them.
+//! The walls are beyond the range of sonars.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -54,7 +55,7 @@ pub struct Scene {
     pub name: String,
     /// Objects of the scene.
     pub objects: Vec<Object>,
-    /// The route that people have in mind. It begins at the origin along x, and its points are some centimetres apart.
+    /// The intended route. It begins at the origin along x, and its points are some centimetres apart.
     pub way: Vec<At>,
     /// Index of the object at which the route ends.
     pub goal: usize,
@@ -190,13 +191,13 @@ impl Scene {
         of_pixels("b", &objects, &pieces)
     }
 
-    /// Returns A and B, followed by ten random scenes: four yards, three of streets and three halls. Results are reported for
-    /// numbers from 1. Parameters are chosen with other numbers.
+    /// Returns A and B, followed by ten random scenes: four yards, three streets and three halls. Results are
+    /// reported for numbers from 1, whereas parameters are chosen with other numbers.
     pub fn twelve(first: u64) -> Vec<Self> {
         [Self::a(), Self::b()].into_iter().chain(Self::ten(first)).collect()
     }
 
-    /// Returns ten random scenes, numbered from `first`: four yards, three of streets and three halls.
+    /// Returns ten random scenes, numbered from `first`: four yards, three streets and three halls.
     pub fn ten(first: u64) -> impl Iterator<Item = Self> {
         let kinds = [(Kind::Yard, 4), (Kind::Streets, 3), (Kind::Hall, 3)];
         kinds
@@ -204,7 +205,7 @@ impl Scene {
             .flat_map(move |(kind, count)| (first..first + count).map(move |i| Self::laid_out(kind, i)))
     }
 
-    /// Returns a large empty area, for scenes that are not in a file.
+    /// Returns a large empty area, for scenes that do not come from a file.
     pub fn open() -> FloorPlan {
         let points = vec![[-OPEN_M, -OPEN_M], [OPEN_M, -OPEN_M], [OPEN_M, OPEN_M], [-OPEN_M, OPEN_M]];
         FloorPlan {

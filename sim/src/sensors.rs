@@ -1,5 +1,6 @@
-//! What the robot measures. Each sensor has its own module. Its parameters come from the robot file, its noise comes from its
-//! own random stream, and it fills in its own message. A [`Schedule`] determines when it takes readings.
+//! The sensors of the robot, with one module per sensor. The parameters of a sensor come from the robot file
+//! and its noise from its own random stream, and it fills in its own message. A [`Schedule`] determines when
+//! it takes readings.
 
 pub mod camera;
 pub mod dots;

@@ -1,9 +1,9 @@
-//! The interface of a simulation, whatever it simulates. A simulation advances by instants and yields the readings of the
-//! robot's sensors at each. Its state can be stored between any two instants.
+//! The interface of all simulations. A simulation advances by instants and yields the readings of the robot's
+//! sensors at each. Its state can be stored between any two instants.
 //!
-//! A host owns the channels, numbers the messages and sets the pace, all of which a simulation knows nothing about. A
-//! simulation names the channel of a reading, and writes the reading where the host wants it, whether that is shared memory or
-//! somewhere else.
+//! A host owns the channels, numbers the messages and sets the pace, and the simulation knows nothing about
+//! any of this. A simulation names the channel of a reading and writes the reading to wherever the host wants
+//! it, in shared memory or elsewhere.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -14,19 +14,19 @@ use sketchnav_schemas::ros2::Ros2;
 /// Age of a command, in nanoseconds of simulation time, above which the robot ignores it and stops.
 pub const COMMAND_LIMIT_NS: u64 = 500_000_000;
 
-/// A world in which a robot moves and measures. Its whole state can be stored and restored with serde. The same state and the
-/// same commands give bit-identical results.
+/// A world in which a robot moves and takes measurements. Its whole state can be stored and restored with
+/// serde. The same state and the same commands give bit-identical results.
 pub trait Simulation: Serialize + DeserializeOwned {
     /// Advances by one instant. A new `command` replaces the previous one. With `None`, the robot keeps following the previous
     /// command until that is too old, and then brakes.
     fn step(&mut self, command: Option<&VelocityCommand>);
 
-    /// Hands out everything that belongs to the present instant: the contacts that began or ended, then the truth, the
-    /// positions of people, the odometry, and the readings of the other sensors since the previous instant, oldest first.
-    /// Repeated calls hand out the same.
+    /// Delivers everything that belongs to the current instant: the contacts that began or ended, then the
+    /// truth, the positions of people, the odometry, and the readings of the other sensors since the previous
+    /// instant, oldest first. Repeated calls deliver the same.
     ///
     /// # Errors
-    /// The first error of `senses`, after which nothing more is handed out.
+    /// The first error of `senses`, after which nothing more is delivered.
     fn sense<S: Senses>(&self, senses: &mut S) -> Result<(), S::Error>;
 
     /// Fills in the true pose of the robot, except for the header.
@@ -44,16 +44,16 @@ pub trait Simulation: Serialize + DeserializeOwned {
     }
 }
 
-/// Receives what a simulation hands out, for example into a host's channels.
+/// Receives what a simulation delivers, for example into a host's channels.
 pub trait Senses {
     /// Error of a reading.
     type Error;
 
-    /// Takes a reading for `channel`. It was taken at `stamp_ns`, which is not after the present instant. `fill` writes every
-    /// field except the header, wherever the message is to be.
+    /// Receives a reading for `channel`. It was taken at `stamp_ns`, which is not after the current instant.
+    /// `fill` fills in every field except the header, wherever the message is located.
     ///
     /// # Errors
-    /// Whatever prevents the host from taking the reading.
+    /// Any error that prevents the host from receiving the reading.
     fn reading<T: Ros2>(
         &mut self,
         channel: Channel<T>,

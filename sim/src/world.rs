@@ -1,4 +1,5 @@
-//! The world of a mission in either form, as hosts store it. The table `[world]` of the mission determines the form.
+//! The world of a mission in either form, as stored by hosts. The table `[world]` of the mission determines
+//! the form.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_files::Files;
@@ -25,7 +26,7 @@ impl World {
     /// Creates the world that a run describes, before its first instant. Its files are read from `files`.
     ///
     /// # Errors
-    /// [`SimError`] with the file, the key or the position.
+    /// [`SimError`], which gives the file, the key or the position.
     pub fn of_run(run: &RunConfig, files: &dyn Files) -> Result<Self, SimError> {
         let (source, start) = (&run.mission.world, &run.mission.start);
         let pose = Pose::new(start.world[0], start.world[1], start.world_heading_deg.to_radians());

@@ -1,4 +1,4 @@
-//! The sensors of a running world allocate nothing, and its physics no more than rapier itself.
+//! The sensors of a running world do not allocate, and its physics no more than rapier itself.
 
 mod support;
 

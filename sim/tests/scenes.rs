@@ -1,7 +1,9 @@
-//! The scenes and fields that ship are those that [`sketchnav_sim::scenes`] and [`sketchnav_sim::poles`] generate.
+//! The scenes, fields and office floors that ship are those that [`sketchnav_sim::scenes`], [`sketchnav_sim::poles`] and
+//! [`sketchnav_sim::offices`] generate.
 
 use std::path::Path;
 
+use sketchnav_sim::offices::Shape;
 use sketchnav_sim::scenes::Scene;
 
 const MADE_BY: &str = "# Made by sketchnav_sim::scenes; `SKETCHNAV_UPDATE_GOLDEN=1 cargo test -p sketchnav-sim` makes it anew.\n";
@@ -18,6 +20,15 @@ fn golden_scenes_are_up_to_date() {
 fn golden_fields_are_up_to_date() {
     let made = toml::to_string(&sketchnav_sim::poles::plan(1)).unwrap();
     is_as_made("directions/poles.floor.toml", &format!("{}{made}", MADE_BY.replace("scenes", "poles")));
+}
+
+#[test]
+fn golden_floors_are_up_to_date() {
+    for shape in Shape::ALL {
+        let made = toml::to_string(&shape.plan(1)).unwrap();
+        let made_by = MADE_BY.replace("scenes", "offices");
+        is_as_made(&format!("floors/{}.floor.toml", shape.name()), &format!("{made_by}{made}"));
+    }
 }
 
 fn is_as_made(file: &str, made: &str) {

@@ -1,4 +1,4 @@
-//! A running service allocates nothing in a step. The processes count their allocations and report them in `health`.
+//! A running service does not allocate in a step. The processes count their allocations and report them in `health`.
 
 use std::fs;
 use std::path::Path;
@@ -30,7 +30,7 @@ fn between(report: &Value, process: Process) -> (u64, u64) {
     (last.steps - first.steps, last.step_allocations - first.step_allocations)
 }
 
-/// Asserts that the localizer and the planner allocate nothing. Health is sent once a second by the clock, so the
+/// Asserts that the localizer and the planner do not allocate. Health is sent once a second by the clock, so the
 /// missions in this file run in real time.
 fn navigators_allocate_nothing(report: &Value) {
     for process in [Process::Localizer, Process::Planner] {

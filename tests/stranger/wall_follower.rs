@@ -1,5 +1,6 @@
-//! A complete navigator that is not part of this project. It follows the wall on its right by sonar. The file is also a
-//! program, which consists of all of `sketchnav` and this navigator. `tests/missions/stranger.rs` drives with it.
+//! A complete navigator that is not part of this project. It follows the wall on its right by sonar. The file
+//! is also a program that combines all of `sketchnav` with this navigator. `tests/missions/stranger.rs`
+//! drives with it.
 //!
 //! ```toml
 //! [navigator]

@@ -1,5 +1,5 @@
-//! Reads a log line by line, however damaged its lines are. A line that is too long is skipped, and compressed data that
-//! breaks off ends the log.
+//! Reads a log line by line, no matter how damaged its lines are. A line that is too long is skipped, and
+//! compressed data that breaks off ends the log.
 
 use std::io::{self, BufRead, ErrorKind, Read};
 
@@ -43,7 +43,7 @@ impl<R: BufRead> Lines<R> {
     /// Reads the next line.
     ///
     /// # Errors
-    /// The system's errors. Data that breaks off is not an error; see [`Next::BreaksOff`].
+    /// Any I/O error. Data that breaks off is not an error, see [`Next::BreaksOff`].
     pub fn next(&mut self) -> io::Result<Next> {
         self.number += 1;
         self.text.clear();

@@ -66,7 +66,7 @@ impl std::fmt::Display for ScanKind {
     }
 }
 
-/// Reasons why a line is left out.
+/// Why a line is left out.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Fault {
     /// The line does not have the number of fields that its content implies.
@@ -74,9 +74,9 @@ pub enum Fault {
     Fields {
         /// The first word of the line, followed by the number of readings if there is one.
         word: String,
-        /// The number of fields that there should be.
+        /// The expected number of fields.
         expected: usize,
-        /// The number of fields that there are.
+        /// The actual number of fields.
         found: usize,
     },
     /// A field has an unexpected value.
@@ -91,7 +91,7 @@ pub enum Fault {
         /// What was found.
         found: String,
     },
-    /// The line begins with a word that no kind of line has.
+    /// The line begins with a word that is not known.
     #[error("expected a known kind of line, such as FLASER, found {found:?}")]
     Kind {
         /// The word.
@@ -112,7 +112,7 @@ pub enum Fault {
         /// Number of readings.
         beams: usize,
     },
-    /// The line is longer than any line of a log.
+    /// The line is longer than any line of a log should be.
     #[error("expected a line of less than 256 KiB")]
     Long,
     /// The stamp does not fit into a recording.
@@ -164,7 +164,7 @@ pub struct ScanLine {
     pub kind: ScanKind,
     /// The directions of the beams.
     pub beams: Beams,
-    /// Ranges in metres, from right to left. NaN if the log has no number that a laser measures.
+    /// Ranges in metres, from right to left. NaN for a number in the log that no laser could have measured.
     pub ranges_m: Vec<f32>,
     /// The maximum range that the line states, in metres.
     pub range_max_m: Option<f64>,

@@ -1,4 +1,4 @@
-//! Surveys all lines of a log to determine which of them to read as scans and which odometry to use.
+//! Surveys all lines of a log to determine which of them to read as scans, and which odometry to use.
 
 use std::collections::BTreeMap;
 use std::io::BufRead;
@@ -151,7 +151,7 @@ pub struct Shape {
 pub struct Shapes {
     /// The shapes in order of first occurrence.
     pub known: Vec<Shape>,
-    /// Number of scans with further shapes. No laser has so many.
+    /// Number of scans with further shapes. No real laser produces so many.
     pub others: u64,
 }
 
@@ -373,8 +373,8 @@ impl Survey {
         self.kinds.get(&reading.kind).map(|facts| &facts.shapes)
     }
 
-    /// Returns the number of unread lines by their first words. They are parameters, other lasers' scans, and lines that
-    /// repeat the scans that are read.
+    /// Returns the number of unread lines by their first word. They are parameters, scans of other lasers,
+    /// and lines that repeat scans that are read.
     pub fn not_read(&self, reading: &Reading) -> BTreeMap<String, u64> {
         let scans = self.kinds.iter().filter(|(kind, _)| **kind != reading.kind);
         let scans = scans.map(|(kind, facts)| (kind.word().to_owned(), facts.usable()));

@@ -1,5 +1,5 @@
-//! Parses the definitions of messages as they are in MCAP: the `.msg` text of the type, then the texts of the types in it,
-//! each after a line of `=` and a line `MSG: package/Type`.
+//! Parses the definitions of messages as stored in MCAP: the `.msg` text of the type, followed by the texts
+//! of the types in it, each after a line of `=` and a line `MSG: package/Type`.
 
 use std::collections::BTreeMap;
 

@@ -1,7 +1,7 @@
-//! Files that appear under their names only once they are complete. Until then an earlier file with that name stays in place,
-//! which may be the very file being read. Pipes and devices are written directly.
+//! Writes files that appear under their names only once they are complete. Until then, an earlier file with
+//! that name stays in place, even if it is the very file being read. Pipes and devices are written directly.
 //!
-//! Every command that writes a file does so through this module.
+//! Every command that writes a file uses this module.
 
 use std::ffi::OsString;
 use std::fs::File;
@@ -20,7 +20,7 @@ pub type Sink = BufWriter<File>;
 /// Maximum number of leftover drafts with one name. Killed processes leave them.
 const MAX_DRAFTS: u32 = 1000;
 
-/// A file that is moved to its name once it is complete. If dropped earlier, it is removed.
+/// A file that is moved to its final name once it is complete. If dropped before that, it is removed.
 #[derive(Debug)]
 pub struct Draft {
     path: PathBuf,
@@ -29,11 +29,11 @@ pub struct Draft {
 }
 
 impl Draft {
-    /// Begins a new version of `path` as a new file `path.unfinished` beside it. If `path` is a link, the new file is
-    /// beside its target. Never blocks.
+    /// Starts a new version of `path` in a file `path.unfinished` next to it. If `path` is a link, the new
+    /// file is next to the link's target. Never blocks.
     ///
     /// # Errors
-    /// The system's errors, and [`ErrorKind::NotConnected`] for a named pipe that no process reads.
+    /// Any I/O error, and [`ErrorKind::NotConnected`] for a named pipe that no process reads.
     pub fn begin(path: &Path) -> io::Result<(Self, Sink)> {
         if let Some(there) = std::fs::metadata(path).ok().filter(|there| !there.is_file()) {
             // Renaming a draft over a device would replace the device. A directory is refused here.
@@ -50,17 +50,17 @@ impl Draft {
         &self.path
     }
 
-    /// Path of what has been written so far, which the caller can check before the file gets its name. `None` for a pipe or
-    /// a device.
+    /// Path of what has been written so far, so that the caller can check it before the file gets its final
+    /// name. `None` for a pipe or a device.
     pub fn written(&self) -> Option<&Path> {
         self.draft.as_deref()
     }
 
-    /// Moves the draft to its name, once its sink has been flushed. The file keeps the permissions of the one that it
-    /// replaces.
+    /// Moves the draft to its final name. Its sink must have been flushed. The file keeps the permissions of
+    /// the one it replaces.
     ///
     /// # Errors
-    /// The system's errors, after which the earlier file is still there.
+    /// Any I/O error, in which case the earlier file is still there.
     pub fn finish(self) -> io::Result<()> {
         let Some(draft) = &self.draft else { return Ok(()) };
         let file = File::open(draft)?;
@@ -85,8 +85,8 @@ fn open_to_write(path: &Path) -> io::Result<File> {
     File::options().write(true).open(path)
 }
 
-/// Opens a named pipe that some process reads. The first open does not block and fails if there is no reader. A plain open
-/// would wait for one, possibly forever.
+/// Opens a named pipe for writing. The first open does not block and fails if there is no reader, whereas a
+/// plain open would wait for one, possibly forever.
 fn open_pipe(path: &Path) -> io::Result<File> {
     let looked = File::options().write(true).custom_flags(O_NONBLOCK).open(path);
     // This stays open until the end: if it were closed as the pipe's only writer, the reader would see the end of the file.
@@ -116,7 +116,7 @@ fn create_beside(path: &Path) -> io::Result<(PathBuf, File)> {
     Err(io::Error::new(ErrorKind::AlreadyExists, words))
 }
 
-/// Writes a whole file: either it is complete, or the earlier one stays in place.
+/// Writes a whole file. Unless this succeeds, the earlier file stays in place.
 ///
 /// # Errors
 /// The system's errors.
@@ -127,12 +127,12 @@ pub fn write(path: impl AsRef<Path>, bytes: impl AsRef<[u8]>) -> io::Result<()> 
     draft.finish()
 }
 
-/// Returns true if two paths lead to the same existing file.
+/// Returns true if two paths refer to the same existing file.
 pub fn is_same(a: &Path, b: &Path) -> bool {
     a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b))
 }
 
-/// Refuses to write a result over one of its sources.
+/// Refuses to overwrite one of the sources of a result.
 ///
 /// # Errors
 /// [`ErrorKind::AlreadyExists`] if `output` is one of `inputs`.

@@ -1,9 +1,10 @@
-//! Reads the files that people provide, such as missions, robots, floors, drawings and tables, each up to a [`Limit`].
-//! Results never replace a file before they are complete: see [`draft`].
+//! Reads the files that people provide, such as missions, robots, floors, drawings and tables, each up to a
+//! [`Limit`]. Files are written by [`draft`], which never replaces a file with an incomplete one.
 //!
-//! A file's size is checked before it is read, and a file that grows meanwhile is read up to one byte beyond the limit. An 8
-//! GB file that was named by mistake therefore takes no memory, and its error says what is allowed. Anything but a plain
-//! file, such as a named pipe or a device, is refused by [`open`] before it can block.
+//! The size of a file is checked before the file is read, and if the file grows meanwhile, reading stops one
+//! byte beyond the limit. If you name an 8 GB file by mistake, it is therefore not loaded into memory, and
+//! the error gives the limit. [`open`] refuses anything but a plain file, such as a named pipe or a device,
+//! before it can block.
 
 pub mod draft;
 mod open;
@@ -16,10 +17,10 @@ pub use draft::write;
 pub use open::open;
 pub use store::{Disk, Files};
 
-/// The kind of a file and how large it may be.
+/// A kind of file and its maximum size.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limit {
-    /// The kind of file, for errors: `a mission`.
+    /// The kind of file, as used in errors: `a mission`.
     pub what: &'static str,
     /// Maximum size, in bytes.
     pub bytes: u64,
@@ -41,26 +42,26 @@ pub const MAP_PICTURE: Limit = Limit { what: "a map's picture", bytes: 64 * MIB 
 pub const PLANE: Limit = Limit { what: "a plane of dots", bytes: 4 * MIB };
 /// A drawing, such as a photograph of 50 megapixels, or another file for a navigator.
 pub const DRAWING: Limit = Limit { what: "a drawing", bytes: 64 * MIB };
-/// The description of a run in JSON. It contains a mission as large as its file may be, with an indented line for each
-/// number.
+/// The description of a run in JSON. It includes a mission of up to the maximum size, with each number on an
+/// indented line of its own.
 pub const RUN: Limit = Limit { what: "the description of a run", bytes: 64 * MIB };
-/// A table of places or rooms, for judging.
+/// A table of places or rooms, used to judge runs.
 pub const TABLE: Limit = Limit { what: "a table", bytes: 4 * MIB };
 /// A table of positions over time, with up to a few million rows.
 pub const POSITIONS: Limit = Limit { what: "a table of positions", bytes: 256 * MIB };
 /// A plan of faults. Ten thousand faults take about 800 kB.
 pub const FAULT_PLAN: Limit = Limit { what: "a plan of faults", bytes: 4 * MIB };
-/// A page of documentation that contains figures, or the figures themselves. The results of all experiments take about 300
-/// kB.
+/// A page of documentation with figures, or the figures themselves. The results of all experiments take about
+/// 300 kB.
 pub const PAGE: Limit = Limit { what: "a page or its figures", bytes: 16 * MIB };
-/// The outcomes of one job of an experiment, with a few hundred bytes per task.
+/// The outcomes of one job of an experiment, at a few hundred bytes per task.
 pub const PART: Limit = Limit { what: "a part of an experiment", bytes: 16 * MIB };
 
 impl Limit {
-    /// Checks that this many bytes are allowed.
+    /// Checks that this many bytes are within the limit.
     ///
     /// # Errors
-    /// [`ErrorKind::FileTooLarge`] with the limit, if there are more.
+    /// [`ErrorKind::FileTooLarge`], which gives the limit, if there are more.
     pub fn check(&self, bytes: u64) -> io::Result<()> {
         if bytes > self.bytes { Err(self.error(bytes)) } else { Ok(()) }
     }
@@ -74,7 +75,7 @@ impl Limit {
 /// Reads the whole file.
 ///
 /// # Errors
-/// As [`open`], and [`ErrorKind::FileTooLarge`] with the limit.
+/// Any error of [`open`], and [`ErrorKind::FileTooLarge`], which gives the limit.
 pub fn read(path: impl AsRef<Path>, limit: Limit) -> io::Result<Vec<u8>> {
     let file = open(path, limit.what)?;
     limit.check(file.metadata()?.len())?;
@@ -84,7 +85,7 @@ pub fn read(path: impl AsRef<Path>, limit: Limit) -> io::Result<Vec<u8>> {
 /// Reads the whole file as text.
 ///
 /// # Errors
-/// As [`read`], and [`ErrorKind::InvalidData`] if the file is not UTF-8.
+/// Any error of [`read`], and [`ErrorKind::InvalidData`] if the file is not UTF-8.
 pub fn read_to_string(path: impl AsRef<Path>, limit: Limit) -> io::Result<String> {
     text(read(path, limit)?)
 }
@@ -98,7 +99,7 @@ fn text(bytes: Vec<u8>) -> io::Result<String> {
 /// Reads everything from a reader.
 ///
 /// # Errors
-/// The reader's errors, and [`ErrorKind::FileTooLarge`] with the limit.
+/// Any error of the reader, and [`ErrorKind::FileTooLarge`], which gives the limit.
 pub fn read_from(reader: impl Read, limit: Limit) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     reader.take(limit.bytes + 1).read_to_end(&mut bytes)?;

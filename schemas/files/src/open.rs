@@ -1,20 +1,22 @@
-//! Opens a file that a person has named, which may be anything. Opening a named pipe waits for its writer, opening a device
-//! may have an effect, and reading either may never end.
+//! Opens a file named by a person, which may be anything. Opening a named pipe waits for its writer, opening
+//! a device may have side effects, and reading either of them may never end.
 
 use std::fs::{self, File, FileType, Metadata};
 use std::io::{self, ErrorKind};
 use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
 use std::path::Path;
 
-/// Flag that makes opening a pipe not wait for its other end (open(2)). The value is the same on all Linux platforms on which
-/// Rust's standard library is tested, except MIPS and SPARC. A test compares it with the C library's.
+/// Flag that keeps the opening of a pipe from waiting for the other end (open(2)). The value is the same on
+/// all Linux platforms on which Rust's standard library is tested, except MIPS and SPARC. A test compares it
+/// with the C library's.
 pub(crate) const O_NONBLOCK: i32 = 0o4000;
 
-/// Opens a plain file for reading, without ever blocking. `what` is the expected kind of file, for errors: `a mission`.
+/// Opens a plain file for reading, without ever blocking. `what` is the expected kind of file, as used in
+/// errors: `a mission`.
 ///
 /// # Errors
-/// The system's errors, and [`ErrorKind::IsADirectory`] or [`ErrorKind::InvalidInput`] with what was found if `path` is not a
-/// plain file.
+/// Any I/O error, and [`ErrorKind::IsADirectory`] or [`ErrorKind::InvalidInput`], which says what was found,
+/// if `path` is not a plain file.
 pub fn open(path: impl AsRef<Path>, what: &str) -> io::Result<File> {
     open_plain(path.as_ref(), what).map_err(|error| match error.raw_os_error() {
         Some(_) if error.kind() == ErrorKind::NotFound => {

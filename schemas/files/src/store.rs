@@ -1,25 +1,26 @@
-//! The places from which the files of a run are read: the disk, or a store that has them under its own names.
+//! Where the files of a run come from: the disk, or a store that holds them under its own names.
 
 use std::io;
 use std::path::Path;
 
 use crate::{Limit, read, text};
 
-/// A place from which files are read by the names that a mission gives them.
+/// A source of files, which are read by the names that a mission gives them.
 ///
-/// A store other than the disk, such as a recording, has only its own files. Reading through it cannot reach the file system,
-/// whatever the names are.
+/// A store other than the disk, such as a recording, contains nothing but its own files. Reading through it
+/// cannot reach the file system, no matter what the names are.
 pub trait Files {
     /// Reads the whole file.
     ///
     /// # Errors
-    /// An error if there is no such file or it cannot be read, and [`io::ErrorKind::FileTooLarge`] with the limit.
+    /// An error if there is no such file or it cannot be read, and [`io::ErrorKind::FileTooLarge`], which
+    /// gives the limit.
     fn read(&self, name: &Path, limit: Limit) -> io::Result<Vec<u8>>;
 
     /// Reads the whole file as text.
     ///
     /// # Errors
-    /// As [`Files::read`], and [`io::ErrorKind::InvalidData`] if the file is not UTF-8.
+    /// Any error of [`Files::read`], and [`io::ErrorKind::InvalidData`] if the file is not UTF-8.
     fn read_to_string(&self, name: &Path, limit: Limit) -> io::Result<String> {
         text(self.read(name, limit)?)
     }

@@ -1,6 +1,7 @@
-//! The ROS 2 form of declared messages, read and written by their layout.
+//! The ROS 2 form of declared messages, which is read and written according to their layout.
 //!
-//! What is written has first been checked by [`verify`], so that writing cannot fail and reading yields the same bytes.
+//! Every message is checked by [`verify`] before it is written, so writing cannot fail and reading yields the
+//! same bytes.
 
 use std::fmt;
 
@@ -40,7 +41,7 @@ impl Standard {
     }
 }
 
-/// Does the same with the type of a [`Standard`] form, under the name `T`.
+/// Does the same for the type of a [`Standard`] form, under the name `T`.
 macro_rules! with_standard {
     ($standard:expr, $T:ident => $do:expr) => {
         match $standard {

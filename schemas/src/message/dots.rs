@@ -37,7 +37,7 @@ parts! {
 }
 
 impl DotView {
-    /// The entries of `dots` that are in use.
+    /// The entries of `dots` in use.
     pub fn dots(&self) -> &[SeenDot] {
         &self.dots[..(self.dot_count as usize).min(MAX_DOTS)]
     }

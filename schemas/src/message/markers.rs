@@ -45,7 +45,7 @@ parts! {
 }
 
 impl MarkerView {
-    /// The entries of `markers` that are in use.
+    /// The entries of `markers` in use.
     pub fn markers(&self) -> &[SeenMarker] {
         &self.markers[..(self.marker_count as usize).min(MAX_MARKERS)]
     }

@@ -1,11 +1,12 @@
-//! How a robot strays from its commands, and its odometry from the truth.
+//! How a robot deviates from its commands, and its odometry from the truth.
 
 use serde::{Deserialize, Serialize};
 
 use super::{RobotError, within};
 use crate::bounds;
 
-/// How a robot strays from its commands. The errors are random and grow with the square root of the distance travelled.
+/// How a robot deviates from its commands. The errors are random and grow with the square root of the
+/// distance travelled.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MotionNoise {
@@ -29,7 +30,7 @@ impl MotionNoise {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OdometryNoise {
-    /// Readings per second. If missing, there is one for each tick.
+    /// Readings per second. By default, there is one per tick.
     pub rate_hz: Option<f64>,
     /// Variance of the speed due to the speed, in (m/s)² per (m/s)² and second.
     pub alpha_speed_speed: f64,
@@ -39,11 +40,12 @@ pub struct OdometryNoise {
     pub alpha_turn_speed: f64,
     /// Variance of the turn rate due to the turn rate.
     pub alpha_turn_turn: f64,
-    /// Standard deviation of the error of the distance travelled, as a share. The error is constant during a run.
+    /// Standard deviation of the relative error of the distance travelled. The error is constant during a
+    /// run.
     pub drift_distance: f64,
     /// Standard deviation of the heading drift, in radians per metre. The drift is constant during a run.
     pub drift_yaw_radpm: f64,
-    /// Slips per metre. In a slip, part of a step is lost.
+    /// Number of slips per metre. In a slip, part of a step is lost.
     pub slips_per_m: f64,
 }
 
@@ -62,17 +64,17 @@ impl OdometryNoise {
     }
 }
 
-/// How far a robot on wheels strays from its commands. Each value is the standard deviation of an error that is drawn at the
-/// start of a run and constant during it. The errors are shares of the motion, or an angle per metre driven. Mecanum wheels
-/// also roll sideways.
+/// How far a robot on wheels deviates from its commands. Each value is the standard deviation of an error
+/// that is drawn at the start of a run and constant during it. The errors are relative to the motion, or are
+/// an angle per metre driven. Mecanum wheels also roll sideways.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WheelSlip {
     /// Error of the distance driven, as a share of the commanded distance.
     pub distance: f64,
-    /// Slide to the left or right of the direction of motion, as a share of the motion.
+    /// Sideways slide relative to the direction of motion, as a share of the motion.
     pub sideways: f64,
-    /// Turn that was not commanded, in radians per metre.
+    /// Rotation that was not commanded, in radians per metre.
     pub yaw_radpm: f64,
 }
 

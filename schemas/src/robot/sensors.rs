@@ -65,8 +65,8 @@ impl Laser {
     }
 }
 
-/// A ring of identical sonars at equal angles around the robot's centre. Sonar 0 looks forward, and the numbers increase
-/// counter-clockwise.
+/// A ring of identical sonars at equal angles around the robot's centre. Sonar 0 faces forward, and the
+/// numbers increase counter-clockwise.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sonar {
@@ -106,8 +106,9 @@ impl Sonar {
 
 /// A camera that finds fiducial markers and measures their poses, as OpenCV does with ArUco markers.
 ///
-/// The pose of a marker comes from its four corners in the picture. The errors of its distance and of its facing direction
-/// grow with the distance, and the error of the distance also grows with the slant.
+/// The pose of a marker is computed from its four corners in the image. The errors of the distance and of the
+/// direction that the marker faces grow with the distance, and the error of the distance also grows with the
+/// slant.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MarkerCamera {
@@ -123,18 +124,18 @@ pub struct MarkerCamera {
     pub slant_max_deg: f64,
     /// Pictures per second.
     pub rate_hz: f64,
-    /// Standard deviation of the distance of a marker that faces the camera, in metres per metre. The error due to the
-    /// pixels is added to this one.
+    /// Standard deviation of the distance of a marker that faces the camera, in metres per metre, in addition
+    /// to the error due to the pixels.
     pub noise_per_m: f64,
     /// Standard deviation of the direction in which the camera sees a marker, in degrees.
     pub bearing_noise_deg: f64,
     /// Standard deviation of the direction that a marker faces, in degrees per metre of distance.
     pub facing_noise_deg_per_m: f64,
-    /// Share of the markers in view that the camera misses in a picture at its shortest range. At its longest range it
-    /// misses twice as many.
+    /// Share of the markers in view that the camera misses in an image at its shortest range. At its longest
+    /// range, it misses twice as many.
     pub miss: f64,
-    /// The camera's pixels, if they determine which of the markers within range are detected. Without them a slant makes no
-    /// marker too narrow to be read, but it does increase the error of the distance.
+    /// The camera's pixels, if they determine which of the markers within range are detected. Without them,
+    /// no slant makes a marker too narrow to be read, but a slant still increases the error of the distance.
     pub pixels: Option<Pixels>,
     /// Mounting position forward of the robot's centre, in metres.
     #[serde(default)]
@@ -153,9 +154,9 @@ impl MarkerCamera {
         Pose::new(self.mount_x_m, self.mount_y_m, self.mount_yaw_deg.to_radians())
     }
 
-    /// Returns true if a marker at this distance appears large enough to be detected. In the pinhole model a side of s
-    /// metres seen at this slant covers f s cos(slant) / distance pixels, where the focal length f follows from the field
-    /// of view.
+    /// Returns true if a marker at this distance appears large enough to be detected. In the pinhole model, a
+    /// side of s metres seen at this slant covers f s cos(slant) / distance pixels, where the focal length f
+    /// follows from the field of view.
     pub fn resolves(&self, distance_m: f64, slant_rad: f64) -> bool {
         self.pixels.is_none_or(|pixels| {
             let width_px = self.side_px(&pixels, distance_m) * slant_rad.cos();
@@ -165,9 +166,9 @@ impl MarkerCamera {
 
     /// Standard deviation of the measured distance of a marker, as a share of the distance.
     ///
-    /// The distance is the focal length times a marker's side, divided by the length of that side in the picture. With pixels,
-    /// that length is the mean of the two upright sides, which no slant shortens. This mean depends on four corners, and its
-    /// standard deviation equals that of a single corner.
+    /// The distance is the focal length times a marker's side, divided by the length of that side in the
+    /// image. With pixels, that length is the mean of the two upright sides, which a slant does not shorten.
+    /// This mean depends on four corners, and its standard deviation equals that of a single corner.
     pub fn distance_error(&self, distance_m: f64, slant_rad: f64) -> f64 {
         match &self.pixels {
             None => self.noise_per_m / slant_rad.cos().max(0.1),
@@ -201,8 +202,8 @@ impl MarkerCamera {
     }
 }
 
-/// The size at which a marker must appear to be detected. A bit narrower than about two pixels cannot be read, since by the
-/// sampling theorem the smallest part needs two samples.
+/// The minimum apparent size at which a marker is detected. A bit narrower than about two pixels cannot be
+/// read, since the sampling theorem requires two samples for the smallest detail.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Pixels {

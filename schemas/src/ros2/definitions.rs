@@ -1,5 +1,5 @@
-//! The `.msg` texts, and the `ros2msg` schemas made from them. The standard definitions are files in `schemas/msg`, and our
-//! own are generated from the declarations of the messages.
+//! The `.msg` texts, and the `ros2msg` schemas built from them. The standard definitions are files in
+//! `schemas/msg`, and our own are generated from the declarations of the messages.
 
 use crate::codes::Value;
 
@@ -29,7 +29,7 @@ definitions! {
 
 const SEPARATOR: &str = "================================================================================\n";
 
-/// A `.msg` text with the name of its type.
+/// A `.msg` text and the name of its type.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Definition {
     /// `package/Type`.
@@ -45,13 +45,14 @@ pub struct Line {
     pub doc: &'static [&'static str],
     /// The field's name.
     pub name: &'static str,
-    /// The field's ROS 2 type, or `None` if it does not travel as a field of its own.
+    /// The field's ROS 2 type, or `None` if the field is not transmitted on its own.
     pub kind: Option<String>,
-    /// The values that the field can have, if it is the number of a code.
+    /// The possible values of the field, if it contains the number of a code.
     pub values: &'static [Value],
 }
 
-/// Returns the `.msg` text of a comment and fields: the comment and the constants, an empty line, then the fields.
+/// Returns the `.msg` text of a comment and fields, which consists of the comment and the constants, an empty
+/// line, and the fields.
 pub fn compose(doc: &[&str], lines: &[Line]) -> String {
     let mut text = comment(doc);
     for value in lines.iter().flat_map(|line| line.values) {
@@ -77,7 +78,7 @@ fn plain(doc: &str) -> String {
         .fold(doc.to_owned(), |text, mark| text.replace(mark, ""))
 }
 
-/// Converts the name of a variant into that of a constant, such as `GivenUp` into `GIVEN_UP`.
+/// Converts the name of a variant into that of a constant, for example `GivenUp` into `GIVEN_UP`.
 pub fn constant(name: &str) -> String {
     let mut text = String::new();
     for letter in name.chars() {
@@ -89,8 +90,8 @@ pub fn constant(name: &str) -> String {
     text
 }
 
-/// Returns the `ros2msg` schema of `package/msg/Type`: its text, followed by the texts of all types that it uses, each once.
-/// Empty for a type that is neither standard nor in `own`.
+/// Returns the `ros2msg` schema of `package/msg/Type`, which is its text followed by the texts of all types
+/// that it uses, each once. Empty for a type that is neither standard nor in `own`.
 pub fn schema(ros2_type: &str, own: &[Definition]) -> String {
     let mut needed = Vec::new();
     collect(&ros2_type.replace("/msg/", "/"), own, &mut needed);
@@ -116,7 +117,7 @@ fn collect<'a>(name: &str, own: &'a [Definition], needed: &mut Vec<(&'a str, &'a
     }
 }
 
-/// The types of a text's fields that have a definition of their own.
+/// The types used in a text that have a definition of their own.
 pub fn used_types(text: &str) -> impl Iterator<Item = &str> {
     let words = text.lines().filter_map(|line| line.split_whitespace().next());
     let types = words.map(|word| word.split('[').next().unwrap_or(word));

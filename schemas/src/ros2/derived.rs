@@ -1,8 +1,10 @@
-//! Standard messages derived from our own, for viewers. A 3D panel can draw a `nav_msgs/Path`, but not a `Plan`.
+//! Standard messages derived from our own, for viewers. For example, a 3D panel can draw a `nav_msgs/Path`,
+//! but not a `Plan`.
 //!
-//! Each derived topic belongs to a channel, and each of its messages is made from one message of that channel. Derived
-//! messages are never read back and are not in recordings. [`COMMON`] lists the derived topics of the channels common to all
-//! navigators, and each navigator lists those of its own channels. Their messages are made of [`shapes`](super::shapes).
+//! Each derived topic belongs to a channel, and each of its messages is made from one message of that
+//! channel. Derived messages are never read back and are not recorded. [`COMMON`] lists the topics derived
+//! from the channels common to all navigators, and each navigator lists those derived from its own channels.
+//! Their messages are built from [`shapes`](super::shapes).
 
 use ros2_interfaces_jazzy_serde::visualization_msgs::msg::MarkerArray;
 use serde::Serialize;
@@ -17,7 +19,7 @@ use crate::message::{DotView, Message, People};
 pub struct Derived {
     /// Name of the topic, such as `/plan/global`.
     pub topic: &'static str,
-    /// The channel from whose messages the topic is made.
+    /// The channel from which the topic is derived.
     pub of: &'static ChannelSpec,
     /// ROS 2 type, such as `nav_msgs/msg/Path`.
     pub ros2: &'static str,
@@ -47,7 +49,8 @@ impl Derived {
     /// Appends what is derived from a message of the channel to `out`, in CDR.
     ///
     /// # Errors
-    /// [`Ros2Error`] if the message cannot be expressed in ROS 2. The content of `out` is then unusable.
+    /// [`Ros2Error`] if the message cannot be expressed in ROS 2. In that case, the content of `out` is
+    /// unusable.
     ///
     /// # Panics
     /// If `message` does not have the channel's size and alignment.

@@ -1,4 +1,5 @@
-//! The ROS 2 forms of the types that messages are made of. Nothing is computed, so every number keeps its bits.
+//! The ROS 2 forms of the types that messages are made of. Nothing is recomputed, so every number keeps its
+//! bits.
 
 use ros2_interfaces_jazzy_serde::geometry_msgs::msg::{
     Point, Point32, Pose, Quaternion, Twist as TwistForm, Vector3,

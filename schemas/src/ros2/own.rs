@@ -1,5 +1,5 @@
-//! Structs and messages whose `.msg` is this project's own: what the macros generate for them, and the implementations based
-//! on it.
+//! Structs and messages with a `.msg` defined by this project: what the macros generate for them, and the
+//! implementations based on it.
 
 use ros2_interfaces_jazzy_serde::std_msgs::msg::Header as HeaderForm;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
@@ -11,7 +11,7 @@ use crate::codes::{Code, Value};
 use crate::layout::Part;
 use crate::message::Message;
 
-/// The way in which a field of type `T` travels.
+/// How a field of type `T` is converted.
 pub trait Way<T> {
     /// The field's form, or `()` if it has none.
     type Form: Default + Serialize + DeserializeOwned + Send + 'static;
@@ -45,7 +45,7 @@ pub trait Way<T> {
     fn fill(value: &mut T, count: &mut u32, field: &'static str, form: &Self::Form) -> Result<(), Ros2Error>;
 }
 
-/// The field travels in the form of its type.
+/// The field is converted according to its type.
 #[derive(Debug)]
 pub struct Itself;
 
@@ -70,7 +70,7 @@ impl<T: Field> Way<T> for Itself {
     }
 }
 
-/// The field travels as a list of the entries in use.
+/// The field is converted to a list of the entries in use.
 #[derive(Debug)]
 pub struct Counted;
 
@@ -105,7 +105,7 @@ impl<T: Field, const N: usize> Way<[T; N]> for Counted {
     }
 }
 
-/// The field does not travel, because another field's form implies it.
+/// The field is omitted, because another field's form implies it.
 #[derive(Debug)]
 pub struct Implied;
 
@@ -125,12 +125,12 @@ impl Way<u32> for Implied {
     }
 }
 
-/// Returns true if a field's form is empty, so that it takes no bytes in CDR and no field in JSON.
+/// Returns true if a field's form is empty, in which case it takes no bytes in CDR and no field in JSON.
 pub fn is_implied<T>(_: &T) -> bool {
     size_of::<T>() == 0
 }
 
-/// The field does not travel, because it is always zero.
+/// The field is omitted, because it is always zero.
 #[derive(Debug)]
 pub struct Zero;
 
@@ -150,7 +150,7 @@ impl Way<u32> for Zero {
     }
 }
 
-/// The field travels as the number of a code.
+/// The field is converted to the number of a code.
 impl<C: Code> Way<u32> for C {
     type Form = u32;
     const CONSTANTS: &'static [Value] = C::VALUES;
@@ -169,7 +169,7 @@ impl<C: Code> Way<u32> for C {
     }
 }
 
-/// A struct with a `.msg` of its own. The header of a message is not among these fields.
+/// A struct with its own `.msg`. The header of a message is not among these fields.
 pub trait Own: Part {
     /// The forms of the fields, in order.
     type Form: Default + Serialize + DeserializeOwned + Send + 'static;
@@ -197,7 +197,7 @@ pub trait Own: Part {
     fn fill(&mut self, form: &Self::Form) -> Result<(), Ros2Error>;
 }
 
-/// A struct inside messages that has a `.msg` of its own.
+/// A struct inside messages with its own `.msg`.
 pub trait OwnPart: Own {}
 
 impl<T: OwnPart> Field for T {
@@ -223,7 +223,7 @@ impl<T: OwnPart> Field for T {
     }
 }
 
-/// A message with a `.msg` of its own.
+/// A message with its own `.msg`.
 pub trait OwnMessage: Own + Message {
     /// The form of the slice that follows the message, or `()` if there is none.
     type Slice: Slice;

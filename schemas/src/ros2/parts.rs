@@ -1,4 +1,4 @@
-//! The pieces that several forms share: headers, counted lists and texts.
+//! Building blocks that several forms share: headers, counted lists and texts.
 
 use ros2_interfaces_jazzy_serde::{builtin_interfaces::msg::Time, std_msgs::msg::Header as HeaderForm};
 
@@ -14,7 +14,7 @@ pub fn expect(holds: bool, field: &'static str, expected: &'static str, found: u
     if holds { Ok(()) } else { Err(Ros2Error::Value { field, expected, found }) }
 }
 
-/// Returns `text` in the memory of `spare`.
+/// Returns `text`, reusing the memory of `spare`.
 pub fn string(text: &str, mut spare: String) -> String {
     spare.clear();
     spare.push_str(text);
@@ -35,7 +35,7 @@ pub fn header_form(header: &Header, frame: &str, spare: HeaderForm) -> Result<He
 /// Like [`header_form`], but for a sensor reading, which is its own cause.
 ///
 /// # Errors
-/// As [`header_form`], and [`Ros2Error::Value`] if the cause is another message.
+/// Any error of [`header_form`], and [`Ros2Error::Value`] if the cause is another message.
 pub fn reading_form(header: &Header, frame: &str, spare: HeaderForm) -> Result<HeaderForm, Ros2Error> {
     let expected = "header.seq, because a reading is its own cause";
     expect(header.source_seq == header.seq, "header.source_seq", expected, header.source_seq)?;
@@ -50,7 +50,7 @@ fn time(stamp_ns: u64) -> Result<Time, Ros2Error> {
     }
 }
 
-/// Returns the message's header from its ROS 2 header, its number and its cause.
+/// Returns the message's header, given its ROS 2 header, its number and its cause.
 ///
 /// # Errors
 /// [`Ros2Error::Value`] if the time is before the mission's start or its nanoseconds are a second or more.
@@ -64,7 +64,7 @@ pub fn header(form: &HeaderForm, seq: u64, source_seq: u64) -> Result<Header, Ro
     Ok(Header { seq, stamp_ns: seconds * NS_PER_S + u64::from(nanosec), source_seq })
 }
 
-/// Returns the entries of `all` that are in use. Rejects a count above the capacity, and also entries beyond the count that
+/// Returns the entries of `all` in use. Rejects counts above the capacity, and entries beyond the count that
 /// are not zero, since these would be lost.
 fn counted<'a, T: bytemuck::Pod>(
     field: &'static str,
@@ -94,12 +94,12 @@ pub(crate) fn counted_bytes<'a>(
     }
 }
 
-/// Converts the entries of `all` that are in use into their forms, using the memory of `spare`, which then has room for all
-/// entries.
+/// Converts the entries of `all` in use into their forms, reusing the memory of `spare`, which afterwards has
+/// room for all entries.
 ///
 /// # Errors
-/// [`Ros2Error::Value`] if the count is above the capacity or an entry beyond the count is not zero, since such an entry
-/// would be lost.
+/// [`Ros2Error::Value`] if the count is above the capacity or an entry beyond the count is not zero, since
+/// such an entry would be lost.
 pub fn list<T: Field>(
     field: &'static str,
     all: &[T],
@@ -128,7 +128,8 @@ pub fn fill<T: Field>(field: &'static str, all: &mut [T], forms: &[T::Form]) -> 
     Ok(forms.len() as u32)
 }
 
-/// Returns the text as a string in the memory of `spare`, which then has room for any text of this type.
+/// Returns the text as a string, reusing the memory of `spare`, which afterwards has room for any text of
+/// this type.
 ///
 /// # Errors
 /// [`Ros2Error::Text`] if converting the string back would not yield the same bytes.
@@ -142,7 +143,7 @@ pub fn text_form<const N: usize>(
     if holds { Ok(string(text.as_str(), spare)) } else { Err(Ros2Error::Text { field }) }
 }
 
-/// Checks that no slice follows a message that has none.
+/// Checks that there is no slice, for a message that does not have one.
 ///
 /// # Errors
 /// [`Ros2Error::Value`] if there is a slice.

@@ -1,6 +1,6 @@
-//! The parts of standard messages for viewers: paths and shapes.
+//! Building blocks of standard messages for viewers: paths and shapes.
 //!
-//! Lengths in frame `sketch` are in pixels. In all other frames they are in metres.
+//! Lengths in frame `sketch` are in pixels, and those in all other frames are in metres.
 
 use ros2_interfaces_jazzy_serde::{
     geometry_msgs::msg::{Point, Pose, PoseStamped, Vector3},
@@ -49,7 +49,7 @@ pub fn first<T>(all: &[T], count: u32) -> &[T] {
     &all[..(count as usize).min(all.len())]
 }
 
-/// Colour of where the robot is meant to go.
+/// Colour of the place that the robot should reach.
 pub const ROUTE_COLOR: [f32; 4] = [0.85, 0.33, 0.1, 0.9];
 /// Colour of what the robot sees.
 pub const SEEN_COLOR: [f32; 4] = [0.93, 0.69, 0.13, 1.0];
@@ -65,7 +65,7 @@ pub struct Shapes {
 }
 
 impl Shapes {
-    /// Starts without shapes. The new shapes replace those of the previous message.
+    /// Starts with no shapes. The new shapes replace those of the previous message.
     ///
     /// # Errors
     /// As [`stamped`].

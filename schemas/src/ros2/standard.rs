@@ -1,4 +1,5 @@
-//! Messages that are standard ROS 2 messages, mapped by hand. Nothing is computed, so every number keeps its bits.
+//! Messages that are standard ROS 2 messages, mapped by hand. Nothing is recomputed, so every number keeps
+//! its bits.
 
 use bytemuck::Zeroable;
 use ros2_interfaces_jazzy_serde::{

@@ -1,5 +1,5 @@
-//! The transforms that viewers need to place the messages: `/tf` follows the odometry, and `/tf_static` says where the laser
-//! is mounted. They are derived from other messages and never read back.
+//! The transforms that viewers need to place the messages. `/tf` follows the odometry, and `/tf_static` says
+//! where the laser is mounted. They are derived from other messages and never read back.
 
 use ros2_interfaces_jazzy_serde::{
     geometry_msgs::msg::{Quaternion, Transform, TransformStamped, Vector3},
@@ -26,7 +26,8 @@ pub fn schema() -> String {
 /// The form of the messages of both topics.
 pub type Form = TFMessage;
 
-/// Appends the transform odom → base_link at the time of `odometry` to `out`, in CDR. Reuses the memory of `form`.
+/// Appends the transform odom → base_link at the time of `odometry` to `out`, in CDR, reusing the memory of
+/// `form`.
 ///
 /// # Errors
 /// [`Ros2Error`] if the header cannot be expressed in ROS 2.
@@ -36,7 +37,7 @@ pub fn base_in_odom(odometry: &Odometry, form: &mut Form, out: &mut Vec<u8>) -> 
     encode(form, out)
 }
 
-/// Appends the transform base_link → laser, from where `laser` is mounted, to `out`, in CDR.
+/// Appends the transform base_link → laser, which says where `laser` is mounted, to `out`, in CDR.
 ///
 /// # Errors
 /// [`Ros2Error`], which never occurs with a valid laser.

@@ -1,6 +1,6 @@
-//! Shows the pipeline: every channel with its message, its writer and its readers, in the order in which an instant
-//! passes through them. For a running system, also shows the connected processes, the number of messages in each
-//! history, and the rates.
+//! Shows the pipeline: every channel with its message, its writer and its readers, in the order of an
+//! instant. For a running system, also shows the connected processes, the number of messages in each history,
+//! and the rates.
 
 use anyhow::Context;
 use comfy_table::{Table, presets::UTF8_FULL_CONDENSED};

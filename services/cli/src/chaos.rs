@@ -1,6 +1,6 @@
 //! `sketchnav chaos`: runs a mission twice, killing its processes during the second run, and compares the two.
 //!
-//! Both runs are programs of their own, so that chaos tests exactly what users run.
+//! Both runs are separate programs, so chaos tests exactly what users run.
 
 mod injector;
 mod recoveries;
@@ -32,7 +32,8 @@ use safety::{Safety, safety};
 #[derive(Debug, Serialize)]
 struct Report {
     kills: usize,
-    /// The number of kills that the options asked for. Fewer happen, and prove less, if the mission ends early.
+    /// The number of kills that the options asked for. If the mission ends early, there are fewer, and the
+    /// result proves less.
     asked: u32,
     /// How many of the kills starved a process of the processor for a while instead of ending it.
     starvations: usize,
@@ -53,8 +54,8 @@ struct Report {
 }
 
 impl Report {
-    /// Returns true if the kills changed nothing. A mission that also fails without kills still counts as good, and so
-    /// does one that ends before the last kill.
+    /// Returns true if the kills changed nothing. This is also the case for a mission that fails without
+    /// kills, and for one that ends before the last kill.
     fn is_good(&self) -> bool {
         let is_safe = |safety: &Safety| safety.unstopped == 0 && safety.wall_contacts == 0;
         (self.success || !self.undisturbed_success)

@@ -55,7 +55,7 @@ fn encoded(drawing: &DeformedDrawing, path: &Path) -> Result<Vec<u8>, Failure> {
 struct Drawn {
     /// Position on the floor, in metres.
     at_m: [f64; 2],
-    /// Column and row in the drawing, or `None` if the position lies in a room that was forgotten.
+    /// Column and row in the drawing, or `None` if the position lies in a room that was left out.
     at_px: Option<[f64; 2]>,
     /// The heading at that position in the drawing, in degrees.
     #[serde(skip_serializing_if = "Option::is_none")]

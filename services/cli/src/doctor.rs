@@ -1,4 +1,4 @@
-//! `sketchnav doctor`: checks whether this machine can run a system, and says what to do if it cannot.
+//! `sketchnav doctor`: checks whether this machine can run a system, and explains how to fix it if it cannot.
 //!
 //! The checks change nothing except for files of their own, which they remove.
 
@@ -46,7 +46,7 @@ pub struct Finding {
 }
 
 impl Finding {
-    /// Creates a finding that everything is in order.
+    /// Creates a finding without a problem.
     pub fn fine(check: &'static str, found: impl Into<String>) -> Self {
         Self { check, level: Level::Fine, found: found.into(), advice: None }
     }

@@ -1,4 +1,4 @@
-//! Doubts about a mission's files, which are raised before the robot drives by them.
+//! Doubts about the files of a mission, which are raised before the robot drives by them.
 
 use std::path::Path;
 
@@ -12,8 +12,8 @@ use sketchnav_stage::doubts::Doubts;
 use crate::failure::{Failure, OrInput};
 use crate::output::say;
 
-/// Collects the doubts that the run's navigator has about its files, unless its sketcher is run by hand, and those
-/// about unknown areas of the world's map.
+/// Collects the doubts of the run's navigator about its files, unless its sketcher is run by hand, and the
+/// doubts about unknown areas of the world's map.
 ///
 /// # Errors
 /// Returns the sketcher's error if a file cannot be read or is entirely invalid.

@@ -145,8 +145,8 @@ fn choose(suite: &mut Suite, options: &EvalOptions) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Returns the methods that the user asked for. By default, these are the suite's own methods or, if it names none, the
-/// first method of its kind of navigator.
+/// Returns the methods that the user requested. By default, these are the suite's own methods or, if it does
+/// not specify any, the first method of its kind of navigator.
 fn methods(suite: &Suite, options: &EvalOptions) -> anyhow::Result<Vec<String>> {
     let Some(first) = suite.trials.first() else { return Ok(options.methods.clone()) };
     let known = sketchnav_navigators::of(&first.mission)?.methods;
@@ -266,8 +266,8 @@ fn report(driven: &Driven<'_>, path: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Options that say where the outcomes come from, each of which takes a value. They are not shown, so that the page of
-/// a merged experiment equals that of one driven on a single machine.
+/// Options that determine where the outcomes come from, each of which takes a value. They are not shown, so
+/// that the page of a merged experiment equals that of one driven on a single machine.
 const WHERE_FROM: [&str; 2] = ["--merge", "--accept"];
 
 /// Returns the command line as it was typed, without the program's path and the options in [`WHERE_FROM`].

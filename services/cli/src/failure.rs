@@ -1,4 +1,4 @@
-//! Ends commands: the exit codes, and what is printed with them.
+//! Ends commands with an exit code and what is printed with it.
 
 use std::ffi::{OsStr, OsString};
 
@@ -99,8 +99,8 @@ fn report(error: &anyhow::Error, code: u8, json: bool) -> u8 {
     code
 }
 
-/// Texts after which an error contains line breaks on purpose: the position in a TOML file, the last output of a process, and
-/// the calls that led to an exception.
+/// Texts after which an error contains intentional line breaks: the position in a TOML file, the last output
+/// of a process, and the calls that led to an exception.
 const LINES_FOLLOW: [&str; 3] =
     ["TOML parse error at line ", "; its last words:\n", "; traceback (most recent call last):\n"];
 /// Marks the position in a YAML file, which is on a line of its own after some spaces.

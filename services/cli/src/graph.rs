@@ -1,5 +1,4 @@
-//! Draws the pipeline with a lane per process and a row per channel, in the order in which an instant passes through
-//! them.
+//! Draws the pipeline with a lane per process and a row per channel, in the order of an instant.
 
 use std::fmt::Write;
 use std::path::Path;

@@ -21,11 +21,11 @@ use crate::folder::plain_name;
 use crate::link::Link;
 use crate::output::say;
 
-/// Reads a mission and its robot, and checks the requirements of its navigator. A method given on the command line
-/// takes precedence over the mission's.
+/// Reads a mission and its robot, and checks the requirements of its navigator. A method given on the command
+/// line takes precedence over the mission's.
 ///
 /// # Errors
-/// If a file or a value in it is invalid. The error names the file, the key, and what was expected there.
+/// If a file or a value in it is invalid. The error names the file, the key, and what was expected.
 pub fn load(path: &Path, options: &SystemOptions) -> Result<(Mission, Robot), Failure> {
     let (mut mission, robot) = sketchnav_sim::mission_file::load(path).or_input()?;
     if let Some(method) = &options.method {
@@ -83,7 +83,7 @@ pub fn configure(
 /// Reads a fault plan for a run of this kind of navigator.
 ///
 /// # Errors
-/// If the plan is invalid. The error names the file, the fault, the key, and what was expected there.
+/// If the plan is invalid. The error names the file, the fault, the key, and what was expected.
 pub fn fault_plan(path: &Path, kind: &str) -> anyhow::Result<FaultPlan> {
     let named = || path.display().to_string();
     let text = sketchnav_files::read_to_string(path, FAULT_PLAN).with_context(named)?;

@@ -1,5 +1,6 @@
-//! `sketchnav` drives a robot by what a person can say about a place without surveying it: a drawing, a route past
-//! landmarks, directions. This crate is the command line. The parts that it is made of are separate libraries.
+//! `sketchnav` drives a robot by what a person can say about a place without surveying it: a drawing, a route
+//! past landmarks, or directions. This crate is the command line, and its building blocks are separate
+//! libraries.
 //!
 //! | to | take |
 //! |---|---|
@@ -13,12 +14,14 @@
 //! | judge runs and drive experiments | [`sketchnav_lab`] |
 //! | read drawings, localize and plan in them | [`sketchnav_sketch`] |
 //!
-//! The README says what `sketchnav` is and how to run it, `docs/` how to use it, and `ARCHITECTURE.md` how it is built.
+//! The README explains what `sketchnav` is and how to run it, `docs/` how to use it, and `ARCHITECTURE.md`
+//! how it is built.
 //!
 //! # A mission in one process
 //!
-//! A mission can run in one process, with the same stages and the same messages, byte for byte, as with separate
-//! processes. An [`Onlooker`](sketchnav_rehearsal::Onlooker) sees every message and may end the mission.
+//! A mission can also run in a single process, with the same stages and the same messages, byte for byte, as
+//! with separate processes. An [`Onlooker`](sketchnav_rehearsal::Onlooker) sees every message and can end the
+//! mission.
 //!
 //! ```
 //! use sketchnav_rehearsal::{Onlooker, Rehearsal, Tap};
@@ -87,7 +90,7 @@
 //! # A program with your own navigator
 //!
 //! A `main` that calls [`main_with`] makes a complete `sketchnav` that includes your own navigators.
-//! `docs/write-a-navigator.md` explains such a program, `tests/stranger/wall_follower.rs`.
+//! `docs/write-a-navigator.md` walks through such a program, `tests/stranger/wall_follower.rs`.
 
 // All printing goes through `output`, which escapes any text that could control a terminal.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
@@ -153,8 +156,8 @@ pub fn main_with(navigators: &'static [Navigator]) -> ExitCode {
     ExitCode::from(run(navigators, std::env::args_os().collect()))
 }
 
-/// Like [`main_with`], but takes the words of the command line, of which the first is the program's name, and returns the exit
-/// code. A program that is not started by its own executable says how it is by [`start_by`].
+/// Like [`main_with`], but takes the command line as words, the first of which is the program's name, and
+/// returns the exit code. If a program is not started by its own executable, it must first call [`start_by`].
 pub fn run(navigators: &'static [Navigator], words: Vec<OsString>) -> u8 {
     let words = WORDS.get_or_init(|| words);
     // Before anything that needs much of the stack.
@@ -188,7 +191,7 @@ fn ignore_file_size_signal() {
     let _ = unsafe { signal(Signal::SIGXFSZ, SigHandler::SigIgn) };
 }
 
-/// Returns the description of the command line, for documentation and completions.
+/// Returns the definition of the command line, for documentation and completions.
 pub fn command_line() -> clap::Command {
     Cli::command()
 }

@@ -18,7 +18,7 @@ use crate::args::PadSite;
 /// Longest time that the page may take to accept a connection.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// The link to a page, and what the process that serves it must be given.
+/// The link to a page, and the arguments of the process that serves it.
 pub struct Link {
     site: PadSite,
     token: Token,
@@ -90,8 +90,8 @@ fn loopback(unspecified: IpAddr) -> IpAddr {
     }
 }
 
-/// Returns the address at which other machines reach this one. It is the local address of the route to an address
-/// reserved for documentation (RFC 5737, RFC 3849), to which nothing is sent.
+/// Returns the address at which other machines reach this one, which is the local address of the route to an
+/// address reserved for documentation (RFC 5737, RFC 3849). Nothing is sent.
 fn own_address(unspecified: IpAddr) -> IpAddr {
     let outside = match unspecified {
         IpAddr::V4(_) => "192.0.2.1:9",

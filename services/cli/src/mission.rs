@@ -77,7 +77,7 @@ pub fn run(path: &Path, options: &RunOptions) -> Result<Outcome, Failure> {
     run_in(&folder, mission, robot, options)
 }
 
-/// Continues the mission whose recording is in `folder` and whose supervisor was killed.
+/// Resumes the mission whose recording is in `folder` and whose supervisor was killed.
 pub fn resume(folder: &Path, options: &RunOptions) -> Result<Outcome, Failure> {
     let (system, run) = match System::resume(folder) {
         Err(error @ RuntimeError::NothingToResume { .. }) => return make_up_for(folder, options, error),
@@ -96,8 +96,8 @@ pub fn resume(folder: &Path, options: &RunOptions) -> Result<Outcome, Failure> {
     follow(supervisor, began, &run, options, (folder, None))
 }
 
-/// Completes a run whose supervisor was killed after everything else was done, by producing the table and the pictures.
-/// For any other run, returns an error that says what there is of its recording.
+/// Completes a run whose supervisor was killed after everything else was done, by writing the table and the
+/// pictures. For any other run, returns an error that says how much of its recording exists.
 fn make_up_for(folder: &Path, options: &RunOptions, nothing: RuntimeError) -> Result<Outcome, Failure> {
     let Ok(recording) = only_one_in(folder) else { return Err(classify(nothing.into())) };
     let name = recording.display();

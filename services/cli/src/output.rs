@@ -1,7 +1,8 @@
 //! Prints without panicking, even if the reader of our output is gone or the disk is full.
 //!
-//! Only this module writes to standard output and standard error, and only through [`sketchnav_schemas::shown`], so
-//! that text from outside, such as the name of a file or a task, cannot control the terminal.
+//! Only this module writes to standard output and standard error, and it does so through
+//! [`sketchnav_schemas::shown`], so that text from outside, such as the name of a file or a task, cannot
+//! control the terminal.
 
 use std::fmt::{Arguments, Display};
 use std::io::{self, Write};
@@ -9,8 +10,8 @@ use std::io::{self, Write};
 pub(crate) use sketchnav_schemas::say;
 use sketchnav_schemas::shown::{Lines, OneLine};
 
-/// Prints a line of a result to standard output. If the reader is gone, the line is dropped without an error, so that
-/// the command's outcome and exit code stay the same.
+/// Prints a line of a result to standard output. If the reader is gone, the line is dropped without an error,
+/// so that the command's outcome and exit code do not change.
 ///
 /// # Errors
 /// If the line cannot be written for any other reason, such as a full disk.
@@ -26,7 +27,7 @@ pub fn lines(text: impl Display) -> anyhow::Result<()> {
     unless_unheard(print(Lines(text)))
 }
 
-/// Prints a line of an output that continues for as long as someone reads it.
+/// Prints a line of output that continues for as long as it is read.
 ///
 /// # Errors
 /// If the reader is gone (see [`is_unheard`]), or the line cannot be written.
@@ -52,7 +53,8 @@ fn unless_unheard(written: anyhow::Result<()>) -> anyhow::Result<()> {
     }
 }
 
-/// Returns true if the error means that the reader of our output is gone, as `head` is after it has read enough.
+/// Returns true if the error means that the reader of our output is gone, as is the case with `head` once it
+/// has read enough.
 pub fn is_unheard(error: &anyhow::Error) -> bool {
     let pipe = |cause: &io::Error| cause.kind() == io::ErrorKind::BrokenPipe;
     error.chain().any(|cause| cause.downcast_ref::<io::Error>().is_some_and(pipe))

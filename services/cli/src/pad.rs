@@ -23,7 +23,7 @@ use crate::study;
 /// How often to check for dead processes and for the end.
 const REFRESH: Duration = Duration::from_millis(100);
 
-/// Serves the page and drives by what people draw there, until a person ends it.
+/// Serves the page and drives by what people draw on it, until a person ends it.
 pub fn pad(options: &PadOptions) -> Result<Outcome, Failure> {
     match &options.study {
         Some(folder) if options.report => study::report(folder),

@@ -1,7 +1,7 @@
-//! `sketchnav param` prints the parameters in force in a running system, including the defaults.
+//! `sketchnav param` prints the parameters of a running system, including defaults.
 //!
-//! Parameters cannot be changed while a system runs. A stage reads its parameters when it starts, and so does the stage
-//! that replaces it after a crash, so the parameters in a recording apply to every message in it.
+//! Parameters cannot be changed while a system runs. A stage reads its parameters when it starts, as does the
+//! stage that replaces it after a crash, so the parameters in a recording apply to every message in it.
 
 use anyhow::{Context, anyhow};
 use sketchnav_runtime::System;
@@ -54,8 +54,8 @@ fn get(key: &str, options: &ParamOptions) -> Result<Outcome, Failure> {
     Ok(Outcome::Success)
 }
 
-/// Explains that there is no such parameter. Names the one that was probably meant or, if there is none, all parameters
-/// of the process or of all processes.
+/// Explains that there is no such parameter. Suggests the one that was probably meant or, if there is none,
+/// lists all parameters of the process or of all processes.
 fn unknown(key: &str, all: &[(String, &toml::Value)]) -> String {
     let (process, rest) = key.split_once('.').unwrap_or((key, ""));
     let names = || all.iter().filter_map(|(name, _)| name.split_once('.'));

@@ -1,5 +1,5 @@
-//! Reads positions of objects from recordings that this project did not write, using every topic whose messages contain
-//! a position.
+//! Reads positions of objects from recordings by other software, using every topic whose messages contain a
+//! position.
 
 use std::collections::BTreeMap;
 
@@ -26,7 +26,7 @@ pub struct Place {
     pub heading_rad: Option<f64>,
 }
 
-/// An object whose positions a topic contains.
+/// An object whose positions are in a topic.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Way {
     /// The topic without its leading slash.
@@ -34,8 +34,8 @@ pub struct Way {
     pub frame: String,
     /// The positions in order of time, at most one for each time.
     pub places: Vec<Place>,
-    /// Number of messages that were left out because they are not of the topic's type, lack finite numbers, or repeat
-    /// the time of another message.
+    /// Number of messages that were ignored because they are not of the topic's type, lack finite numbers, or
+    /// repeat the time of another message.
     pub left_out: usize,
 }
 
@@ -78,7 +78,7 @@ fn path_in(topic: &Topic) -> Option<&'static [&'static str]> {
 }
 
 impl Way {
-    /// Returns a notice for the user if messages were left out.
+    /// Returns a notice for the user if messages were ignored.
     pub fn notice(&self) -> Option<String> {
         let Self { name, left_out, .. } = self;
         let words = "not of the topic's type, without finite numbers, or with a repeated time";

@@ -47,8 +47,8 @@ pub fn dispatch(tool: Tool) -> Result<Outcome, Failure> {
     }
 }
 
-/// Calls `work` with the recording that the path `file` refers to. Failures name that path, even if the recording is in
-/// a temporary file.
+/// Calls `work` with the recording that the path `file` refers to. Errors name that path, even if the
+/// recording is in a temporary file.
 pub fn with(file: &Path, work: impl FnOnce(&Whole) -> Result<Outcome, Failure>) -> Result<Outcome, Failure> {
     let whole = Whole::of(file)?;
     whole.known(work(&whole))

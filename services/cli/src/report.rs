@@ -27,7 +27,7 @@ use crate::failure::{Failure, OrInput};
 use crate::output::{self, out};
 use crate::recordings::whole::Whole;
 
-/// The figures of a run, printed as they are by `--json`.
+/// The figures of a run, printed in this form by `--json`.
 #[derive(Debug, Serialize)]
 pub struct Report {
     mission: String,
@@ -36,7 +36,7 @@ pub struct Report {
     verdict: Verdict,
     #[serde(flatten)]
     doubts: Doubts,
-    /// How the planner says that it drove, if it had to deviate from the method.
+    /// How the planner says it drove, if it had to deviate from the method.
     #[serde(skip_serializing_if = "Option::is_none")]
     driven: Option<&'static str>,
     /// Duration of the run by the clock, in seconds, or `None` if its supervisor was killed at its end.
@@ -49,15 +49,15 @@ pub struct Report {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     outstanding_faults: Vec<OutstandingFault>,
     recording: String,
-    /// What the recording lacks, and why, if its files could not be written.
+    /// What is missing from the recording, and why, if its files could not be written.
     #[serde(skip_serializing_if = "Option::is_none")]
     incomplete: Option<String>,
     pictures: Vec<PathBuf>,
-    /// Why there are fewer pictures than there should be.
+    /// Why there are fewer pictures than expected.
     #[serde(skip_serializing_if = "Option::is_none")]
     not_drawn: Option<String>,
     processes: Vec<ProcessFigures>,
-    /// What a person should check first, if there is something.
+    /// What a person should check first, if anything.
     #[serde(skip)]
     hint: Option<&'static str>,
 }
@@ -167,7 +167,7 @@ impl Report {
         self.verdict.success
     }
 
-    /// Says what the recording lacks, or returns `None` if it is complete.
+    /// Says what is missing from the recording, or returns `None` if it is complete.
     pub fn incomplete(&self) -> Option<&str> {
         self.incomplete.as_deref()
     }

@@ -1,6 +1,6 @@
 //! Intervenes in a running system: restarts a process or gives an order.
 //!
-//! Both are reported on the channel `faults`, so that the recording shows what a person did.
+//! Both are reported on the channel `faults`, so that the recording shows the intervention.
 
 use std::thread::sleep;
 use std::time::{Duration, Instant};
@@ -26,7 +26,7 @@ use crate::systems;
 /// How often to check whether the successor has joined or the order has appeared.
 const LOOK_EVERY: Duration = Duration::from_millis(2);
 
-/// Ends a process and waits for its successor.
+/// Ends a process and waits for its replacement.
 pub fn restart(options: &RestartOptions) -> Result<Outcome, Failure> {
     let system = systems::find(options.system.as_deref())?;
     let process = options.process;

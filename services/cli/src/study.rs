@@ -1,6 +1,6 @@
-//! `sketchnav pad --study` runs a user study. Participants draw on the page one after the other. Each gets a new
-//! system, so that the robot is back at its start. When a participant has answered, the drive is judged and the pages
-//! are written.
+//! `sketchnav pad --study` runs a user study. Participants draw on the page one after another. Each gets a
+//! new system, so that the robot is back at its start. When a participant has answered, the drive is judged
+//! and the pages are written.
 
 mod page;
 
@@ -79,8 +79,8 @@ pub fn report(folder: &Path) -> Result<Outcome, Failure> {
     Ok(if everyone.left_out.is_empty() { Outcome::Success } else { Outcome::Loss })
 }
 
-/// Prepares the study's folder, with the picture that participants see before they draw. With a real robot there is
-/// none, since they see the place itself.
+/// Prepares the study's folder, including the picture that participants see before they draw. With a real
+/// robot, there is no picture, because they see the place itself.
 fn prepare(folder: &Path, mission: &Mission, options: &PadOptions) -> Result<Folder, Failure> {
     let shows_floor = !options.system.without.contains(&Process::World);
     let facts = Facts {

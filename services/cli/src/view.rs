@@ -1,5 +1,5 @@
-//! Shows a running system or a recording in Foxglove and Lichtblick, for `sketchnav view` and, beside a mission, for
-//! `run --foxglove`.
+//! Shows a running system or a recording in Foxglove and Lichtblick, for `sketchnav view` and, alongside a
+//! mission, for `run --foxglove`.
 //!
 //! The view is an observer in a separate process, so a mission neither waits for it nor ends with it. It is only
 //! available if the program was built with the feature `foxglove`.
@@ -63,7 +63,7 @@ fn system<'a>(name: Option<&str>, options: &ViewOptions) -> Result<Target<'a>, F
     systems::find(name).map(Target::System)
 }
 
-/// A view to be shown beside a mission.
+/// A view to be shown alongside a mission.
 pub struct Beside {
     port: shown::Port,
 }
@@ -89,7 +89,7 @@ impl Beside {
     }
 }
 
-/// A view that is shown beside a mission. Dropping this ends the view.
+/// A view that is shown alongside a mission. Dropping this ends the view.
 pub struct Running(Child);
 
 impl Drop for Running {

@@ -27,12 +27,12 @@ const PATIENCE: Duration = Duration::from_secs(10);
 pub enum Clock {
     /// Time passes by itself.
     Robot,
-    /// Time passes in the simulator, by one period of the ticks from one tick to the next. In a system in lockstep, as fast as
-    /// the navigators answer. In real time, the driver waits for the clock.
+    /// Time passes in the simulator, by one tick period per tick. In lockstep, it advances as fast as the
+    /// navigators respond. In real time, the driver waits for the wall clock.
     Simulator,
 }
 
-/// A robot in place of the world of a system.
+/// A robot that takes the place of a system's simulated world.
 pub struct Driver {
     run: RunConfig,
     clock: Clock,
@@ -41,17 +41,19 @@ pub struct Driver {
     ticks: Writer<Tick>,
     orders: Orders,
     recorded: Reader<Recorded>,
-    /// The latest tick that has safely been written to a file, or a number above any tick if nothing is recorded.
+    /// The latest tick that has been safely written to a file, or a number above any tick if nothing is
+    /// recorded.
     recorded_tick: u64,
     health: HealthReporter,
     step: Step,
-    /// When the driver began, and which time of the mission it was.
+    /// When the driver started, and the mission time at that moment.
     began: (Instant, u64),
     /// Stamp of the last tick.
     tick_ns: Option<u64>,
-    /// Paces a simulator in real time, from the first answer on.
+    /// Paces a simulator in real time, starting with the first response.
     pacer: Option<Pacer>,
-    /// The last pose of an earlier driver, until the first reading of the odometry, and from then on what leads from there to it.
+    /// The last pose of an earlier driver until the first odometry reading arrives, and from then on the
+    /// transform from that reading to the pose.
     joint: Joint,
     looked: Instant,
     is_over: bool,
@@ -63,9 +65,9 @@ pub struct Driver {
 enum Joint {
     /// There was no earlier driver.
     None,
-    /// The last pose of an earlier driver.
+    /// The last pose sent by an earlier driver.
     Before(Pose<Odom>),
-    /// The last pose of an earlier driver, and the first one of this driver.
+    /// The last pose sent by an earlier driver, and the first one of this driver.
     At(Pose<Odom>, Pose<Odom>),
 }
 
@@ -82,11 +84,12 @@ impl Joint {
 }
 
 impl Driver {
-    /// Joins a system as its world. If an earlier driver has died, its numbers, its time and its odometry are continued.
+    /// Joins a system as its world. If an earlier driver has died, its message numbers, time and odometry are
+    /// continued.
     ///
     /// # Errors
-    /// [`DriverError`] if the system is not running, has a world of its own or another driver, or is in lockstep although time
-    /// passes by itself.
+    /// [`DriverError`] if the system is not running, has a world of its own or another driver, or runs in
+    /// lockstep with a driver whose time passes by itself.
     pub fn join(system: &str, clock: Clock) -> Result<Self, DriverError> {
         let opened = System::open(system)?;
         let run = opened.run_config()?;
@@ -146,7 +149,7 @@ impl Driver {
         self.period_ns
     }
 
-    /// Returns the time of the mission, in nanoseconds: the stamp of a reading that is taken now.
+    /// Returns the mission time, in nanoseconds, which is the stamp for a reading taken now.
     pub fn now_ns(&self) -> u64 {
         let (began, begin_ns) = self.began;
         match (self.clock, self.tick_ns) {
@@ -155,7 +158,7 @@ impl Driver {
         }
     }
 
-    /// Returns the last message on a channel that an earlier driver sent, or `None` if there was none.
+    /// Returns the last message that an earlier driver sent on a channel, or `None` if there was none.
     ///
     /// # Errors
     /// [`DriverError::NoChannel`] if the world does not write this channel.
@@ -172,10 +175,11 @@ impl Driver {
         }
     }
 
-    /// Sends a reading that was taken at this time, in nanoseconds. `fill` gets the message, which is all zero.
+    /// Sends a reading taken at this time, in nanoseconds. `fill` receives the message, which is zeroed.
     ///
     /// # Errors
-    /// [`DriverError`] if the message is invalid or not later than the previous one on its channel. It is not sent then.
+    /// [`DriverError`] if the message is invalid or not later than the previous one on its channel, in which
+    /// case it is not sent.
     pub fn send<T: Message>(
         &mut self,
         channel: Channel<T>,
@@ -188,10 +192,10 @@ impl Driver {
         })
     }
 
-    /// Like [`Driver::send`], whatever the type of the message.
+    /// Like [`Driver::send`], for any message type.
     ///
     /// # Errors
-    /// Those of [`Driver::send`] and of `fill`.
+    /// Any error of [`Driver::send`] or `fill`.
     pub fn send_bytes<E: From<DriverError>>(
         &mut self,
         spec: &'static ChannelSpec,
@@ -203,8 +207,8 @@ impl Driver {
         self.outlet(spec)?.send((stamp_ns, source_seq), fill)
     }
 
-    /// Sends a reading of the odometry. The first one of a driver that was started again continues at the last pose of the
-    /// driver before it, because navigators take every difference as a distance driven.
+    /// Sends an odometry reading. Because navigators interpret every difference as a distance driven, the
+    /// first reading of a restarted driver continues from the last pose of the previous driver.
     ///
     /// # Errors
     /// See [`Driver::send`].
@@ -215,8 +219,8 @@ impl Driver {
         })
     }
 
-    /// Ends an instant with a tick, which names the readings that were sent before it, and wakes the navigators. Returns the
-    /// number of the tick.
+    /// Ends an instant with a tick, which refers to the readings sent before it, and wakes the navigators.
+    /// Returns the number of the tick.
     ///
     /// # Errors
     /// [`DriverError::Stamp`] if the time, in nanoseconds, is not after that of the previous tick.
@@ -239,12 +243,13 @@ impl Driver {
         Ok(source_seq)
     }
 
-    /// Returns how fast the robot is to drive until the next instant, or `None` once it is to stand still for good: the mission
-    /// is over, the system is gone, or the process was asked to end.
+    /// Returns the velocity to drive at until the next instant, or `None` if the robot should stop for good
+    /// because the mission is over, the system is gone, or the process was asked to end.
     ///
-    /// A robot gets the answer to its last tick if that arrives within `wait`; otherwise the newest command, or standstill if it
-    /// is older than half a second. A simulator gets the answer to its last tick in lockstep. In real time, it gets the newest
-    /// command when the next instant is due. In both cases, `wait` has no effect.
+    /// With a robot, this is the response to the last tick if it arrives within `wait`. Otherwise, it is the
+    /// newest command, or a standstill if that is older than half a second. With a simulator in lockstep, it
+    /// is the response to the last tick. With a simulator in real time, it is the newest command at the time
+    /// when the next instant is due. Simulators ignore `wait`.
     ///
     /// # Errors
     /// Those of the runtime.
@@ -259,12 +264,13 @@ impl Driver {
         Ok((!self.is_over).then_some(twist))
     }
 
-    /// Returns the number of the tick that the newest command answers, or 0 before the first one.
+    /// Returns the number of the tick to which the newest command responds, or 0 before the first one.
     pub fn answered(&self) -> u64 {
         self.orders.answered()
     }
 
-    /// Sleeps until a message arrives or `timeout` has passed. For drivers whose robot wakes nobody when it sends a reading.
+    /// Sleeps until a message arrives or `timeout` has passed. This is for robots that do not wake the driver
+    /// when they send a reading.
     ///
     /// # Errors
     /// Those of the runtime.
@@ -272,12 +278,12 @@ impl Driver {
         self.wait(timeout)
     }
 
-    /// Returns true if the robot is to stand still for good.
+    /// Returns true if the robot should stop for good.
     pub fn is_over(&self) -> bool {
         self.is_over
     }
 
-    /// Returns how many commands are missing, according to their numbers.
+    /// Returns the number of missing commands, according to their sequence numbers.
     pub fn lost(&self) -> u64 {
         self.orders.lost()
     }

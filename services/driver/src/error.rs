@@ -3,10 +3,10 @@
 use sketchnav_runtime::Error;
 use sketchnav_schemas::valid::Invalid;
 
-/// What is wrong with a driver, with one of its readings, or with the system that it is to join.
+/// An error of a driver, of one of its readings, or of the system that it tries to join.
 #[derive(Debug, thiserror::Error)]
 pub enum DriverError {
-    /// The system has a world of its own.
+    /// The system already has a world.
     #[error(
         "system {system:?}: expected one that was started with --without world, found one with a world of its own"
     )]
@@ -14,7 +14,7 @@ pub enum DriverError {
         /// Name of the system.
         system: String,
     },
-    /// The system waits for its world in each step, and the robot's clock waits for nothing.
+    /// The system waits for its world in each step, but the robot's clock does not wait.
     #[error(
         "system {system:?}: expected one that runs in real time, as with --speed 1, found one in lockstep, in which only \
          simulators can drive"
@@ -23,7 +23,7 @@ pub enum DriverError {
         /// Name of the system.
         system: String,
     },
-    /// A run of this kind of navigator has no such channel, or the world does not write it.
+    /// Runs of this kind of navigator do not have this channel, or the world does not write it.
     #[error("{channel}: expected a channel that the world writes: {known}")]
     NoChannel {
         /// Name of the channel.
@@ -31,15 +31,15 @@ pub enum DriverError {
         /// The channels that the world writes.
         known: String,
     },
-    /// A reading is invalid. It was not sent.
+    /// A reading is invalid and was not sent.
     #[error("{channel}: {why}")]
     Invalid {
         /// Name of the channel.
         channel: &'static str,
-        /// The field, what was expected there and what was found.
+        /// The field, and what was expected and found there.
         why: Invalid,
     },
-    /// A message is not later than the one before. It was not sent.
+    /// A message is not later than the previous one and was not sent.
     #[error("{channel}: expected a time after that of the previous one, {before_ns} ns, found {found_ns} ns")]
     Stamp {
         /// Name of the channel.
@@ -49,7 +49,7 @@ pub enum DriverError {
         /// Stamp of this one.
         found_ns: u64,
     },
-    /// More messages than a channel holds between two ticks. The last one was not sent.
+    /// More messages were sent between two ticks than a channel holds. The last one was not sent.
     #[error("{channel}: expected at most {most} between two ticks, found another one; end the instant first")]
     TooMany {
         /// Name of the channel.
@@ -71,7 +71,7 @@ pub enum DriverError {
 }
 
 impl DriverError {
-    /// Returns true if the driver cannot join the system because of how that was started or named.
+    /// Returns true if the driver cannot join the system because of how the system was started or named.
     pub fn concerns_the_system(&self) -> bool {
         matches!(
             self,

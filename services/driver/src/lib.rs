@@ -1,7 +1,8 @@
-//! A robot, or a simulator of others, in place of the simulated world.
+//! Drives a robot, or another simulator, in place of the simulated world.
 //!
-//! A [`Driver`] joins a system that runs without a world. It does what all drivers have in common: it numbers and checks the
-//! readings, ends instants, continues where a dead driver stopped, and says how fast the robot is to drive.
+//! A [`Driver`] joins a system that runs without a world. It implements what all drivers have in common:
+//! numbering and checking readings, ending instants, continuing where an earlier driver stopped, and telling
+//! the robot how fast to drive.
 //!
 //! ```text
 //! let mut driver = Driver::join("lab", Clock::Robot)?;

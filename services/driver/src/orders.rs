@@ -1,4 +1,4 @@
-//! The commands of a driver: which one is in force, and whether it is too old.
+//! The commands that a driver receives: which one applies, and whether it is too old.
 
 use std::time::{Duration, Instant};
 
@@ -8,20 +8,20 @@ use sketchnav_schemas::message::{Twist, VelocityCommand};
 
 use crate::error::DriverError;
 
-/// The velocity of a robot that stands still.
+/// The velocity of a robot at rest.
 pub const STANDSTILL: Twist = Twist { vx_mps: 0.0, vy_mps: 0.0, yaw_rate_radps: 0.0 };
 /// How long a command is in force after the tick that it answers.
 const LIMIT: Duration = Duration::from_millis(500);
 /// Number of ticks whose times are kept, at least as many as there are in [`LIMIT`] at a thousand per second.
 const KEPT: usize = 512;
 
-/// The commands, and the times of the ticks that they answer.
+/// The commands, and the times of the ticks to which they respond.
 pub struct Orders {
     commands: Reader<VelocityCommand>,
-    /// The last tick of an earlier driver. Answers to it, and to ticks before it, are obsolete.
+    /// The last tick of an earlier driver. Responses to it, and to earlier ticks, are obsolete.
     ticks_before: u64,
     newest: Option<VelocityCommand>,
-    /// When the last ticks were sent: that of number n is at n modulo the length.
+    /// When the last ticks were sent. The time of tick n is at index n modulo the length.
     sent: Vec<(u64, Instant)>,
 }
 
@@ -47,7 +47,7 @@ impl Orders {
         Ok(())
     }
 
-    /// Returns the number of the tick that the newest command answers, or 0 before the first one.
+    /// Returns the number of the tick to which the newest command responds, or 0 before the first one.
     pub fn answered(&self) -> u64 {
         self.newest.map_or(0, |command| command.header.source_seq)
     }
@@ -57,20 +57,20 @@ impl Orders {
         self.newest.is_some_and(|command| command.last == 1)
     }
 
-    /// Returns the newest velocity, whatever its age, or standstill if there is none.
+    /// Returns the newest velocity regardless of its age, or a standstill if there is none.
     pub fn newest(&self) -> Twist {
         self.newest.map_or(STANDSTILL, |command| command.twist)
     }
 
-    /// Returns the newest velocity, or standstill if its tick was more than half a second before this time of the mission, in
-    /// nanoseconds.
+    /// Returns the newest velocity, or a standstill if its tick was more than half a second before this
+    /// mission time, in nanoseconds.
     pub fn in_force_at(&self, now_ns: u64) -> Twist {
         let age_ns = |command: &VelocityCommand| now_ns.saturating_sub(command.header.stamp_ns);
         let fresh = self.newest.filter(|command| Duration::from_nanos(age_ns(command)) <= LIMIT);
         fresh.map_or(STANDSTILL, |command| command.twist)
     }
 
-    /// Returns the newest velocity, or standstill if its tick was sent more than half a second ago.
+    /// Returns the newest velocity, or a standstill if its tick was sent more than half a second ago.
     pub fn in_force(&self) -> Twist {
         let fresh = self.newest.filter(|command| {
             let tick = command.header.source_seq;
@@ -80,7 +80,7 @@ impl Orders {
         fresh.map_or(STANDSTILL, |command| command.twist)
     }
 
-    /// Returns how many commands are missing, according to their numbers.
+    /// Returns the number of missing commands, according to their sequence numbers.
     pub fn lost(&self) -> u64 {
         self.commands.lost()
     }

@@ -1,4 +1,4 @@
-//! The writing end of a channel of a driver.
+//! The sending side of a driver's channel.
 
 use sketchnav_runtime::{Node, RawWriter};
 use sketchnav_schemas::channels::{ChannelSpec, SCAN};
@@ -11,9 +11,11 @@ use crate::error::DriverError;
 /// Maximum angle that the beams of a scan cover, in radians: a full turn and a tenth.
 const MOST_TURN_RAD: f64 = 1.1 * std::f64::consts::TAU;
 
-/// The writing end of a channel. It checks messages, and sends no more of them between two ticks than the channel holds.
+/// The sending side of a channel. It checks messages, and sends at most as many between two ticks as the
+/// channel holds.
 ///
-/// If a sensor is read more often, its readings are thinned evenly. The newest one is held, and sent before the tick.
+/// If a sensor takes more readings than that, they are thinned evenly. The newest one is held back and sent
+/// just before the tick.
 pub struct Outlet {
     writer: RawWriter,
     thinning: Thinning,
@@ -29,7 +31,8 @@ pub struct Outlet {
 }
 
 impl Outlet {
-    /// Opens a channel, and resumes after everything that an earlier driver has sent. `period_ns` is the period of the ticks.
+    /// Opens a channel, continuing after the last message of an earlier driver. `period_ns` is the tick
+    /// period.
     pub fn open(node: &Node, spec: &'static ChannelSpec, period_ns: u64) -> Result<Self, DriverError> {
         let mut writer = node.raw_writer(spec)?;
         writer.resume_after_history();
@@ -50,7 +53,7 @@ impl Outlet {
         self.writer.spec()
     }
 
-    /// Returns the last message that an earlier driver sent, in words.
+    /// Returns the last message that an earlier driver sent, as words.
     pub fn last_sent(&self) -> Option<Vec<u64>> {
         self.writer.last_sent()
     }
@@ -60,10 +63,11 @@ impl Outlet {
         self.newest_ns
     }
 
-    /// Sends a message, or holds it. `source_seq` is the number of the tick to which it belongs.
+    /// Sends a message, or holds it back. `source_seq` is the number of the tick to which it belongs.
     ///
     /// # Errors
-    /// Those of `fill`, and [`DriverError`] if the message is invalid, too early or one too many. It is not sent then.
+    /// Any error of `fill`, and [`DriverError`] if the message is invalid, too early or one too many, in
+    /// which case it is not sent.
     pub fn send<E: From<DriverError>>(
         &mut self,
         (stamp_ns, source_seq): (u64, u64),
@@ -92,7 +96,7 @@ impl Outlet {
         Ok(())
     }
 
-    /// Sends the reading that is held. A tick follows.
+    /// Sends the reading that was held back. A tick follows.
     pub fn flush(&mut self) -> Result<(), DriverError> {
         if std::mem::take(&mut self.is_holding) {
             let mut loan = self.writer.loan(0)?;
@@ -125,8 +129,9 @@ fn filled<E: From<DriverError>>(
     }
 }
 
-/// Checks that the beams of a scan cover at most a full turn, with some slack for sensors that count a beam too many. Readers
-/// accept others, which a person may have recorded; a driver that sends them has mistaken degrees for radians.
+/// Checks that the beams of a scan cover at most a full turn, with some slack for sensors that count one beam
+/// too many. Readers accept more than that, since such a scan may have been recorded, but a driver that sends
+/// one has mistaken degrees for radians.
 fn check_turn(scan: &LaserScan) -> Checked {
     let step_rad = f64::from(scan.angle_increment_rad);
     let turn_rad = step_rad.abs() * f64::from(scan.beam_count.saturating_sub(1));
@@ -139,7 +144,7 @@ fn check_turn(scan: &LaserScan) -> Checked {
 struct Thinning {
     gap_ns: u64,
     most: usize,
-    /// Number of readings since the last tick, and of those among them that were sent.
+    /// Number of readings since the last tick, and how many of them were sent.
     found: usize,
     sent: usize,
     last_ns: Option<u64>,

@@ -1,4 +1,4 @@
-//! Errors of experiments. Note that a robot failing to arrive is a result, not an error.
+//! Errors of experiments. Note that a robot that fails to arrive is a result rather than an error.
 
 use std::path::PathBuf;
 
@@ -12,7 +12,7 @@ use crate::judge::anchors::AnchorsError;
 use crate::judge::homotopy::CorrespondenceError;
 use crate::picture::PictureError;
 
-/// The reason why a suite cannot be loaded or a trial cannot be driven.
+/// Why a suite cannot be loaded or a trial cannot be driven.
 #[derive(Debug, thiserror::Error)]
 pub enum EvalError {
     /// The suite does not exist.
@@ -23,7 +23,7 @@ pub enum EvalError {
         /// The names of all suites.
         known: String,
     },
-    /// The suite needs data that are not part of the project.
+    /// The suite needs data that are not part of the repository.
     #[error(
         "suite {suite} needs {what}, which is not shipped with sketchnav: expected {file} in the folder given by --data DIR or SKETCHNAV_DATA, found {found}"
     )]

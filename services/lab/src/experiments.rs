@@ -1,14 +1,15 @@
-//! Experiments. A [`Suite`] is a list of [`Trial`]s. Each trial is driven in a single process by the same cores that the
-//! separate processes run. It yields one [`TaskOutcome`] per task, and [`statistics`] summarises these.
+//! Experiments. A [`Suite`] is a list of [`Trial`]s. Each trial is driven in a single process, by the same
+//! cores that the separate processes run. It yields one [`TaskOutcome`] per task, and [`statistics`]
+//! summarises these.
 //!
 //! ```text
 //! suites::load → Suite ─jobs::run_all→ TaskOutcomes ─statistics→ table, report
 //! ```
 //!
-//! An experiment that drives no missions is a [`Study`](studies::Study).
+//! An experiment that does not drive missions is a [`Study`](studies::Study).
 //!
-//! The same suite, method and seed yield the same outcomes, whatever the number of threads. This holds because a trial's
-//! seed is derived only from the suite's seed and the trial's name.
+//! The same suite, method and seed yield the same outcomes for any number of threads, because a trial's seed
+//! is derived only from the suite's seed and the trial's name.
 
 pub mod ablation;
 pub mod calibration;

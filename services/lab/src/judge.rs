@@ -1,11 +1,13 @@
-//! Judges the outcome of a mission by the true poses rather than by what the planner believed.
+//! Judges the outcome of a mission by the true poses rather than by the planner's own report.
 //!
-//! A task is reached if the planner reported so *and* the robot truly stood in the task's place. (Boniardi et al. 2015, IV,
-//! "considered a task successful if … the robot is able to access them".) The [`on_sketch`] module judges by the robot's
-//! own belief instead, as the authors do. A real robot's true poses are not known, so its own report counts.
+//! A task is reached if the planner reported so *and* the robot truly was in the task's place. (Boniardi et
+//! al. 2015, IV, "considered a task successful if … the robot is able to access them".) The [`on_sketch`]
+//! module instead judges by the robot's own estimate, as the authors do. A real robot's true poses are not
+//! known, so its own report counts.
 //!
-//! This module is pure: messages and the mission go in, and a [`Verdict`] or [`figures::Figures`] comes out. Nothing here
-//! prints, and nothing reads a recording except [`log::Log`], which collects the messages that the judge needs.
+//! This module is pure: messages and the mission go in, and a [`Verdict`] or [`figures::Figures`] comes out.
+//! It does not print, and only [`log::Log`], which collects the messages that the judge needs, reads
+//! recordings.
 
 pub mod anchors;
 pub mod directions;
@@ -43,10 +45,11 @@ pub struct TaskVerdict {
     pub name: String,
     /// True if the planner reported the goal as reached and the robot truly was there.
     pub reached: bool,
-    /// The last state that the planner reported, in the words of [`TaskState`], or `not begun` if it reported none. If this
-    /// says `reached` but the field `reached` is false, the robot stopped in the wrong place.
+    /// The last state that the planner reported, in the words of [`TaskState`], or `not begun` if it did not
+    /// report any. If this says `reached` but the field `reached` is false, the robot stopped in the wrong
+    /// place.
     pub state: String,
-    /// The reason that the planner gave, in its own words.
+    /// The reason given by the planner, in its own words.
     pub reason: String,
     /// Simulation time from the start of the task to its end, in seconds.
     pub time_s: f64,

@@ -1,12 +1,13 @@
-//! Assesses recordings and runs: judges them, draws pictures and builds pages. Experiments drive and judge many runs.
+//! Assesses recordings and runs: judges them, draws pictures and builds pages. Experiments drive and judge
+//! many runs.
 //!
 //! - [`judge`] determines how a mission went and how far its estimates were off.
 //! - [`picture`] draws missions as SVG, and [`page`] builds the HTML pages that show them.
-//! - [`sections`] holds the parts of a report that concern one kind of navigator.
-//! - [`experiments`] holds suites of trials, which are driven in one process, judged and counted.
+//! - [`sections`] contains the parts of a report that are specific to one kind of navigator.
+//! - [`experiments`] contains suites of trials, which are driven in one process, judged and counted.
 //!
-//! This crate never opens shared memory and never prints. It reads recordings and the files that make up suites, but writes
-//! no files.
+//! This crate does not open shared memory or print. It reads recordings and the files that make up suites,
+//! but does not write files.
 
 pub mod error;
 pub mod experiments;

@@ -1,5 +1,5 @@
-//! Self-contained HTML pages: their frame and style, tables, and curves over time. Pages work in light and dark mode and
-//! fit the screen of a phone.
+//! Self-contained HTML pages, with their frame and style, tables, and curves over time. Pages work in light
+//! and dark mode and fit the screen of a phone.
 //!
 //! This module is pure: the same content yields the same page.
 
@@ -11,8 +11,8 @@ use sketchnav_schemas::shown;
 const LONGEST_IN_A_LINE: usize = 32;
 const STYLE: &str = include_str!("page/style.css");
 
-/// Returns a whole page. Names in the content may come from anywhere, so hidden characters in them are made visible, as on
-/// a terminal.
+/// Returns a whole page. Hidden characters in the content are made visible, as on a terminal, because names
+/// may come from anywhere.
 pub fn document(title: &str, body: &Markup) -> String {
     let page = html! {
         (DOCTYPE)

@@ -1,10 +1,11 @@
 //! Draws two pictures of a mission: the drawing with the estimated path, and the true floor with the true path.
 //!
-//! This module is pure: it takes plain points and returns SVG as text, and the same points yield the same text. It never
-//! reads a recording (see [`crate::judge::TaskSpan::of`] for cutting channels into tasks) and never writes a file.
+//! This module is pure: it takes plain points and returns SVG as text, and the same points yield the same
+//! text. It never reads a recording (see [`crate::judge::TaskSpan::of`] for cutting channels into tasks) and
+//! never writes a file.
 //!
-//! Both pictures are 1200 units wide and all sizes are in these units, so that lines and letters look alike whatever the
-//! size of the canvas or building.
+//! Both pictures are 1200 units wide and all sizes are in these units, so that lines and letters look the
+//! same for canvases and buildings of any size.
 
 mod correspondence;
 mod floor;
@@ -28,7 +29,7 @@ pub use svg::escape;
 use svg::{Sheet, View};
 pub use task::{TaskMark, TaskPicture};
 
-/// The reason why a picture cannot be drawn.
+/// Why a picture cannot be drawn.
 #[derive(Debug, thiserror::Error)]
 pub enum PictureError {
     /// The number of cells does not match the size of the grid.
@@ -46,7 +47,7 @@ pub enum PictureError {
     Png(#[from] image::ImageError),
 }
 
-/// The drawing and the robot's beliefs, to be drawn by [`sketch()`].
+/// The drawing and the robot's estimates, as drawn by [`sketch()`].
 #[derive(Debug, Clone)]
 pub struct SketchPicture<'a> {
     /// Heading of the picture.
@@ -128,9 +129,9 @@ pub struct Moment<'a> {
     pub height_px: u32,
     /// Cells of the grid, with row 0 at the bottom.
     pub cells: &'a [u8],
-    /// Pose at which the robot believed it was.
+    /// The robot's estimated pose.
     pub pose: Pose<Sketch>,
-    /// Positions at which the robot had believed it was until then.
+    /// The robot's estimated positions until then.
     pub trail: &'a [Point<Sketch>],
     /// Positions of the particles.
     pub particles: &'a [Point<Sketch>],

@@ -1,7 +1,7 @@
-//! The navigators that a mission can choose from by name, in its `[navigator] kind`.
+//! Finds navigators by the names that missions use in `[navigator] kind`.
 //!
-//! The navigators of this project are known from the first use of this crate. A program that has others must add them with
-//! [`register`] before anything else.
+//! The navigators of this project are registered on first use of this crate. A program with other navigators
+//! must add them with [`register`] before anything else.
 
 use std::sync::{LazyLock, PoisonError, RwLock};
 
@@ -12,13 +12,13 @@ use sketchnav_schemas::ros2::derived::{self, Derived};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::Navigator;
 
-/// The navigators of this project, each a crate with a `messages` module and a `NAVIGATOR`.
+/// The navigators of this project. Each is a crate with a `messages` module and a `NAVIGATOR`.
 macro_rules! residents {
     ($($kind:ident),*) => {
         const NAVIGATORS: &[Navigator] = &[$($kind::NAVIGATOR),*];
 
-        /// Visits the message type of every channel that all navigators have, and of those that belong to this project's
-        /// navigators. Stops at the first error.
+        /// Visits the message type of every channel that is common to all navigators or belongs to one of
+        /// this project's. Stops at the first error.
         ///
         /// # Errors
         /// The visitor's error.
@@ -61,7 +61,8 @@ pub struct UnknownNavigator {
 /// Adds navigators of other projects, with their channels.
 ///
 /// # Errors
-/// [`RegisterError`] if the name of a navigator is already taken, or if the table of channels refuses one of its channels.
+/// [`RegisterError`] if the name of a navigator is already taken, or if one of its channels cannot be added
+/// to the table.
 pub fn register(navigators: &'static [Navigator]) -> Result<(), RegisterError> {
     KNOWN.residents.clone()?;
     let mut known = KNOWN.navigators.write().unwrap_or_else(PoisonError::into_inner);
@@ -92,8 +93,8 @@ pub fn of(mission: &Mission) -> Result<&'static Navigator, UnknownNavigator> {
     all().find(|navigator| navigator.kind == found).ok_or_else(unknown)
 }
 
-/// Returns the method by which a mission is driven. This is the one it names, or else the first of its navigator. If the
-/// navigator has no methods, this is the navigator's own name.
+/// Returns the method by which a mission is driven. This is the method that it names, or else the first of
+/// its navigator. If the navigator has no methods, this is the navigator's own name.
 pub fn method(mission: &Mission) -> &str {
     let named = mission.navigator.given.get("method").and_then(toml::Value::as_str);
     let first = || of(mission).ok()?.methods.first().copied();
@@ -105,16 +106,17 @@ pub fn method_of(run: &RunConfig) -> &str {
     if run.method.is_empty() { method(&run.mission) } else { &run.method }
 }
 
-/// Returns the topics that are derived from a channel for viewers, whichever navigator the channel belongs to.
+/// Returns the topics that are derived from a channel for viewers, no matter which navigator the channel
+/// belongs to.
 pub fn derived(spec: &ChannelSpec) -> impl Iterator<Item = &'static Derived> {
     let of_navigators = all().flat_map(|navigator| navigator.derived);
     derived::COMMON.iter().chain(of_navigators).filter(move |derived| derived.of == spec)
 }
 
-/// Reads a file on disk by the name that a mission gives it. Stages are given this function when they start.
+/// Reads a file on disk by the name that a mission gives it. Stages receive this function when they start.
 ///
 /// # Errors
-/// Like [`sketchnav_files::read`]. A file that is too large is refused before it is read.
+/// Any error of [`sketchnav_files::read`]. A file that is too large is refused before it is read.
 pub fn read_file(path: &str) -> std::io::Result<Vec<u8>> {
     read_from(&Disk)(path)
 }

@@ -1,4 +1,4 @@
-//! What bridge and server exchange: the newest state from the bridge, and calls from the server.
+//! Connects the bridge and the server: the newest state for the pages, and calls to the bridge.
 
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
@@ -13,17 +13,18 @@ use crate::study::sitting::Told;
 /// Maximum number of calls that wait for the bridge.
 const MAX_CALLS: usize = 256;
 
-/// The result of a request: the members of the answer besides `ok`, or why it is refused.
+/// The result of a request, which is either the members of the response in addition to `ok`, or the reason
+/// for the refusal.
 pub type Answer = Result<Value, Refusal>;
 
-/// A call of the server to the bridge.
+/// A call from the server to the bridge.
 #[derive(Debug)]
 pub enum Call {
     /// A page has connected.
     Join {
         /// The session that it had before.
         named: Option<String>,
-        /// A new session for it to use otherwise.
+        /// A new session, in case the page does not name one.
         fresh: String,
         /// Gets its session.
         reply: oneshot::Sender<Result<String, Refusal>>,
@@ -46,7 +47,7 @@ pub enum Call {
         /// Gets the answer.
         reply: oneshot::Sender<Answer>,
     },
-    /// A monitoring system asks for the figures of the system.
+    /// A monitoring system requests metrics.
     Metrics(oneshot::Sender<String>),
     /// The walls of the drawing with this number have been painted.
     Walls(u64, Vec<u8>),
@@ -55,7 +56,7 @@ pub enum Call {
 /// A page's request.
 #[derive(Debug)]
 pub enum Request {
-    /// Takes a sketch over, with the name that the page has given to the sending.
+    /// Takes over a sketch, which the page sent under this name.
     Sketch(SketchRequest, Option<String>),
     /// Takes a path over, likewise.
     Path(PathRequest, Option<String>),
@@ -65,16 +66,16 @@ pub enum Request {
     Here(HereBody),
     /// Takes the wheel.
     Wheel,
-    /// Sets another limit for the link, seconds.
+    /// Sets another limit for the link, in seconds.
     Limit(f64),
-    /// Saves a mission file of this name.
+    /// Saves a mission file under this name.
     Mission(String),
-    /// Tells the study something about its participant.
+    /// Sends the study a message about its participant.
     Study(Told),
 }
 
 impl Request {
-    /// The step that it takes, if it takes one.
+    /// The step that this order takes, if any.
     pub fn step(&self) -> Option<Step> {
         match self {
             Self::Sketch(..) => Some(Step::Sketch),
@@ -89,7 +90,7 @@ impl Request {
 /// What all pages see.
 #[derive(Debug, Clone, Default)]
 pub struct Picture {
-    /// The feed's JSON without its braces.
+    /// The JSON of the feed, without its braces.
     pub body: String,
     /// The session that has the wheel.
     pub driver: Option<String>,
@@ -101,10 +102,10 @@ pub struct Picture {
     pub watcher_may: Vec<Step>,
 }
 
-/// What a page gets when it connects, and again when that changes.
+/// What a page receives when it connects, and again whenever it changes.
 #[derive(Debug, Clone)]
 pub struct Welcome {
-    /// All but the session and whether it drives.
+    /// Everything except the session and whether it drives.
     pub hello: Hello,
     /// The session that has the wheel.
     pub driver: Option<String>,
@@ -119,7 +120,7 @@ pub struct Image {
     pub bytes: Bytes,
 }
 
-/// Where the bridge puts what the server sends to the pages.
+/// Where the bridge puts what the server should send to the pages.
 #[derive(Debug)]
 pub struct Board {
     /// The newest feed.
@@ -152,14 +153,14 @@ impl Board {
         self.welcome.borrow().as_ref()?.driver.clone()
     }
 
-    /// Whether the session has the wheel.
+    /// Returns true if the session has the wheel.
     pub fn drives(&self, session: &str) -> bool {
         self.driver().as_deref() == Some(session)
     }
 }
 
-/// A copy of the image. If a thread panicked while holding the lock, the image is still
-/// intact, since it is replaced as a whole.
+/// Returns a copy of the image. Even if a thread panicked while holding the lock, the image is intact,
+/// because it is always replaced as a whole.
 pub fn image(place: &Mutex<Option<Image>>) -> Option<Image> {
     place.lock().unwrap_or_else(PoisonError::into_inner).clone()
 }
@@ -169,7 +170,7 @@ pub fn put_image(place: &Mutex<Option<Image>>, image: Option<Image>) {
     *place.lock().unwrap_or_else(PoisonError::into_inner) = image;
 }
 
-/// The server's end of the bridge, for use by any thread.
+/// The server's handle to the bridge, which any thread can use.
 #[derive(Clone)]
 pub struct Caller {
     calls: SyncSender<Call>,
@@ -207,7 +208,8 @@ impl Caller {
     /// Calls the bridge.
     ///
     /// # Errors
-    /// [`Refusal::TooOften`] if too many calls are waiting already, [`Refusal::Absent`] if the bridge has ended.
+    /// [`Refusal::TooOften`] if too many calls are already waiting, and [`Refusal::Absent`] if the bridge has
+    /// ended.
     pub fn call(&self, call: Call) -> Result<(), Refusal> {
         self.calls.try_send(call).map_err(|error| match error {
             TrySendError::Full(_) => Refusal::TooOften,
@@ -217,13 +219,13 @@ impl Caller {
         Ok(())
     }
 
-    /// Notes that a connection of the session has ended.
+    /// Records that a connection of the session has ended.
     pub fn leave(&self, session: String) {
         self.leaves.lock().unwrap_or_else(PoisonError::into_inner).push(session);
         (self.wake)();
     }
 
-    /// Stops the robot, ahead of everything that waits. The result may be received or ignored.
+    /// Stops the robot, ahead of all waiting calls. The result may be received or ignored.
     pub fn abort(&self) -> oneshot::Receiver<Answer> {
         let (reply, answer) = oneshot::channel();
         let mut aborts = self.aborts.lock().unwrap_or_else(PoisonError::into_inner);
@@ -236,10 +238,10 @@ impl Caller {
         answer
     }
 
-    /// Asks the bridge and waits for its answer.
+    /// Calls the bridge and waits for its response.
     ///
     /// # Errors
-    /// The bridge's refusal, or as [`Caller::call`].
+    /// The refusal of the bridge, or any error of [`Caller::call`].
     pub async fn ask(&self, session: String, request: Request) -> Answer {
         let (reply, answer) = oneshot::channel();
         self.call(Call::Ask { session, request, reply })?;
@@ -248,17 +250,17 @@ impl Caller {
 }
 
 impl Calls {
-    /// Where to send the result of an abort; `None` if no abort was requested.
+    /// Returns where to send the result of an abort, or `None` if no abort was requested.
     pub fn take_aborts(&self) -> Option<Vec<oneshot::Sender<Answer>>> {
         self.aborts.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
 
-    /// The sessions of connections that have ended since the last call.
+    /// Returns the sessions of connections that have ended since the last call.
     pub fn take_leaves(&self) -> Vec<String> {
         std::mem::take(&mut *self.leaves.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// The waiting calls; those that arrive while these are answered are left for the next time.
+    /// Returns the waiting calls. Those that arrive while these are handled are left for the next time.
     pub fn waiting(&self) -> impl Iterator<Item = Call> {
         self.calls.try_iter().take(MAX_CALLS)
     }

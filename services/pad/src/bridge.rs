@@ -1,7 +1,8 @@
-//! The pad's thread that owns the node: forwards the pages' requests, and sends them what they display.
+//! The pad's thread that owns the node. It forwards the pages' requests, and sends them what they display.
 //!
-//! Everything it sends is in its checkpoint first. A drawing that the sketcher has not answered when this process dies
-//! is sent again by its successor, with the same number. An abort takes precedence over everything that waits.
+//! Everything that it sends is stored in its checkpoint first. If this process dies before the sketcher has
+//! responded to a drawing, the restarted process sends the drawing again with the same number. An abort takes
+//! precedence over everything that is waiting.
 
 mod lookout;
 mod receive;
@@ -56,7 +57,8 @@ struct State {
     participant: Option<String>,
 }
 
-/// Runs the bridge until the process is asked to end. `folder`: for mission files; `study`: with its participants.
+/// Runs the bridge until the process is asked to end. Mission files are saved in `folder`, and `study` is the
+/// study with its participants.
 ///
 /// # Errors
 /// A channel that fails.
@@ -83,7 +85,7 @@ pub fn run(
 
 struct Bridge<'a> {
     run: &'a RunConfig,
-    /// How the navigator uses what people draw.
+    /// How the navigator interprets drawings.
     drawn: Option<Drawn>,
     folder: PathBuf,
     caller: Caller,
@@ -96,10 +98,10 @@ struct Bridge<'a> {
     watch: Watch,
     machine: Machine,
     sessions: Sessions,
-    /// Where to send the sketcher's answer.
+    /// Where to send the sketcher's response.
     reply: Option<oneshot::Sender<Answer>>,
     sendings: Sendings,
-    /// Names of the mission files that were saved, which may be overwritten.
+    /// Names of the mission files saved so far, which may be overwritten.
     saved: BTreeSet<String>,
     study: Option<Sitting>,
     ends: Ends,
@@ -107,10 +109,10 @@ struct Bridge<'a> {
     metrics: Metrics,
     trail: Trail,
     stamp_ns: u64,
-    /// The number of the walls that are on the board, and of the drawing whose walls are being painted.
+    /// Number of the walls on the board, and of the drawing whose walls are being painted.
     walls: u64,
     painting: u64,
-    /// When the last feed was sent, and whether there is anything new since then.
+    /// When the last feed was sent, and whether there has been anything new since then.
     fed: Duration,
     is_new: bool,
 }
@@ -186,8 +188,8 @@ impl<'a> Bridge<'a> {
         Ok(())
     }
 
-    /// Starts without knowing what was drawn, so that people have to send it again. The numbers continue after the last
-    /// drawing that was answered, and after one that may not have been.
+    /// Starts without knowing what was drawn, so people have to send it again. The numbers continue after the
+    /// last drawing that got a response, and after one more that may not have got any.
     fn resume_after(&mut self, node: &Node) -> anyhow::Result<()> {
         let mut last = 0;
         self.inbox.understood.take_kept(node, |answer| last = answer.header.source_seq)?;
@@ -485,7 +487,7 @@ fn facts(answer: &Understood) -> Value {
     })
 }
 
-/// An answer as JSON: `ok` and the other members.
+/// Returns a response as JSON, with `ok` and the other members.
 pub fn ok(facts: Value) -> Value {
     let mut answer = json!({ "ok": true });
     if let (Value::Object(answer), Value::Object(facts)) = (&mut answer, facts) {

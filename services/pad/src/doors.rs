@@ -1,11 +1,13 @@
-//! Connections whose session is not known yet, and which of them is closed when there are too many.
+//! Limits the connections whose session is not known yet, and decides which of them to close if there are too
+//! many.
 //!
-//! A connection is a stranger's until a request on it has named a session, or a page has joined through it. From then
-//! on the session's own limits apply. There is only room for few strangers. When there is one too many, the oldest
-//! connection of the address that has the most is closed. So a client that opens connections and sends nothing
-//! displaces only its own, and a client that sends its request promptly is done before that.
+//! A connection is a stranger's until a request on it has named a session, or a page has joined through it.
+//! From then on, the session's own limits apply. There is room for only a few strangers. If there is one too
+//! many, the oldest connection of the address with the most connections is closed. A client that opens
+//! connections without sending anything therefore only displaces its own, and a client that sends its request
+//! promptly is finished before that happens.
 //!
-//! Pure: `T` is what notifies a connection that it is closed.
+//! This module is pure. `T` is what notifies a connection that it is closed.
 
 use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv6Addr};
@@ -27,7 +29,7 @@ impl<T> Default for Doors<T> {
 }
 
 impl<T> Doors<T> {
-    /// Adds a connection; returns its number, and the connection that has to be closed for it.
+    /// Adds a connection. Returns its number, and the connection that must be closed to make room.
     pub fn enter(&mut self, from: IpAddr, bell: T) -> (u64, Option<T>) {
         let id = self.next;
         self.next += 1;
@@ -37,7 +39,7 @@ impl<T> Doors<T> {
         (id, goes.and_then(|id| self.strangers.remove(&id)).map(|(_, bell)| bell))
     }
 
-    /// Removes a connection that has ended or whose session is known now.
+    /// Removes a connection that has ended or whose session has become known.
     pub fn leave(&mut self, id: u64) -> Option<T> {
         self.strangers.remove(&id).map(|(_, bell)| bell)
     }

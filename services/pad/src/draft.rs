@@ -1,4 +1,4 @@
-//! Files that are written beside their place first, so that they are whole under their name, or not there.
+//! Files that are first written without a name, so that they are complete once they have their final name.
 
 use std::fs::Permissions;
 use std::io::{self, Write};
@@ -10,7 +10,7 @@ use tempfile::{Builder, NamedTempFile};
 /// The mode of any other new file, before the user's mask.
 const MODE: u32 = 0o666;
 
-/// A nameless file in `folder` with these bytes.
+/// Creates an unnamed file in `folder` with these bytes.
 ///
 /// # Errors
 /// Those of the system.

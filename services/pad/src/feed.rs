@@ -1,7 +1,7 @@
-//! What pages display, in canvas pixels, y down.
+//! What pages display, in canvas pixels, with y down.
 //!
-//! Pure: takes what a lookout draws and returns one JSON object. Numbers are rounded, so that a feed stays small on a
-//! slow link.
+//! This module is pure: it takes what a lookout draws and returns one JSON object. Numbers are rounded to
+//! keep the feed small on slow links.
 
 mod services;
 mod trail;
@@ -20,7 +20,7 @@ use sketchnav_stage::lookout::{Around, Shape, Whereabouts};
 
 use crate::machine::State;
 
-/// Side of the canvas around a robot that has no drawing, pixels.
+/// Side of the canvas around a robot without a drawing, in pixels.
 pub const SIDE_PX: u32 = 1000;
 
 /// Maps the sheet that a lookout draws on to the canvas.
@@ -28,12 +28,12 @@ pub const SIDE_PX: u32 = 1000;
 pub enum View {
     /// A drawing.
     Drawing {
-        /// Its height, pixels of the drawing.
+        /// Height of the drawing, in pixels.
         height_px: f64,
-        /// Pixels of the drawing per pixel of the canvas.
+        /// Pixels of the drawing per canvas pixel.
         scale: f64,
     },
-    /// The robot in the middle, facing up.
+    /// The robot is in the middle and faces up.
     Robot {
         /// Pixels of the canvas per metre.
         px_per_m: f64,
@@ -46,7 +46,7 @@ impl View {
         Self::Robot { px_per_m: f64::from(SIDE_PX) / 2.0 / Around::robot(robot).reach_m }
     }
 
-    /// A point of the sheet on the canvas, rounded to tenths of a pixel.
+    /// Returns the canvas position of a point on the sheet, rounded to tenths of a pixel.
     pub fn point(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let middle = f64::from(SIDE_PX) / 2.0;
         match self {
@@ -56,17 +56,17 @@ impl View {
         .map(tenth)
     }
 
-    /// Points of the sheet on the canvas.
+    /// Returns the canvas positions of points on the sheet.
     pub fn points(&self, places: impl IntoIterator<Item = [f64; 2]>) -> Vec<[f64; 2]> {
         places.into_iter().map(|place| self.point(place)).collect()
     }
 
-    /// Shapes of the sheet on the canvas.
+    /// Returns the shapes of the sheet, in canvas pixels.
     pub fn shapes(&self, shapes: Vec<Shape>) -> Vec<Shape> {
         shapes.into_iter().map(|shape| shape.placed(|place| self.point(place))).collect()
     }
 
-    /// A point of the canvas in the drawing; `None` if there is no drawing.
+    /// Returns the position of a canvas point in the drawing, or `None` if there is no drawing.
     pub fn place(&self, [column, row]: [f64; 2]) -> Option<Point<Sketch>> {
         match self {
             Self::Drawing { height_px, scale } => Some(Point::new(column * scale, height_px - row * scale)),
@@ -96,7 +96,7 @@ fn thousandth(v: f64) -> f64 {
 pub struct Feed {
     /// Simulation time, milliseconds.
     pub t_ms: u64,
-    /// The state of the mission as people see it.
+    /// The state of the mission, as shown to people.
     pub state: State,
     /// Whether the navigation is ready.
     pub ready: bool,
@@ -104,24 +104,24 @@ pub struct Feed {
     pub driver: bool,
     /// Number of the walls at `/api/walls.png`.
     pub walls: u64,
-    /// The current task; null if there is none.
+    /// The current task, or null if there is none.
     pub task: Option<TaskView>,
     /// The robot's estimated speed, m/s.
     pub speed_mps: f64,
-    /// The robot's estimated pose; null if it is unknown.
+    /// The robot's estimated pose, or null if it is unknown.
     pub pose: Option<PoseView>,
-    /// A sample of the particles: guesses of the robot's position.
+    /// A sample of the particles, which are guesses of the robot's position.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub particles: Option<Vec<[f64; 2]>>,
     /// What its navigator shows.
     pub scene: Vec<Shape>,
-    /// What is drawn below that; it remains until the next one arrives.
+    /// What is drawn below everything else. It remains until the next one arrives.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lasting: Option<Vec<Shape>>,
-    /// What the robot is doing, in its navigator's words.
+    /// What the robot is doing, as described by its navigator.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub words: Vec<String>,
-    /// The question that a person is asked, while the robot waits for the answer.
+    /// The question to a person, while the robot waits for the answer.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub question: Option<QuestionView>,
     /// The newest point of the robot's trail.
@@ -145,9 +145,9 @@ pub struct TaskView {
     pub state: &'static str,
     /// Why, in words.
     pub reason: String,
-    /// Simulation time since it began, seconds.
+    /// Simulation time since the task began, in seconds.
     pub time_s: f64,
-    /// Distance driven since then, metres.
+    /// Distance driven since then, in metres.
     pub path_m: f64,
     /// Distance left, metres.
     pub remaining_m: f64,
@@ -156,7 +156,7 @@ pub struct TaskView {
 }
 
 impl TaskView {
-    /// The view of a status; `None` if there are no tasks.
+    /// Returns the view of a status, or `None` if there are no tasks.
     pub fn new(status: &MissionStatus) -> Option<Self> {
         (status.task_count > 0).then(|| Self {
             index: status.task,
@@ -179,11 +179,12 @@ pub struct PoseView {
     pub x: f64,
     /// Row.
     pub y: f64,
-    /// Counter-clockwise from "to the right", radians.
+    /// Direction in radians, counter-clockwise from "to the right".
     pub heading_rad: f64,
-    /// Semi-axes at two standard deviations, and the first one's direction, as `heading_rad`.
+    /// Semi-axes of the ellipse of two standard deviations, and the direction of the first one, measured like
+    /// `heading_rad`.
     pub ellipse: [f64; 3],
-    /// The robot's radius, pixels of the canvas.
+    /// The robot's radius, in canvas pixels.
     pub radius_px: f64,
     /// A word of [`Tracking`].
     pub tracking: &'static str,
@@ -207,7 +208,7 @@ impl PoseView {
         }
     }
 
-    /// The pose of a robot in the middle of the canvas.
+    /// Returns the pose of a robot in the middle of the canvas.
     pub fn in_the_middle(robot: &Robot, view: &View) -> Self {
         let [x, y] = view.point([0.0; 2]);
         Self {
@@ -222,12 +223,12 @@ impl PoseView {
     }
 }
 
-/// The question that a person is asked: where in the drawing the robot is.
+/// The question where in the drawing the robot is.
 #[derive(Debug, Clone, Serialize)]
 pub struct QuestionView {
     /// The text.
     pub text: String,
-    /// Where it may be, the likeliest first; empty if anywhere is possible.
+    /// Where it may be, the likeliest first. Empty if it may be anywhere.
     pub places: Vec<PossibleView>,
 }
 
@@ -241,7 +242,7 @@ pub struct PossibleView {
 }
 
 impl QuestionView {
-    /// The places that a person is asked about.
+    /// Returns the places to ask a person about.
     pub fn new(places: &[[f64; 2]], view: &View) -> Self {
         let place = |(name, at): (char, &[f64; 2])| PossibleView { name, at: view.point(*at) };
         let places: Vec<_> = ('A'..='Z').zip(places).map(place).collect();

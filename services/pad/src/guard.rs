@@ -1,11 +1,11 @@
-//! Which requests are accepted, and how often: checks the page's own origin and the
-//! token, and keeps buckets for each session.
+//! Decides which requests are accepted, and how often. It checks that they come from the pad's own page and
+//! contain the token, and limits the rate of each session.
 //!
-//! Pure: the caller passes the time. A pad is guarded twice. The token in its link keeps out people who have not been
-//! given the link; even on a loopback address, every user of the machine can connect. The host name in the request
-//! keeps out other pages: they cannot make a browser send the pad's own origin, nor a host name of their own for the
-//! pad's address. So the host must be a numeric address on which the pad listens,
-//! `localhost`, or a name that the user has allowed.
+//! This module is pure, and the caller passes in the time. A pad is guarded in two ways. The token in its
+//! link keeps out people who were not given the link, because even on a loopback address every user of the
+//! machine can connect. The host name in the request keeps out other web pages, because they can neither make
+//! a browser send the pad's own origin, nor use a host name of their own for the pad's address. The host must
+//! therefore be a numeric address on which the pad listens, `localhost`, or a name that the user has allowed.
 
 use std::collections::BTreeMap;
 use std::fmt::{Debug, Formatter};
@@ -31,12 +31,13 @@ const MAX_SESSIONS: usize = 64;
 const MIN_TOKEN: usize = 16;
 const MAX_TOKEN: usize = 64;
 
-/// The secret in the link to a page, which every request must contain: letters and digits. Not shown by `Debug`.
+/// The secret in the link to a page, which consists of letters and digits and must be part of every request.
+/// `Debug` does not show it.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Token(String);
 
 impl Token {
-    /// A new token that cannot be guessed.
+    /// Creates a new token that cannot be guessed.
     pub fn random() -> Self {
         Self(format!("{:032x}", rand::rng().random::<u128>()))
     }
@@ -64,10 +65,11 @@ impl Debug for Token {
     }
 }
 
-/// The value of a header that may occur once; `None` if it is missing.
+/// Returns the value of a header that may occur at most once, or `None` if it is missing.
 ///
 /// # Errors
-/// [`Refusal::Forbidden`] if it occurs more than once or is not ASCII, because another program might read a different value.
+/// [`Refusal::Forbidden`] if it occurs more than once or is not ASCII, because another program might read a
+/// different value.
 pub fn only<'a>(name: &str, values: impl IntoIterator<Item = &'a [u8]>) -> Result<Option<&'a str>, Refusal> {
     let refused =
         |found: &str| Refusal::Forbidden(format!("{name}: expected one header of ASCII, found {found}"));
@@ -90,7 +92,8 @@ pub struct Guard {
 }
 
 impl Guard {
-    /// For a pad that listens on `address`, and that people also reach by the host names `hosts`, given without a port.
+    /// Creates the guard of a pad that listens on `address`, and that people can also reach by the host names
+    /// `hosts`, given without a port.
     pub fn new(address: SocketAddr, hosts: Vec<String>, token: Token) -> Self {
         Self { address, hosts, token }
     }
@@ -98,7 +101,7 @@ impl Guard {
     /// Checks the headers `host` and `origin`. A program that is not a browser may omit the origin.
     ///
     /// # Errors
-    /// [`Refusal::Forbidden`] with what was expected.
+    /// [`Refusal::Forbidden`], which says what was expected.
     pub fn check_origin(&self, host: Option<&str>, origin: Option<&str>) -> Result<(), Refusal> {
         let host =
             host.ok_or_else(|| Refusal::Forbidden("host: expected the pad's address, found none".into()))?;
@@ -143,7 +146,7 @@ impl Guard {
         self.hosts.iter().fold(numbers, |names, host| format!("{names} or {host}:{port}"))
     }
 
-    /// Checks the token; the time this takes does not reveal how much of it is right.
+    /// Checks the token. The time taken does not reveal how much of it is right.
     ///
     /// # Errors
     /// [`Refusal::Token`].
@@ -168,7 +171,7 @@ fn is_same(a: &[u8], b: &[u8]) -> bool {
     a.len() == b.len() && differs == 0
 }
 
-/// The kind of a request, which selects its bucket.
+/// The kind of a request, which determines its rate limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Load {
     /// A drawing, a path or a mission file.
@@ -214,8 +217,8 @@ struct Rate {
 }
 
 impl Rates {
-    /// Counts a new connection of the session. If there are too many sessions, one without a connection is dropped, but
-    /// never the driver's.
+    /// Counts a new connection of the session. If there are too many sessions, one without a connection is
+    /// dropped, but never the driver's.
     pub fn enter(&mut self, session: &str, driver: Option<&str>, now: Duration) {
         if self.sessions.len() >= MAX_SESSIONS && !self.sessions.contains_key(session) {
             let gone = self
@@ -241,10 +244,10 @@ impl Rates {
         }
     }
 
-    /// Takes a request from the session's bucket, and a place for its duration.
+    /// Counts a request against the session's limits, and reserves a place while it is in progress.
     ///
     /// # Errors
-    /// [`Refusal::Forbidden`] for an unknown session, [`Refusal::TooOften`], [`Refusal::AtOnce`].
+    /// [`Refusal::Forbidden`] for an unknown session, [`Refusal::TooOften`], or [`Refusal::AtOnce`].
     pub fn take(
         &mut self,
         session: Option<&str>,

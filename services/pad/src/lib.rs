@@ -1,18 +1,19 @@
-//! The pad: the page on which people draw a map and a path, send them, watch the robot and stop it (Boniardi et al.
-//! 2016, section IV). One process serves the page and connects it to the channels.
+//! The pad is the page on which people draw a map and a path, send them, watch the robot and stop it
+//! (Boniardi et al. 2016, section IV). A single process serves the page and connects it to the channels.
 //!
 //! ```text
 //! page ⇄ HTTP, WebSocket ⇄ server (thread, tokio) ─calls→ bridge (thread, owns the node) ⇄ channels
 //!                                                ←board─
 //! ```
-//! - [`protocol`]: the messages between page and server, and their limits;
+//! - [`protocol`]: the messages between page and server, and their limits.
 //! - [`machine`]: which step is allowed. [`sessions`]: which page has the wheel, and whether it can be heard.
 //!   [`guard`]: which requests are accepted, and how often. `doors`: which connections stay open. [`feed`]: what pages
 //!   display. These are pure;
-//! - [`study`]: a user study on the page, with what its participants draw, measure and answer;
-//! - `server`, `bridge`: the threads around them. The server never touches a channel, the bridge never a socket.
+//! - [`study`]: a user study on the page, including what its participants draw, measure and answer.
+//! - `server`, `bridge`: the threads around them. The server never accesses channels, and the bridge never
+//!   accesses sockets.
 //!
-//! The page computes nothing about the robot, and nothing here reads the truth.
+//! The page does not compute anything about the robot, and the pad does not read the truth.
 
 // `say!` prints, and escapes what could steer a terminal.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
@@ -55,7 +56,7 @@ pub struct Settings {
     pub bind: IpAddr,
     /// Port to listen on.
     pub port: u16,
-    /// Host names, without a port, by which people reach the pad besides its numeric address.
+    /// Host names, without a port, by which people can reach the pad in addition to its numeric address.
     pub hosts: Vec<String>,
     /// The token that every request must contain.
     pub token: Token,
@@ -68,7 +69,7 @@ pub struct Settings {
 /// Why the pad cannot start.
 #[derive(Debug, thiserror::Error)]
 pub enum PadError {
-    /// The token is unusable: any user of this machine could drive.
+    /// The token is unusable, so any user of this machine could drive.
     #[error("{TOKEN_VARIABLE} in the environment: {0}, found {1}")]
     Token(String, &'static str),
     /// The server cannot listen on the address.
@@ -84,7 +85,7 @@ pub enum PadError {
 /// Runs the pad for a mission of `navigator` in `node`'s system until it is asked to end.
 ///
 /// # Errors
-/// [`PadError`]; [`study::StudyError`]; a channel that fails.
+/// [`PadError`], [`study::StudyError`], or the error of a channel that fails.
 pub fn run(node: &Node, navigator: &Navigator, settings: Settings) -> anyhow::Result<()> {
     let Settings { bind, port, hosts, token, folder, study } = settings;
     let run = node.run_config()?;

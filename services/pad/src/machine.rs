@@ -1,8 +1,9 @@
-//! The steps of Boniardi et al. 2016, figure 4: draw a map, send it, draw a path, send it, execute, abort, restore or
-//! start again. Decides which of them are allowed, for which page, and what the navigation has made of the last one.
+//! The steps of Boniardi et al. 2016, figure 4: draw a map, send it, draw a path, send it, execute, abort,
+//! restore or start again. This module determines which steps are allowed for which page, and what the
+//! navigator has made of the last one.
 //!
-//! Pure: takes what happens and returns what is to be sent; times are since the pad's start, by the caller's clock.
-//! After an order, the planner's statuses only count once they can take the order into account.
+//! This module is pure: it takes events and returns what to send. Times are measured since the pad's start,
+//! by the caller's clock. After an order, the planner's statuses only count once they can reflect the order.
 
 use std::time::Duration;
 
@@ -12,15 +13,15 @@ use sketchnav_schemas::message::{MissionStatus, Understood};
 
 use crate::protocol::{PathRequest, Refusal, SketchRequest, SketchType, Step};
 
-/// The number of statuses after an order, or after new tasks, that may still refer to the time before. One may have
-/// been in transit; the other is a safety margin.
+/// Number of statuses after an order, or after new tasks, that may still refer to the time before. One may
+/// have been in transit, and the other is a safety margin.
 const SETTLING: u32 = 2;
 /// A planner without a status for this long counts as not answering.
 const STALE: Duration = Duration::from_millis(1500);
 /// Longest that the sketcher may take to read a drawing.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// The state of the mission as people see it.
+/// The state of the mission, as shown to people.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum State {
@@ -47,43 +48,43 @@ pub struct AcceptedSketch {
     pub kind: SketchType,
     /// The content as it was sent.
     pub bytes: Vec<u8>,
-    /// Width and height of the canvas, image pixels.
+    /// Width and height of the canvas, in image pixels.
     pub canvas: [u32; 2],
-    /// Width and height of the grid, pixels.
+    /// Width and height of the grid, in pixels.
     pub size_px: [u32; 2],
     /// Pixels of the grid per image pixel.
     pub scale: f64,
 }
 
-/// A path that is marked in the drawing.
+/// A path drawn in the sketch.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Path {
     /// The body as it was sent.
     pub body: String,
-    /// The marks as the sketcher reads them, JSON.
+    /// The marks as JSON, in the form that the sketcher reads.
     pub marks: Vec<u8>,
-    /// The marks that placed the robot, these or earlier ones, JSON.
+    /// The marks that placed the robot, as JSON. They are these or earlier ones.
     pub placing: Vec<u8>,
     /// The sketch in which the robot was placed.
     pub sketch_seq: u64,
 }
 
-/// A drawing that the sketcher has not answered yet.
+/// A drawing to which the sketcher has not yet responded.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Pending {
     /// Its number on the channel.
     pub seq: u64,
     /// The drawing.
     pub what: Submission,
-    /// When it was sent; restarted by a successor.
+    /// When it was sent. Reset by a restarted pad.
     #[serde(skip)]
     pub since: Duration,
-    /// Whether its sender has been notified that the sketcher does not answer. An answer may still arrive.
+    /// Whether its sender has been notified that the sketcher does not respond. A response may still arrive.
     #[serde(default)]
     pub late: bool,
 }
 
-/// Something that is sent to the sketcher.
+/// Something sent to the sketcher.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Submission {
     /// A drawing.
@@ -95,17 +96,17 @@ pub enum Submission {
         /// Its canvas, if it says one.
         canvas: Option<[u32; 2]>,
     },
-    /// A path that is marked in the drawing.
+    /// A path drawn in the sketch.
     Path {
         /// The body as it was sent.
         body: String,
-        /// The marks as the sketcher reads them, JSON.
+        /// The marks as JSON, in the form that the sketcher reads.
         marks: Vec<u8>,
     },
 }
 
 impl Submission {
-    /// The kind in the channel's message.
+    /// The kind, as in the channel's message.
     pub fn kind(&self) -> DrawingKind {
         match self {
             Self::Sketch { .. } => DrawingKind::Sketch,
@@ -124,13 +125,13 @@ impl Submission {
 /// What a successor needs to know.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Memory {
-    /// The number of the last drawing that was sent; 0 before the first.
+    /// Number of the last drawing that was sent, or 0 before the first.
     pub drawing_seq: u64,
     /// The current sketch.
     pub sketch: Option<AcceptedSketch>,
     /// The current path.
     pub path: Option<Path>,
-    /// The drawing that has no answer yet.
+    /// The drawing that is waiting for a response.
     pub pending: Option<Pending>,
     /// Whether a page has ordered the robot to drive the path.
     pub ordered: bool,
@@ -143,18 +144,19 @@ pub struct Machine {
     memory: Memory,
     status: Option<MissionStatus>,
     status_at: Duration,
-    /// Whether the robot knows where it is, if it needs to.
+    /// Whether the robot is localized, if it needs to be.
     is_located: bool,
-    /// Whether the robot asks where it is.
+    /// Whether the robot is asking where it is.
     is_asking: bool,
-    /// The number of statuses to come that may still refer to the time before the last order.
+    /// Number of upcoming statuses that may still refer to the time before the last order.
     settling: u32,
     /// The state until they have arrived.
     assumed: Option<State>,
 }
 
 impl Machine {
-    /// `draws`: the drawing and the tasks come from the page; otherwise it watches a mission from a file.
+    /// Creates a machine. If `draws` is set, the drawing and the tasks come from the page. Otherwise, the
+    /// page watches a mission from a file.
     pub fn new(draws: bool) -> Self {
         let (memory, status_at) = (Memory::default(), Duration::ZERO);
         Self {
@@ -169,7 +171,7 @@ impl Machine {
         }
     }
 
-    /// Resumes from a predecessor's memory.
+    /// Resumes from the memory of a previous pad.
     pub fn resume(&mut self, mut memory: Memory, now: Duration) {
         if let Some(pending) = &mut memory.pending {
             pending.since = now;
@@ -177,8 +179,8 @@ impl Machine {
         self.memory = memory;
     }
 
-    /// Starts after a predecessor of which only the number of its last drawing is known. A
-    /// page may have ordered the robot to drive.
+    /// Starts after a previous pad of which only the number of its last drawing is known. A page may have
+    /// ordered the robot to drive.
     pub fn resume_after(&mut self, drawing_seq: u64) {
         self.memory.drawing_seq = drawing_seq;
         self.memory.ordered = true;
@@ -199,22 +201,24 @@ impl Machine {
         }
     }
 
-    /// Takes the lookout's report: whether the robot knows where it is, if it needs to, and whether it asks a person.
+    /// Processes the lookout's report, which says whether the robot is localized, if it needs to be, and
+    /// whether it is asking a person.
     pub fn on_lookout(&mut self, is_located: bool, is_asking: bool) {
         (self.is_located, self.is_asking) = (is_located, is_asking);
     }
 
-    /// Whether the robot waits for a person to say where it is.
+    /// Returns true if the robot waits for a person to say where it is.
     pub fn asks(&self) -> bool {
         self.is_asking && self.state() == State::Paused
     }
 
-    /// The planner's last status that counts.
+    /// Returns the planner's last status that counts.
     pub fn status(&self) -> Option<&MissionStatus> {
         self.status.as_ref().filter(|_| self.assumed.is_none())
     }
 
-    /// The state as people see it. A robot that is driving counts as driving even if it is no longer known what it was sent.
+    /// Returns the state as shown to people. A robot that is driving counts as driving even if it is no
+    /// longer known what it was sent.
     pub fn state(&self) -> State {
         let state = self.assumed.unwrap_or_else(|| self.told());
         match (&self.memory.sketch, &self.memory.path) {
@@ -225,8 +229,9 @@ impl Machine {
         }
     }
 
-    /// The state according to the planner. If it waits, or has sent nothing yet, and has been ordered to drive, it is
-    /// about to drive. The order comes from a page, or from the supervisor if the mission is from a file.
+    /// Returns the state according to the planner. If the planner waits, or has not sent anything yet, and
+    /// has been ordered to drive, it is about to drive. The order comes from a page or, if the mission is
+    /// from a file, from the supervisor.
     fn told(&self) -> State {
         let state = self.status.and_then(|status| TaskState::from_code(status.state));
         let is_ordered = self.memory.ordered || !self.draws;
@@ -240,14 +245,14 @@ impl Machine {
         }
     }
 
-    /// Whether the navigation answers and, if there is a path, knows where the robot is.
+    /// Returns true if the navigator responds and, if there is a path, the robot is localized.
     pub fn is_ready(&self, now: Duration) -> bool {
         let answers = self.status_at > Duration::ZERO && now.saturating_sub(self.status_at) < STALE;
         let needs_pose = !self.draws || self.memory.path.is_some();
         answers && (!needs_pose || self.is_located) && self.settling == 0
     }
 
-    /// The steps that a page may take; `drives`: whether it has the wheel.
+    /// Returns the steps that a page may take. `drives` says whether it has the wheel.
     pub fn allowed(&self, drives: bool, now: Duration) -> Vec<Step> {
         let steps =
             [Step::Sketch, Step::Path, Step::Execute, Step::Abort, Step::Restore, Step::Again, Step::Here];
@@ -257,7 +262,7 @@ impl Machine {
     /// Whether a step is allowed.
     ///
     /// # Errors
-    /// [`Refusal`] with what is required.
+    /// [`Refusal`], which says what is required.
     pub fn check(&self, step: Step, drives: bool, now: Duration) -> Result<(), Refusal> {
         // Anyone who sees that something goes wrong may stop the robot, even without the wheel.
         if step == Step::Abort {
@@ -315,7 +320,7 @@ impl Machine {
         if holds { Ok(()) } else { Err(not_now(expected, state)) }
     }
 
-    /// Submits a drawing; returns its number.
+    /// Submits a drawing and returns its number.
     ///
     /// # Errors
     /// As [`Machine::check`].
@@ -330,7 +335,7 @@ impl Machine {
         Ok(self.submit(Submission::Sketch { kind, bytes, canvas }, now))
     }
 
-    /// Submits what is marked in the drawing; returns its number.
+    /// Submits marks in the drawing and returns their number.
     ///
     /// # Errors
     /// As [`Machine::check`].
@@ -347,7 +352,7 @@ impl Machine {
         seq
     }
 
-    /// Takes the sketcher's answer; `None` if it does not answer what is pending.
+    /// Processes the sketcher's response. Returns `None` if it does not belong to the pending drawing.
     pub fn on_understood(&mut self, answer: &Understood) -> Option<Result<(), Refusal>> {
         let pending = self.memory.pending.take_if(|pending| pending.seq == answer.header.source_seq)?;
         if answer.accepted == 0 {
@@ -373,15 +378,15 @@ impl Machine {
         Some(Ok(()))
     }
 
-    /// Gives up waiting for a sketcher that does not answer; returns whether it has just done so. From then on another
-    /// drawing may be sent; if an answer arrives before that, it counts.
+    /// Gives up waiting for a sketcher that does not respond, and returns true if this has just happened.
+    /// From then on, another drawing may be sent. A response that arrives before that still counts.
     pub fn has_waited_too_long(&mut self, now: Duration) -> bool {
         let pending = self.memory.pending.as_mut().filter(|pending| !pending.late);
         let late = pending.filter(|pending| now.saturating_sub(pending.since) > PATIENCE);
         late.map(|pending| pending.late = true).is_some()
     }
 
-    /// Takes an order of a page; returns the order to send to the planner.
+    /// Processes a page's order and returns the order to send to the planner.
     ///
     /// # Errors
     /// As [`Machine::check`].
@@ -401,7 +406,8 @@ impl Machine {
         Ok(order)
     }
 
-    /// Returns the order for the planner when the driver can no longer be heard. A mission from a file needs no driver.
+    /// Returns the order for the planner when the driver can no longer be heard. A mission from a file needs
+    /// no driver.
     pub fn on_silence(&mut self) -> Option<Order> {
         (self.draws && self.state() == State::Driving).then(|| {
             self.assume(State::Paused);

@@ -1,7 +1,7 @@
-//! What Prometheus reads at `/metrics`: figures of the processes and channels in its text format (version 0.0.4).
+//! Metrics of the processes and channels for Prometheus at `/metrics`, in its text format (version 0.0.4).
 //!
-//! The text is generated on request from what is known anyway; nothing is measured for it. Rates are left to
-//! Prometheus: `rate()` of a counter.
+//! The text is generated on request from what is already known, without any additional measurement. Rates are
+//! left to Prometheus, as in `rate()` of a counter.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -44,7 +44,7 @@ const FIGURES: [Figure; 7] = [
 ];
 
 impl Metrics {
-    /// The figures of runs of this kind of navigator.
+    /// Creates the metrics for runs of this kind of navigator.
     ///
     /// # Errors
     /// If a channel cannot be inspected.
@@ -55,12 +55,13 @@ impl Metrics {
         Ok(Self { channels, health: BTreeMap::new() })
     }
 
-    /// Takes a health report of a process.
+    /// Processes a health report.
     pub fn on_health(&mut self, health: &Health) {
         self.health.insert(health.process, *health);
     }
 
-    /// The text. `services`: which processes are up, and how often they were restarted; `stamp_ns`: simulation time.
+    /// Returns the text. `services` says which processes are up and how often they were restarted, and
+    /// `stamp_ns` is the simulation time.
     pub fn text(&self, services: &[ServiceView], stamp_ns: u64) -> String {
         let sent = self.channels.iter().map(|(spec, times)| (spec.name, times.newest()));
         render(&self.health, services, &sent.collect::<Vec<_>>(), stamp_ns)

@@ -1,7 +1,7 @@
-//! Saves what was drawn as a mission file, which `sketchnav run` can drive again without a page.
+//! Saves a drawing as a mission file, which `sketchnav run` can then drive without a page.
 //!
-//! The folder is the user's, and usually the one with the missions that they have written by hand. A file in it that
-//! the pad has not written is never replaced.
+//! The folder belongs to the user and usually contains missions written by hand. A file is therefore never
+//! replaced unless the pad itself wrote it.
 
 use std::collections::BTreeSet;
 use std::io::ErrorKind;
@@ -27,12 +27,13 @@ pub struct Written {
     pub text: Option<String>,
 }
 
-/// Writes `name.toml` and the drawing beside it into `folder`, or neither if a file is in the way. `mission` gives the
-/// world and the robot; its paths are absolute. `drawn` belongs to its navigator. `own`: the names of files in the
-/// folder that the pad has written and may replace; the new ones are added.
+/// Writes `name.toml` and the drawing next to it into `folder`, or neither if a file is in the way. `mission`
+/// provides the world and the robot, with absolute paths. `drawn` belongs to its navigator. `own` contains
+/// the names of files in the folder that the pad has written and may replace, and the new ones are added to
+/// it.
 ///
 /// # Errors
-/// [`Refusal::Malformed`] for an invalid name, [`Refusal::Taken`], [`Refusal::File`].
+/// [`Refusal::Malformed`] for an invalid name, [`Refusal::Taken`], or [`Refusal::File`].
 pub fn write(
     folder: &Path,
     name: &str,

@@ -1,4 +1,4 @@
-//! The page's files, embedded when the program was built.
+//! The files of the page, which are embedded when the program is built.
 
 macro_rules! files {
     ($($name:literal: $kind:ident),* $(,)?) => {
@@ -61,7 +61,7 @@ files! {
     "view.js": SCRIPT,
 }
 
-/// The file at a path of the server: its `content-type` and its bytes.
+/// Returns the file at a path of the server, as its `content-type` and its bytes.
 pub fn find(path: &str) -> Option<(&'static str, &'static [u8])> {
     let name = if path == "/" { "index.html" } else { path.strip_prefix('/')? };
     if name == "files.json" {

@@ -1,14 +1,14 @@
 //! The protocol between page and server.
 //!
-//! All coordinates are pixels of the canvas, column and row from the top left. Headings are counter-clockwise from "to
-//! the right" as seen on the page: (cos h, −sin h) is the direction. The server converts from the robot's frame (y up,
-//! other scale); the page never does.
+//! All coordinates are canvas pixels, column and row from the top left. Headings are counter-clockwise from
+//! "to the right" as seen on the page, so the direction is (cos h, −sin h). The server converts from the
+//! robot's frame (y up, other scale), and the page never does.
 //!
 //! # HTTP
-//! Every `POST` has the header `x-sketchnav-session` (from the last `hello`). Every request below contains the token of
-//! the link that the pad printed, either in the header `x-sketchnav-token` or as `token=…` in the query. The answer is
-//! 200 `{"ok":true,…}`, or `{"error":"words"}` with a status of [`Refusal::status`]. `GET` of any other path returns a
-//! file of the page, or 404.
+//! Every `POST` has the header `x-sketchnav-session` (from the last `hello`). Every request below contains
+//! the token of the link that the pad printed, either in the header `x-sketchnav-token` or as `token=…` in
+//! the query. The response is 200 `{"ok":true,…}`, or `{"error":"words"}` with a status of
+//! [`Refusal::status`]. `GET` of any other path returns a file of the page, or 404.
 //!
 //! | request | body | answer beside `ok` |
 //! |---|---|---|
@@ -25,31 +25,36 @@
 //! | `GET /api/drawing` | | a picture: the photo that is the drawing; 404 if it is not a photo |
 //! | `GET /api/place.svg` | | a picture: the floor that participants of a study see before they draw; 404 if there is none |
 //!
-//! Sketches, paths, places, limits, missions and what concerns a study are only accepted from the session that drives;
-//! those of other sessions are not even read. The order `abort` may be given by any session, at any rate, and takes
-//! precedence over everything else. It is answered once it has been passed on to the planner, or refused (409) if
-//! nothing is in progress. A connection carries one request. Its head must arrive within 10 s and its body within 10 s
-//! (that of a drawing or a path within 60 s), or it is refused (408). A session's requests are limited in number at a
-//! time and in rate (429). Connections that send nothing are limited, too (503): see `doors`.
+//! Sketches, paths, places, limits, missions and anything that concerns a study are only accepted from the
+//! session that drives. Those of other sessions are not even read. The order `abort` may be given by any
+//! session, at any rate, and takes precedence over everything else. The response comes once the order has
+//! been passed on to the planner, or refused (409) if nothing is in progress. A connection carries one
+//! request. Its head must arrive within 10 s and its body within 10 s (that of a drawing or a path within 60
+//! s), or it is refused (408). The requests of a session are limited in number at a time and in rate (429).
+//! Connections that do not send anything are limited as well (503), see `doors`.
 //!
-//! A sketch or a path may have a header `x-sketchnav-sending`, a name that the page makes up for it. A page that gets
-//! no answer, because the link breaks or the server dies, sends the drawing again under the same name. It is processed
-//! only once: if it is still being read, the answer is awaited; if it has been answered, the answer is repeated.
+//! A sketch or a path may have a header `x-sketchnav-sending` with a name that the page has chosen for it. If
+//! a page gets no response, because the link breaks or the server dies, it sends the drawing again under the
+//! same name. The drawing is processed only once. If it is still being read, the page waits for the response,
+//! and if there already was a response, it is repeated.
 //!
-//! The first path of a sketch places the robot at its first point, facing along it, or at its `start`, which is
-//! required with goals. A later path leaves the robot where it is, unless it has a `start`.
+//! The first path of a sketch places the robot at its first point, facing along it, or at its `start`, which
+//! is required with goals. A later path leaves the robot where it is, unless it has a `start`.
 //!
 //! # WebSocket
-//! `GET /ws?token=…&session=…`; `session` is that of the last `hello`, so that a page that reconnects keeps the wheel.
-//! All messages are text, one JSON object each; those of the page have at most 1024 bytes.
+//! `GET /ws?token=…&session=…`, where `session` is that of the last `hello`, so that a page that reconnects
+//! keeps the wheel. All messages are text, with one JSON object each. Those of the page are limited to 1024
+//! bytes.
 //!
-//! - `{"hello":{…}}`: [`Hello`], again whenever anything in it changes but the trail, which grows in the feed;
-//! - `{"feed":{"n":…,…}}` is what the page displays ([`Feed`](crate::feed::Feed)), with additional members for this
-//!   page: `drives`, `wheel` (whether it can be taken) and `allowed` (the steps that it may take). The page answers
-//!   `{"seen":n}` when it has drawn it. No more than two feeds are in transit unseen (a page that answers nothing gets
-//!   one a second), so a slow page gets the newest picture, never a queue;
-//! - `{"ping":t}` is answered by `{"pong":t}`, any number;
-//! - `{"abort":true}`: the same as the order; its result is shown by the feed.
+//! - `{"hello":{…}}` is a [`Hello`]. It is sent again whenever anything in it changes, except for the trail,
+//!   which grows in the feed.
+//! - `{"feed":{"n":…,…}}` is what the page displays ([`Feed`](crate::feed::Feed)), with additional members
+//!   for this page: `drives`, `wheel` (whether it can be taken) and `allowed` (the steps that it may take).
+//!   The page responds with `{"seen":n}` when it has drawn it. At most two feeds are in transit unseen (a
+//!   page that does not respond gets one a second), so a slow page always gets the newest picture instead of
+//!   a queue.
+//! - `{"ping":t}` is answered by `{"pong":t}`, with any number.
+//! - `{"abort":true}` is the same as the order. The feed shows its result.
 
 use std::path::PathBuf;
 
@@ -64,13 +69,14 @@ use crate::study::sitting::View;
 pub const MAX_STROKES: usize = 4096;
 /// Longest path request, bytes.
 pub const MAX_PATH_BYTES: usize = 1 << 20;
-/// Longest request to a study, bytes.
+/// Maximum length of a request to a study, in bytes.
 pub const MAX_STUDY_BYTES: usize = 16 << 10;
 /// Longest other request, bytes.
 pub const MAX_SMALL_BYTES: usize = 4096;
-/// How long the link to the driver may be lost before the mission pauses, seconds: least, most.
+/// Minimum and maximum time for which the link to the driver may be lost before the mission pauses, in
+/// seconds.
 pub const LINK_LIMIT_S: [f64; 2] = [1.0, 60.0];
-/// The default of that limit, seconds.
+/// The default of that limit, in seconds.
 pub const DEFAULT_LINK_LIMIT_S: f64 = 3.0;
 
 /// Why a request is refused, in words for the page.
@@ -82,7 +88,7 @@ pub enum Refusal {
     /// The token is missing or wrong.
     #[error("expected the token of the link that the pad printed, found {0}")]
     Token(&'static str),
-    /// It comes from another page, is addressed to another host name, or has no session.
+    /// The request comes from another page, is addressed to another host name, or has no session.
     #[error("{0}")]
     Forbidden(String),
     /// It is not allowed in this state.
@@ -161,7 +167,7 @@ impl Refusal {
     }
 }
 
-/// The type of a drawing that was sent.
+/// The type of a drawing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SketchType {
     /// Strokes in JSON.
@@ -173,7 +179,7 @@ pub enum SketchType {
 }
 
 impl SketchType {
-    /// The type according to the `content-type` of a request.
+    /// Returns the type according to the `content-type` of a request.
     pub fn of(content_type: Option<&str>) -> Result<Self, Refusal> {
         match content_type.and_then(|text| text.split(';').next()).map(str::trim) {
             Some("application/json") => Ok(Self::Strokes),
@@ -196,7 +202,7 @@ impl SketchType {
         }
     }
 
-    /// The type as a file name's extension.
+    /// Returns the type as a file extension.
     pub fn extension(self) -> &'static str {
         match self {
             Self::Strokes => "json",
@@ -206,14 +212,15 @@ impl SketchType {
     }
 }
 
-/// A drawing that may be passed on: its counts are within their limits; the sketcher says whether it is usable.
+/// A drawing that may be passed on. Its counts are within their limits, but only the sketcher can tell
+/// whether it is usable.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SketchRequest {
     /// Its type.
     pub kind: SketchType,
     /// The content as it was sent.
     pub bytes: Vec<u8>,
-    /// Its canvas, if it says one; that of a picture is its own size.
+    /// The canvas, if the drawing specifies one. For a picture, this is its own size.
     pub canvas: Option<[u32; 2]>,
 }
 
@@ -240,7 +247,7 @@ impl SketchRequest {
     /// Checks the limits.
     ///
     /// # Errors
-    /// [`Refusal::TooLarge`] with what and how many; [`Refusal::Malformed`].
+    /// [`Refusal::TooLarge`], which gives what and how many, or [`Refusal::Malformed`].
     pub fn parse(kind: SketchType, bytes: Vec<u8>) -> Result<Self, Refusal> {
         if bytes.len() > MAX_DRAWING_BYTES {
             return Err(Refusal::too_large(MAX_DRAWING_BYTES, "bytes of a drawing", bytes.len()));
@@ -273,7 +280,7 @@ fn counted(bytes: &[u8]) -> Result<[u32; 2], Refusal> {
 pub struct PathRequest {
     /// The body as it was sent, for other pages.
     pub body: String,
-    /// The marks as the sketcher reads them.
+    /// The marks in the form that the sketcher reads.
     pub marks: Marks,
 }
 
@@ -297,7 +304,7 @@ impl PathRequest {
     /// Checks the limits.
     ///
     /// # Errors
-    /// [`Refusal::TooLarge`] with what and how many; [`Refusal::Malformed`].
+    /// [`Refusal::TooLarge`], which gives what and how many, or [`Refusal::Malformed`].
     pub fn parse(bytes: &[u8]) -> Result<Self, Refusal> {
         let malformed = |error: &dyn std::fmt::Display| Refusal::malformed("the path", error);
         let body = std::str::from_utf8(bytes).map_err(|error| malformed(&error))?;
@@ -342,7 +349,7 @@ pub enum Step {
     Restore,
     /// Start again with the first task.
     Again,
-    /// Say where the robot is: [`HereBody`].
+    /// Say where the robot is, with a [`HereBody`].
     Here,
 }
 
@@ -358,7 +365,7 @@ pub struct OrderBody {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HereBody {
-    /// Where in the drawing the robot is.
+    /// Where the robot is in the drawing.
     pub at: [f64; 2],
     /// Its heading, if known.
     pub heading_deg: Option<f64>,
@@ -376,24 +383,24 @@ pub struct LimitBody {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MissionBody {
-    /// The name for people, from which the file name is derived.
+    /// A name for people to read, from which the file name is derived.
     pub name: String,
 }
 
 /// Reads a small request.
 ///
 /// # Errors
-/// [`Refusal::Malformed`] with the position.
+/// [`Refusal::Malformed`], which gives the position.
 pub fn parse<'a, T: Deserialize<'a>>(what: &str, bytes: &'a [u8]) -> Result<T, Refusal> {
     serde_json::from_slice(bytes).map_err(|error| Refusal::malformed(what, error))
 }
 
-/// A message of the page on the WebSocket.
+/// A message from a page on the WebSocket.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Said {
-    /// Asks for an answer with the same number.
+    /// Requests a response with the same number.
     Ping(f64),
-    /// Confirms that it has drawn the feed of this number.
+    /// Confirms that the page has drawn the feed with this number.
     Seen(u64),
     /// Stop the robot.
     Abort,
@@ -408,7 +415,7 @@ struct SaidBody {
 }
 
 impl Said {
-    /// Parses a message; `None` if it does not belong to the protocol.
+    /// Parses a message. Returns `None` if it does not belong to the protocol.
     pub fn parse(text: &str) -> Option<Self> {
         match serde_json::from_str(text).ok()? {
             SaidBody { abort: Some(true), .. } => Some(Self::Abort),
@@ -419,7 +426,7 @@ impl Said {
     }
 }
 
-/// Identifies the page and describes what exists already.
+/// Identifies the page and describes what already exists.
 #[derive(Debug, Clone, Serialize)]
 pub struct Hello {
     /// The page's session.
@@ -436,13 +443,14 @@ pub struct Hello {
     pub robot_radius_m: f64,
     /// The limits.
     pub limits: Limits,
-    /// The current drawing, JSON as it was sent; for a photo `{"canvas":…,"image":"/api/drawing"}`.
+    /// The current drawing as JSON, as it was sent. For a photo, this is
+    /// `{"canvas":…,"image":"/api/drawing"}`.
     #[serde(skip)]
     pub drawing: Option<String>,
-    /// The current path, JSON as it was sent.
+    /// The current path as JSON, as it was sent.
     #[serde(skip)]
     pub path: Option<String>,
-    /// Number of the walls at `/api/walls.png`; 0 if there are none yet.
+    /// Number of the walls at `/api/walls.png`, or 0 if there are none yet.
     pub walls: u64,
     /// Where the robot has been since it was placed.
     pub trail: Vec<[f64; 2]>,
@@ -452,7 +460,7 @@ pub struct Hello {
 }
 
 impl Hello {
-    /// The whole message, `{"hello":{…}}`.
+    /// Returns the whole message, `{"hello":{…}}`.
     pub fn text(&self) -> String {
         let facts = serde_json::to_string(self).unwrap_or_default();
         let facts = facts.strip_suffix('}').unwrap_or_default();
@@ -467,7 +475,7 @@ impl Hello {
 pub struct Limits {
     /// Size of a drawing.
     pub bytes: usize,
-    /// Points of all strokes and obstacles together.
+    /// Maximum number of points of all strokes and obstacles together.
     pub points: usize,
     /// Number of strokes and obstacles.
     pub strokes: usize,
@@ -475,14 +483,14 @@ pub struct Limits {
     pub goals: usize,
     /// Points of a route.
     pub path_points: usize,
-    /// How long the link may be lost before the mission pauses, seconds.
+    /// How long the link may be lost before the mission pauses, in seconds.
     pub link_limit_s: f64,
-    /// The range of that, seconds: least, most.
+    /// Minimum and maximum of that limit, in seconds.
     pub link_limit_range_s: [f64; 2],
 }
 
 impl Limits {
-    /// The limits, with the given link limit.
+    /// Returns the limits, with the given limit for the link.
     pub fn new(link_limit_s: f64) -> Self {
         Self {
             bytes: MAX_DRAWING_BYTES,

@@ -1,4 +1,4 @@
-//! The HTTP side: checks requests and their limits, and passes them to the bridge.
+//! The HTTP server, which checks requests and their limits, and passes them to the bridge.
 
 mod listen;
 mod socket;
@@ -68,7 +68,7 @@ impl IntoResponse for Refusal {
     }
 }
 
-/// Serves until `end` is notified; in a thread of its own.
+/// Serves until `end` is notified, in a thread of its own.
 ///
 /// # Errors
 /// If the listener fails.

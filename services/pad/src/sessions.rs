@@ -1,7 +1,7 @@
-//! Which pages are there, which has the wheel, and whether the driver can be heard.
+//! Which pages are connected, which of them has the wheel, and whether the driver can be heard.
 //!
-//! A session is a page across all of its connections: one that reconnects is the same. Times are since the pad's start,
-//! by the caller's clock.
+//! A session is a page across all of its connections, so a page that reconnects keeps its session. Times are
+//! measured since the pad's start, by the caller's clock.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -39,7 +39,7 @@ impl Default for Sessions {
 }
 
 impl Sessions {
-    /// Resumes from a predecessor: its driver has to be heard again within the limit.
+    /// Resumes from a previous pad. Its driver must be heard again within the limit.
     pub fn resume(&mut self, driver: Option<String>, link_limit_s: f64, now: Duration) {
         if let Some(id) = &driver {
             self.known.insert(id.clone(), Session { connections: 0, heard: now });
@@ -52,7 +52,7 @@ impl Sessions {
     /// Checks whether a page that names this session would be admitted.
     ///
     /// # Errors
-    /// [`Refusal::Absent`] if there are too many pages already, or too many connections of this one.
+    /// [`Refusal::Absent`] if there are already too many pages, or too many connections of this one.
     pub fn check_seat(&self, named: Option<&str>) -> Result<(), Refusal> {
         let known = named.and_then(|id| self.known.get(id));
         let own = known.map_or(0, |session| session.connections);
@@ -70,8 +70,8 @@ impl Sessions {
         Ok(())
     }
 
-    /// Adds a connection of a page; returns the session that it names, if that is known, or
-    /// `fresh`. The first page gets the wheel.
+    /// Adds a connection of a page. Returns the session that it names if that is known, and `fresh`
+    /// otherwise. The first page gets the wheel.
     ///
     /// # Errors
     /// As [`Sessions::check_seat`].
@@ -89,14 +89,14 @@ impl Sessions {
         Ok(id)
     }
 
-    /// Notes that a connection of the session has ended.
+    /// Records that a connection of the session has ended.
     pub fn leave(&mut self, id: &str) {
         if let Some(session) = self.known.get_mut(id) {
             session.connections = session.connections.saturating_sub(1);
         }
     }
 
-    /// Notes that something has arrived from the session.
+    /// Records that something has arrived from the session.
     pub fn hear(&mut self, id: &str, now: Duration) {
         if let Some(session) = self.known.get_mut(id) {
             session.heard = now;
@@ -109,7 +109,7 @@ impl Sessions {
         self.known.contains_key(id)
     }
 
-    /// Whether the session has the wheel.
+    /// Returns true if the session has the wheel.
     pub fn drives(&self, id: &str) -> bool {
         self.driver.as_deref() == Some(id)
     }
@@ -119,18 +119,18 @@ impl Sessions {
         self.driver.as_deref()
     }
 
-    /// How long the driver has not been heard.
+    /// Returns how long the driver has not been heard.
     pub fn silence(&self, now: Duration) -> Option<Duration> {
         let driver = self.known.get(self.driver.as_ref()?)?;
         Some(now.saturating_sub(driver.heard))
     }
 
-    /// Whether the driver has not been heard for longer than the limit.
+    /// Returns true if the driver has not been heard for longer than the limit.
     pub fn is_unattended(&self, now: Duration) -> bool {
         self.silence(now).is_some_and(|silence| silence > self.limit)
     }
 
-    /// As [`Sessions::is_unattended`], but true only once per silence.
+    /// Like [`Sessions::is_unattended`], but returns true only once per silence.
     pub fn has_fallen_silent(&mut self, now: Duration) -> bool {
         let has = self.is_unattended(now) && !self.is_told;
         self.is_told |= has;
@@ -149,15 +149,15 @@ impl Sessions {
         Ok(())
     }
 
-    /// How long the driver may be silent, seconds.
+    /// Returns how long the driver may be silent, in seconds.
     pub fn limit_s(&self) -> f64 {
         self.limit.as_secs_f64()
     }
 
-    /// Sets how long the driver may be silent, seconds.
+    /// Sets how long the driver may be silent, in seconds.
     ///
     /// # Errors
-    /// [`Refusal::Malformed`] if that is not within [`LINK_LIMIT_S`].
+    /// [`Refusal::Malformed`] if the time is not within [`LINK_LIMIT_S`].
     pub fn set_limit(&mut self, limit_s: f64) -> Result<(), Refusal> {
         let [least, most] = LINK_LIMIT_S;
         if !(least..=most).contains(&limit_s) {

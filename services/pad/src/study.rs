@@ -1,12 +1,13 @@
-//! The user study of Boniardi et al. 2016, section V-A: a participant draws a place and a path, the robot drives once, and the
-//! participant rates statements about it.
+//! The user study of Boniardi et al. 2016, section V-A. A participant draws a place and a path, the robot
+//! drives once, and the participant rates statements about it.
 //!
-//! - [`record`]: what is kept of a participant, as JSON. [`tables`]: what the paper reports, next to the same figures here.
-//!   Both are pure.
-//! - [`folder`]: the study's folder. Nothing in it that a participant has made is ever replaced.
+//! - [`record`]: the records of a participant, as JSON. [`tables`]: the figures that the paper reports, next
+//!   to the same figures here. Both are pure.
+//! - [`folder`]: the study's folder. Files made by a participant are never replaced.
 //! - [`sitting`]: the participant at the page, and which steps the study allows.
 //!
-//! The program that serves the page judges the drives and writes the pages; nothing here reads the truth.
+//! The program that serves the page judges the drives and writes the pages. This module does not read the
+//! truth.
 
 pub mod folder;
 pub mod record;
@@ -20,10 +21,10 @@ pub use folder::Folder;
 pub use record::RecordError;
 pub use sitting::Sitting;
 
-/// What is wrong with a study's folder.
+/// An error of a study's folder.
 #[derive(Debug, thiserror::Error)]
 pub enum StudyError {
-    /// It cannot be created or written to.
+    /// The folder cannot be created or written to.
     #[error("{}: expected a folder that can be written to: {source}", path.display())]
     NotWritable {
         /// The folder.
@@ -37,7 +38,7 @@ pub enum StudyError {
         /// The folder.
         path: PathBuf,
     },
-    /// It contains something that no study has written.
+    /// The folder contains something that was not written by a study.
     #[error(
         "{}: expected only what a study writes (participants' folders, {}), found something else, which stays as it is: \
          choose another folder",
@@ -57,7 +58,7 @@ pub enum StudyError {
         /// What it studies.
         found: String,
     },
-    /// A participant has that code already.
+    /// There is already a participant with that code.
     #[error("{}: expected a new participant, found a folder, which stays as it is", path.display())]
     Taken {
         /// The participant's folder.
@@ -71,7 +72,7 @@ pub enum StudyError {
         /// What is wrong with it.
         source: RecordError,
     },
-    /// A file in it cannot be read or written.
+    /// A file in the folder cannot be read or written.
     #[error("{}: {source}", path.display())]
     File {
         /// The file.

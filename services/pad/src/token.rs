@@ -1,8 +1,8 @@
 //! Where the token of a pad comes from, and where a later pad finds it.
 //!
-//! Only its user can read the environment of a process, whereas all users can read its command line. The system's
-//! folder is private to its user, too. The pad stores the token there, so that a resumed mission (`run --resume`) keeps
-//! the link that its open pages know.
+//! Only its user can read the environment of a process, whereas everyone can read its command line. The
+//! system's folder is private to its user as well. The pad stores the token there, so that a resumed mission
+//! (`run --resume`) keeps the link that open pages are using.
 
 use std::env::{VarError, var};
 use std::fs::{self, File};
@@ -15,12 +15,12 @@ use sketchnav_runtime::System;
 use crate::PadError;
 use crate::guard::Token;
 
-/// The environment variable that holds the token.
+/// The environment variable that contains the token.
 pub const TOKEN_VARIABLE: &str = "SKETCHNAV_PAD_TOKEN";
 /// The file in the system's folder that holds it.
 const FILE: &str = "pad-token";
 
-/// The token in the environment; `None` if there is none.
+/// Returns the token in the environment, or `None` if there is none.
 ///
 /// # Errors
 /// [`PadError::Token`] if it is not a valid token.
@@ -32,10 +32,10 @@ pub fn of_environment() -> Result<Option<Token>, PadError> {
     }
 }
 
-/// The token that a pad's process must be given.
+/// Returns the token that a pad's process must be given.
 ///
 /// # Errors
-/// [`PadError::Token`] if it is given none.
+/// [`PadError::Token`] if it was not given one.
 pub fn given() -> Result<Token, PadError> {
     of_environment()?.ok_or_else(|| PadError::Token("expected the token of the page".into(), "none"))
 }
@@ -55,7 +55,7 @@ pub(crate) fn keep(system: &System, token: &Token) -> anyhow::Result<()> {
     keep().with_context(|| path.display().to_string())
 }
 
-/// The token of the system's previous pad; `None` if it had none.
+/// Returns the token of the system's previous pad, or `None` if it had none.
 pub fn kept(system: &System) -> Option<Token> {
     fs::read_to_string(system.folder().join(FILE)).ok()?.parse().ok()
 }

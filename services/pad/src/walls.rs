@@ -1,4 +1,4 @@
-//! The walls as the robot understands them, as a picture that the page lays over its canvas.
+//! The walls as interpreted by the robot, as a picture that the page lays over its canvas.
 
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
@@ -9,7 +9,8 @@ use sketchnav_stage::lookout::Walls;
 const SOLID: [u8; 2] = [0, 255];
 const CLEAR: [u8; 2] = [0, 0];
 
-/// An image of walls: black, all else transparent. `None` if the cells do not form a grid of this size.
+/// Returns an image of walls, which are black on a transparent background, or `None` if the cells do not form
+/// a grid of this size.
 pub fn png(Walls { size_px: [width_px, height_px], cells }: &Walls) -> Option<Vec<u8>> {
     let (width_px, height_px) = (*width_px, *height_px);
     let row = width_px as usize;

@@ -1,10 +1,11 @@
 //! The functional core of the recorder. It writes messages to the file, counts them, and reports up to which tick the file is
 //! safe.
 //!
-//! Messages are taken in passes. A pass drains the ticks first, then every other channel in the order of the table, so that
-//! at its end everything sent before its last tick has been written. If the disk is full, the core continues without writing,
-//! so that the robot drives on and a lockstep world, which waits for the recorder, is not stopped. Once there is room again,
-//! another core takes over. The core never opens a file, reads a clock or prints.
+//! Messages are taken in passes. A pass drains the ticks first and then every other channel in the order of
+//! the table, so at its end, everything sent before its last tick has been written. If the disk is full, the
+//! core continues without writing, so that the robot keeps driving and a lockstep world, which waits for the
+//! recorder, is not stopped. Once there is room again, another core takes over. The core does not open files,
+//! read clocks or print.
 
 use std::io::Write;
 
@@ -39,7 +40,7 @@ pub struct Report {
     pub refused: u64,
     /// Number of messages that arrived after writing had failed.
     pub unrecorded: u64,
-    /// The reason why writing failed, or `None` if it did not.
+    /// Why writing failed, or `None` if it did not.
     pub failure: Option<String>,
 }
 
@@ -100,7 +101,7 @@ impl<W: Write> Core<W> {
         }
     }
 
-    /// Notes in the recording how often its recorder was killed and restarted.
+    /// Records in the file how often its recorder was killed and restarted.
     pub fn survived(&mut self, restarts: u32) {
         if let Some(writer) = &mut self.writer {
             writer.survived(restarts);
@@ -120,8 +121,9 @@ impl<W: Write> Core<W> {
     /// Writes a message to the file.
     ///
     /// # Errors
-    /// [`RecordingError`] if the message is malformed, or if the sink fails. A failure of the sink is reported only once;
-    /// later messages are counted and dropped. In either case the recorder continues.
+    /// [`RecordingError`] if the message is malformed, or if the sink fails. A failure of the sink is
+    /// reported only once, and later messages are counted and dropped. In either case, the recorder
+    /// continues.
     pub fn record(
         &mut self,
         spec: &'static ChannelSpec,

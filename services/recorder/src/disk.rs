@@ -70,8 +70,8 @@ pub fn set_aside(path: &Path) -> io::Result<()> {
     }
 }
 
-/// Returns the file of a part of a recording. The first part is the recording itself, `NAME.mcap`. Successors of a killed
-/// recorder write `NAME.part2.mcap` and so on.
+/// Returns the file of a part of a recording. The first part is the recording itself, `NAME.mcap`. After a
+/// recorder was killed, the next one writes `NAME.part2.mcap` and so on.
 pub fn part(path: &Path, number: u32) -> PathBuf {
     if number == 1 { path.to_path_buf() } else { path.with_extension(format!("part{number}.mcap")) }
 }

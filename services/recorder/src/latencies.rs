@@ -1,5 +1,5 @@
-//! Reports how long each stage takes for each tick on a separate channel, so that the figures that people see are in the
-//! recording, beside the health.
+//! Reports how long each stage takes for each tick on a separate channel, so that these figures are in the
+//! recording alongside the health.
 
 use sketchnav_runtime::{Node, Result, SendTimes, Sent, Writer};
 use sketchnav_schemas::channels::{COMMAND, LATENCY, Role, TICK, of_role};
@@ -13,7 +13,7 @@ pub(crate) struct Latencies {
     commands: SendTimes,
     /// The last command that was examined.
     command: u64,
-    /// The last tick that was reported, by this process or a predecessor.
+    /// The last tick that was reported, by this process or an earlier one.
     tick: u64,
     writer: Writer<Latency>,
 }

@@ -1,16 +1,17 @@
 //! The process that writes all channels to a file. It is a thin shell around [`core::Core`].
 //!
-//! Messages do not wake the recorder. Instead, it drains all channels every few milliseconds, in the order of the table. In
-//! lockstep it acknowledges to the world up to which tick the file is safe, so that the world never runs further ahead than
-//! the channels can hold.
+//! Messages do not wake the recorder. Instead, it drains all channels every few milliseconds, in the order of
+//! the table. In lockstep, it acknowledges to the world up to which tick the file is safe, so that the world
+//! never runs further ahead than the channels can hold.
 //!
 //! A full disk does not stop the robot. The recorder reports the failure and, once there is room again, continues in a new
 //! part with the messages that the channels still have. It counts the missing ones.
 //!
-//! If the recorder is killed, its successor continues in a new part with the messages after the last checkpoint, which it
-//! takes from the channels' histories. At the end the parts are joined into one file.
+//! If the recorder is killed, the restarted one continues in a new part with the messages after the last
+//! checkpoint, which it takes from the channels' histories. At the end, the parts are joined into one file.
 //!
-//! If the run asks for files of a certain size or duration, the parts are those files and are kept (`series.rs`).
+//! If the run asks for files of a certain size or duration, the parts are those files and are kept (see
+//! `series.rs`).
 
 // `say!` prints, and escapes characters that could control a terminal.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
@@ -79,8 +80,8 @@ struct State {
 /// Records all channels of `node`'s system until it is asked to end, including everything that was sent by then.
 ///
 /// # Errors
-/// An error if the run names no recording, if its file cannot be created, or if a channel fails. At the end, [`Incomplete`]
-/// if the recording lacks messages or is in parts.
+/// An error if the run does not specify a recording, if its file cannot be created, or if a channel fails. At
+/// the end, [`Incomplete`] if the recording lacks messages or is in parts.
 pub fn run(node: &Node) -> anyhow::Result<()> {
     let mut recorder = Recorder::open(node)?;
     while node.nap(NAP) != Wake::Terminate {

@@ -1,5 +1,5 @@
-//! Ends a recording that was split into several files. Files that a kill has cut off are completed, and `metadata.yaml` lists
-//! all files, so that the folder is a rosbag2 bag.
+//! Finishes a recording that was split into several files. Files that were truncated by a kill are completed,
+//! and `metadata.yaml` lists all files, so that the folder is a rosbag2 bag.
 
 use std::fs::File;
 use std::io::{BufWriter, ErrorKind};

@@ -1,4 +1,4 @@
-//! The recorder allocates nothing for a message. The only allocations left are those of the mcap crate for each chunk.
+//! The recorder does not allocate for a message. The only allocations left are those of the mcap crate for each chunk.
 
 use std::convert::Infallible;
 use std::io;

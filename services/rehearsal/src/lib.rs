@@ -1,9 +1,10 @@
 //! Runs a mission in a single process by calling the world and the stages of a navigator in turn.
 //!
-//! A rehearsal sends exactly the messages that the processes send in lockstep, byte for byte and channel by channel (except for
-//! health), and an [`Onlooker`] sees them all. It needs no shared memory and no threads, and reads the clock only to measure
-//! how long the stages take. Note that a person's answer ([`Onlooker::here`]) takes effect at the next instant, whereas
-//! separate processes may receive it at any time. [`rerun`] executes one of the processes again on its inputs in a recording.
+//! A rehearsal sends exactly the messages that the processes send in lockstep, byte for byte and channel by
+//! channel (except for health), and an [`Onlooker`] sees them all. It does not need shared memory or threads,
+//! and reads the clock only to measure how long the stages take. Note that a person's answer
+//! ([`Onlooker::here`]) takes effect at the next instant, whereas separate processes may receive it at any
+//! time. [`rerun`] executes one of the processes again on its inputs in a recording.
 
 mod parts;
 pub mod rerun;
@@ -23,7 +24,7 @@ pub use sketchnav_stage::Tap;
 
 use parts::{Part, World};
 
-/// The reason that a rehearsal cannot begin or continue.
+/// Why a rehearsal cannot begin or continue.
 #[derive(Debug, thiserror::Error)]
 pub enum RehearsalError {
     /// The world, or the robot's start in it, is invalid.
@@ -80,7 +81,7 @@ impl Rehearsal {
     /// Creates a rehearsal and reads the files that the run's mission names.
     ///
     /// # Errors
-    /// [`RehearsalError`] that names the file, the key or the position.
+    /// [`RehearsalError`], which names the file, the key or the position.
     pub fn new(run: &RunConfig) -> Result<Self, RehearsalError> {
         Self::by(run, &read_file)
     }
@@ -110,8 +111,8 @@ impl Rehearsal {
         })
     }
 
-    /// Simulates real time on a slow machine, where each step takes the stages this many instants. In the meantime, the world
-    /// carries on with the previous command, and readings go unused. 0 is lockstep.
+    /// Simulates real time on a slow machine, where each step takes the stages this many instants. In the
+    /// meantime, the world continues with the previous command, and readings are not used. 0 is lockstep.
     #[must_use]
     pub fn thinking_for(self, thinking_scans: u32) -> Self {
         Self { thinking_scans, ..self }

@@ -1,4 +1,5 @@
-//! The parts of a rehearsal. Each takes the place of a process, with that process's computation and the messages it has sent.
+//! The parts of a rehearsal. Each replaces a process, with that process's computation and the messages it has
+//! sent.
 
 use std::time::{Duration, Instant as Clock};
 

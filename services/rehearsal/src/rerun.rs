@@ -28,7 +28,7 @@ use sketchnav_schemas::time::seconds;
 use crate::{RehearsalError, Tap};
 use subject::Subject;
 
-/// The reason that a service cannot be executed again.
+/// Why a service cannot be executed again.
 #[derive(Debug, thiserror::Error)]
 pub enum RerunError {
     /// The recording cannot be read.
@@ -200,8 +200,8 @@ fn has_order(
     Ok(false)
 }
 
-/// Returns the ticks that the recorded process answered, or `None` if it answered all of them. In real time, a process may miss
-/// the first ticks or skip some.
+/// Returns the ticks to which the recorded process responded, or `None` if it responded to all of them. In
+/// real time, a process may miss the first ticks or skip some.
 fn answered(
     recording: &Recording,
     process: Process,

@@ -1,7 +1,7 @@
 //! The bridge process: reads channels as an observer, publishes their messages, and passes on orders.
 //!
-//! It publishes the messages that are sent while it runs. Of earlier messages, subscribers get only the newest one of each
-//! latched channel.
+//! Only messages that are sent while the bridge runs are published. Of earlier messages, subscribers only
+//! receive the newest one of each latched channel.
 
 use std::time::{Duration, Instant};
 
@@ -33,7 +33,7 @@ const ORDER_DEPTH: usize = 10;
 /// Publishes `topics` until the system is gone or the process is asked to end.
 ///
 /// # Errors
-/// [`BridgeError`] if the domain or a channel cannot be opened, or sending is no longer possible.
+/// [`BridgeError`] if the domain or a channel cannot be opened, or messages can no longer be sent.
 pub fn run(
     node: &Node,
     run: &RunConfig,
@@ -80,7 +80,7 @@ struct Bridge {
     clock: Option<Outlet>,
     transforms: Option<Outlet>,
     transform: transforms::Form,
-    /// The transform to the laser. It was published once, and the topic is kept open so that late subscribers get it.
+    /// The transform to the laser. It was published once, and the topic is kept open for late subscribers.
     _mount: Option<Outlet>,
     diagnostics: Option<(Diagnostics, Outlet)>,
     stamp_ns: u64,

@@ -23,7 +23,7 @@ pub struct Participant {
     node: Node,
     /// The namespace, without slashes around it. Empty for none.
     namespace: String,
-    /// Declared last, and therefore dropped last, because the node needs it.
+    /// Declared last so that it is dropped last, because the node needs it.
     context: Context,
 }
 

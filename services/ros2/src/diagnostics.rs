@@ -19,7 +19,7 @@ const STALE_AFTER: Duration = Duration::from_secs(5);
 pub enum Level {
     /// Nothing is wrong.
     Ok = 0,
-    /// Something is wrong, but the process continues.
+    /// There is a problem, but the process continues.
     Warn = 1,
     /// The process does not do its work.
     Error = 2,
@@ -27,7 +27,7 @@ pub enum Level {
     Stale = 3,
 }
 
-/// The known state of a system's processes.
+/// What is known about the processes of a system.
 #[derive(Debug, Default)]
 pub struct Diagnostics {
     processes: BTreeMap<u32, Member>,
@@ -37,7 +37,7 @@ pub struct Diagnostics {
 struct Member {
     health: Option<Health>,
     received: Duration,
-    /// The numbers of lost and of refused messages at the time of the previous diagnostics report.
+    /// The numbers of lost and refused messages at the time of the previous diagnostics report.
     reported: (u64, u64),
     /// The current problem.
     trouble: Option<(Level, String)>,
@@ -45,7 +45,7 @@ struct Member {
 }
 
 impl Diagnostics {
-    /// Takes a health report that arrived at `now` into account.
+    /// Processes a health report that arrived at `now`.
     pub fn on_health(&mut self, health: &Health, now: Duration) {
         let member = self.processes.entry(health.process).or_default();
         let is_another = member.health.is_none_or(|before| before.pid != health.pid);
@@ -56,7 +56,7 @@ impl Diagnostics {
         (member.health, member.received) = (Some(*health), now);
     }
 
-    /// Takes a fault that arrived at `now` into account.
+    /// Processes a fault that arrived at `now`.
     pub fn on_fault(&mut self, fault: &Fault, now: Duration) {
         let Some(kind) = FaultKind::from_code(fault.kind) else { return };
         let member = self.processes.entry(fault.process).or_default();

@@ -1,7 +1,8 @@
-//! Drives a ROS 2 robot in place of the simulated world: its scans (`/scan`) and odometry (`/odom`) become the sensors' channels
-//! and the tick, and commands become velocities (`/cmd_vel`).
+//! Drives a ROS 2 robot in place of the simulated world. Its scans (`/scan`) and odometry (`/odom`) become
+//! the sensors' channels and the tick, and commands become velocities (`/cmd_vel`).
 //!
-//! An instant ends with each scan. The robot is stopped if no command has arrived for half a second, and at the end.
+//! Each scan ends an instant. The robot is stopped at the end, and whenever no command has arrived for half a
+//! second.
 
 use std::time::{Duration, Instant};
 
@@ -26,7 +27,7 @@ const SILENCE: Duration = Duration::from_secs(3);
 /// Drives the robot until its mission is over, the system is gone, or the process is asked to end.
 ///
 /// # Errors
-/// [`BridgeError`] if the domain or a channel cannot be opened, or sending is no longer possible.
+/// [`BridgeError`] if the domain or a channel cannot be opened, or messages can no longer be sent.
 pub fn drive(driver: Driver, settings: &Settings, topics: &RobotTopics) -> Result<Summary, BridgeError> {
     let mut robot = Robot::open(driver, settings, topics)?;
     loop {
@@ -48,10 +49,10 @@ struct Robot {
     /// True once silent sensors have been reported.
     has_looked: bool,
     has_odometry: bool,
-    /// The last velocity that was sent, and the tick whose answer it is.
+    /// The last velocity that was sent, and the tick to which it responds.
     sent: (Twist, u64),
     refused: u64,
-    /// Once this is dropped, nothing is received any more.
+    /// Once this is dropped, nothing is received any longer.
     participant: Participant,
 }
 

@@ -1,4 +1,4 @@
-//! Standard ROS 2 messages that no recording contains: the clock, diagnostics, and the text of orders.
+//! Standard ROS 2 messages that recordings do not contain: the clock, diagnostics, and the text of orders.
 
 use ros2_interfaces_jazzy_serde::{builtin_interfaces::msg::Time, std_msgs::msg::Header};
 use serde::{Deserialize, Serialize};

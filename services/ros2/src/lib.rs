@@ -1,11 +1,12 @@
 //! A bridge to ROS 2 on other hosts: an observer that publishes the channels of a running system over DDS or Zenoh.
 //!
-//! Each topic has the name and the type under which it is recorded, and carries exactly the bytes that a recording contains.
-//! `/clock`, `/tf`, `/tf_static` and `/diagnostics` are published in addition. If the settings allow it, orders are taken
-//! from `/order` and handled like those of `sketchnav send`: the supervisor gives them. [`drive`] works in the other
-//! direction and lets a ROS 2 robot replace the simulated world.
+//! Each topic has the name and the type under which it is recorded, and its messages are exactly the bytes
+//! that a recording contains. `/clock`, `/tf`, `/tf_static` and `/diagnostics` are published in addition. If
+//! the settings allow it, orders are accepted on `/order` and handled like those of `sketchnav send`, that
+//! is, by the supervisor. [`drive`] works in the other direction and lets a ROS 2 robot replace the simulated
+//! world.
 //!
-//! [`topics`], [`diagnostics`], [`orders`] and [`readings`] are pure. [`run`] writes to no channel.
+//! [`topics`], [`diagnostics`], [`orders`] and [`readings`] are pure. [`run`] does not write to any channel.
 
 // `say!` prints, and escapes characters that could control a terminal.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
@@ -33,7 +34,7 @@ use std::net::IpAddr;
 pub use bridge::{ORDER_TOPIC, run};
 pub use drive::drive;
 
-/// The settings for taking part in ROS 2.
+/// Settings of the ROS 2 node.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Settings {
     /// The ROS 2 domain, 0 to 232.
@@ -74,7 +75,7 @@ pub struct RobotTopics {
     pub cmd_vel: String,
 }
 
-/// The middleware that carries the messages. Only nodes that use the same one can communicate.
+/// The middleware that carries the messages. Only nodes that use the same middleware can communicate.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Middleware {
     /// DDS, compatible with rmw_fastrtps and rmw_cyclonedds.
@@ -104,7 +105,7 @@ pub struct Summary {
     pub lost: u64,
 }
 
-/// Reasons why a bridge failed.
+/// Why a bridge failed.
 #[derive(Debug, thiserror::Error)]
 pub enum BridgeError {
     /// DDS or Zenoh reported an error.

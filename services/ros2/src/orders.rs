@@ -1,4 +1,5 @@
-//! Orders from ROS 2. An order is a word, followed by the number of a task, or by its name if the word is `goal`.
+//! Orders from ROS 2. An order is a word, followed by the number of a task or, if the word is `goal`, by a
+//! name.
 //!
 //! Any node in the domain may send orders, so their rate is limited, and invalid ones are reported on standard error.
 
@@ -15,7 +16,7 @@ const MAX_SHOWN: usize = 40;
 /// Maximum length of a text that is looked at, in bytes. Names in missions are shorter.
 const MAX_BYTES: usize = 256;
 
-/// Reasons why an order was rejected.
+/// Why an order was rejected.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum OrderError {
     /// The word is unknown.
@@ -24,7 +25,7 @@ pub enum OrderError {
         /// The text.
         found: String,
     },
-    /// The number is not that of a task of the mission, or a name follows a word other than `goal`.
+    /// The number is not that of a task of the mission, or a word other than `goal` is followed by a name.
     #[error("{found:?}: expected a task from 1 to {count}")]
     Task {
         /// The text.
@@ -50,8 +51,9 @@ fn is_word(order: &Order) -> bool {
     *order != Order::Here
 }
 
-/// Parses an order such as `pause`, `goal 3` or `goal kitchen`. Returns the order and the index of its task, from 0; in the
-/// text, tasks are counted from 1. A name is that of a task or, if there is none, of the place that is its goal.
+/// Parses an order such as `pause`, `goal 3` or `goal kitchen`. Returns the order and the index of its task,
+/// from 0, whereas tasks are counted from 1 in the text. A name refers to the task of that name or, if there
+/// is none, to the place that is its goal.
 ///
 /// # Errors
 /// [`OrderError`] with what was found.
@@ -80,7 +82,7 @@ pub struct Allowance {
 }
 
 impl Allowance {
-    /// Takes an order that arrived at `now` into account. Returns true if it may be given.
+    /// Records an order that arrived at `now`. Returns true if it may be executed.
     ///
     /// # Errors
     /// [`OrderError::Flood`] for the first order above the limit in a second. Later orders in the same second yield

@@ -1,7 +1,7 @@
 //! The participant: a ROS 2 node with its publishers and subscriptions, independent of the middleware.
 //!
-//! Messages are sent as the same CDR that a recording contains. They are carried by [`dds`](crate::dds) or
-//! [`rmw_zenoh`](crate::rmw_zenoh), each of which has a cargo feature.
+//! Messages are sent as the same CDR that a recording contains, by [`dds`](crate::dds) or
+//! [`rmw_zenoh`](crate::rmw_zenoh). Each of these has its own cargo feature.
 
 use std::collections::BTreeSet;
 
@@ -120,7 +120,7 @@ pub trait Sender {
     /// Sends a message in CDR with its encapsulation header. Returns false if there was no room for it.
     ///
     /// # Errors
-    /// A text with the reason if sending is no longer possible.
+    /// A text with the reason if messages can no longer be sent.
     fn send(&mut self, cdr: Vec<u8>) -> Result<bool, String>;
 }
 
@@ -145,11 +145,11 @@ pub struct Outlet {
 }
 
 impl Outlet {
-    /// Publishes a message in CDR with its encapsulation header. A message for which there is no room is dropped and
-    /// counted.
+    /// Publishes a message in CDR with its encapsulation header. If there is no room for it, it is dropped
+    /// and counted.
     ///
     /// # Errors
-    /// [`BridgeError::Middleware`] if sending is no longer possible.
+    /// [`BridgeError::Middleware`] if messages can no longer be sent.
     pub fn publish(&mut self, cdr: Vec<u8>) -> Result<(), BridgeError> {
         match self.sender.send(cdr) {
             Ok(true) => self.sent += 1,
@@ -159,7 +159,8 @@ impl Outlet {
         Ok(())
     }
 
-    /// Returns the number of messages that were sent, and the number of those for which there was no room.
+    /// Returns the number of messages that were sent, and the number of those that were dropped for lack of
+    /// room.
     pub fn counts(&self) -> (u64, u64) {
         (self.sent, self.unsent)
     }

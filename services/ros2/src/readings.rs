@@ -18,7 +18,7 @@ pub type ScanForm = <LaserScan as Ros2>::Form;
 /// The form of `nav_msgs/msg/Odometry`.
 pub type OdometryForm = <Odometry as Ros2>::Form;
 
-/// Reasons why a reading was rejected.
+/// Why a reading was rejected.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadingError {
     /// The reading does not fit into a message.
@@ -48,11 +48,11 @@ pub enum ReadingError {
 
 const SECOND_NS: i128 = NS_PER_S as i128;
 
-/// How far a stamp may be from the time at which it arrives, in seconds, seen from the reading before it. Clocks that run at
-/// another speed, as those of simulators, stay far below that.
+/// Maximum difference, in seconds, between a stamp and its time of arrival, relative to the previous reading.
+/// Clocks that run at another speed, as in simulators, stay far below this.
 const LIMIT_S: i128 = 60;
 
-/// Converts the robot's stamps to simulation time. The first reading gets the current time of the mission.
+/// Converts the robot's stamps to simulation time. The first reading is assigned the current mission time.
 #[derive(Debug, Clone, Copy)]
 pub struct Timebase {
     begin_ns: u64,
@@ -67,8 +67,8 @@ impl Timebase {
         Self { begin_ns, first_ns: None, last: None }
     }
 
-    /// Returns the simulation time of a stamp that arrived at `now`, in nanoseconds. It is never before the start. `now` is the
-    /// time since any moment.
+    /// Returns the simulation time of a stamp that arrived at `now`, in nanoseconds. It is never before the
+    /// start. `now` is the time since any fixed moment.
     ///
     /// # Errors
     /// [`ReadingError::Jump`] if the stamp is too far from the previous one for the time that has passed.
@@ -127,14 +127,15 @@ pub struct Publishers {
 }
 
 impl Publishers {
-    /// Takes the publisher of a message into account. Returns true for the first message that comes from a second one.
+    /// Records the publisher of a message. Returns true for the first message from a second publisher.
     pub fn is_second(&mut self, publisher: PublisherId) -> bool {
         let is_other = *self.first.get_or_insert(publisher) != publisher;
         is_other && !std::mem::replace(&mut self.has_several, true)
     }
 }
 
-/// Returns a notice about a topic from which nothing has come, with the other topics of its type. `option` selects another one.
+/// Returns a notice about a topic on which nothing has arrived, listing other topics of the same type.
+/// `option` selects another topic.
 pub fn silent(topic: &str, kind: &str, option: &str, known: &BTreeSet<String>) -> String {
     let others: Vec<_> = known.iter().map(String::as_str).filter(|name| *name != topic).collect();
     match others[..] {

@@ -116,7 +116,7 @@ impl Participant {
     /// Returns the full names of the topics of a type that nodes publish.
     ///
     /// # Errors
-    /// A text with the reason if the router cannot be asked.
+    /// A text with the reason if the router cannot be queried.
     pub fn topics_of(&self, kind: &str) -> Result<Vec<String>, String> {
         let type_name = dds_type_name(kind);
         let replies = self.session.liveliness().get(names::graph(self.node.domain)).wait();
@@ -144,8 +144,8 @@ impl Participant {
     }
 }
 
-/// Returns the configuration of the session. A client needs a router at once, while a router waits for others. As in
-/// rmw_zenoh, multicast is not used to find them.
+/// Returns the configuration of the session. A client needs a router right away, while a router waits for
+/// others. As in rmw_zenoh, multicast is not used to find them.
 fn config(routers: &[String], listen: &[String]) -> zenoh::Result<Config> {
     let mut config = Config::default();
     let mode = if listen.is_empty() { "client" } else { "router" };

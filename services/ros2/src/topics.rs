@@ -1,4 +1,4 @@
-//! The ROS 2 topics of a run: one for each recorded channel, and those that are derived from channels.
+//! The ROS 2 topics of a run: one for each recorded channel, and those derived from channels.
 //!
 //! A channel keeps the name and the type under which it is recorded. Its quality of service follows from its role.
 
@@ -6,12 +6,13 @@ use sketchnav_schemas::channels::{self, ChannelSpec, Role};
 use sketchnav_schemas::ros2::{definitions, transforms};
 use sketchnav_schemas::run::RunConfig;
 
-/// How a topic is delivered. ROS 2 connects subscribers that request no more than this.
+/// How messages of a topic are delivered. ROS 2 connects subscribers that request no more than this.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Delivery {
-    /// Best effort, the profile of sensor data. A lost message is not sent again, since a newer reading follows.
+    /// Best effort, the profile of sensor data. A lost message is not sent again, because a newer reading
+    /// follows.
     Sensor,
-    /// Reliable. `depth` messages wait for a slow subscriber before the oldest is lost.
+    /// Reliable. `depth` messages are kept for a slow subscriber before the oldest one is lost.
     Reliable {
         /// Length of the queue, in messages.
         depth: usize,

@@ -1,6 +1,7 @@
-//! Measures the cost of a hop between two processes: the world sends a scan and the planner answers with a command, as in
-//! lockstep. Prints the time of a hop (half a round trip) and how much of `/dev/shm` the system uses. For comparison, the same
-//! payloads are then sent through plain iceoryx2 with a WaitSet, and through a Unix socket.
+//! Measures the cost of a hop between two processes: the world sends a scan and the planner responds with a
+//! command, as in lockstep. Prints the time of a hop (half a round trip) and how much of `/dev/shm` the
+//! system uses. For comparison, the same payloads are then sent through plain iceoryx2 with a WaitSet, and
+//! through a Unix socket.
 //!
 //! `cargo run --release -p sketchnav-runtime --example ping`
 

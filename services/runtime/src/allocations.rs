@@ -1,4 +1,4 @@
-//! Counts heap allocations, to show that a step makes none.
+//! Counts heap allocations, to verify that a step makes none.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -19,9 +19,10 @@ pub fn allocations_of_this_thread() -> u64 {
     COUNT.try_with(Cell::get).unwrap_or(0)
 }
 
-/// Returns the number of allocations that iceoryx2 itself has made for loans of this thread. Version 0.10 keeps a small handle
-/// of each loaned sample on the heap until the sample is sent, and offers no way around it: one handle per message, whatever
-/// its size. These allocations are counted separately so that a service's own steps can be held to zero.
+/// Returns the number of allocations that iceoryx2 itself has made for loans of this thread. Version 0.10
+/// keeps a small handle of each loaned sample on the heap until the sample is sent, which cannot be avoided:
+/// one handle per message of any size. These allocations are counted separately so that a service's own steps
+/// can be required to make none.
 pub fn loan_handles_of_this_thread() -> u64 {
     HANDLES.try_with(Cell::get).unwrap_or(0)
 }

@@ -1,13 +1,13 @@
 //! Doorbells: how a process sleeps until a message arrives, and how the writer wakes it.
 //!
-//! There is one bell per process, not one per channel, so a process sleeps in one place whatever it reads. A writer
-//! wakes exactly those processes that the table lists as readers. The recorder and observers have no bell: they poll
-//! every few milliseconds and cost the writers nothing.
+//! There is one bell per process rather than one per channel, so a process sleeps in a single place no matter
+//! what it reads. A writer wakes exactly those processes that the table lists as readers. The recorder and
+//! observers have no bell. They poll every few milliseconds, at no cost to the writers.
 //!
-//! A bell is a word in a page that all processes map, and a futex (`man 2 futex`). It cannot overflow, block the writer
-//! or be left over by a killed process, and ringing a process that is awake takes no system call. The alternative was
-//! iceoryx2's event service, which has a Unix socket per listener: the socket's path must be short, stopping the
-//! process interrupts its wait, and the listener must be cleaned up.
+//! A bell is a word in a page that all processes map, and a futex (`man 2 futex`). It cannot overflow, block
+//! the writer or be left over by a killed process, and ringing a process that is awake takes no system call.
+//! The alternative was iceoryx2's event service, which uses a Unix socket per listener. The path of such a
+//! socket must be short, stopping the process interrupts its wait, and the listener must be cleaned up.
 
 use std::fs::OpenOptions;
 use std::num::NonZeroUsize;

@@ -1,8 +1,9 @@
-//! The channels of a system as iceoryx2 services: created by the supervisor, opened by all other processes.
+//! The channels of a system as iceoryx2 services, which are created by the supervisor and opened by all other
+//! processes.
 //!
-//! To iceoryx2 a message is a slice of eight-byte words: the struct, followed by its cells. The user header holds the
-//! length of the cells in bytes. An attribute of the service identifies the struct by its name and the fingerprint of
-//! its layout, so two builds that disagree cannot connect.
+//! To iceoryx2, a message is a slice of eight-byte words: the struct, followed by its cells. The user header
+//! contains the length of the cells in bytes. An attribute of the service identifies the struct by its name
+//! and the fingerprint of its layout, so two builds that disagree cannot connect.
 
 use std::any::Any;
 use std::fmt::Debug;
@@ -31,8 +32,8 @@ const MAX_WRITERS: usize = 16;
 const CLEARING: Duration = Duration::from_millis(500);
 /// Maximum number of processes that may have a channel open at the same time.
 const MAX_NODES: usize = 32;
-/// Maximum number of samples that a reader may hold at the same time. It is smaller for messages with cells, which are large
-/// and of which no reader keeps an old one.
+/// Maximum number of samples that a reader may hold at the same time. It is smaller for messages with cells,
+/// which are large and which readers do not keep.
 const MAX_HELD: usize = 8;
 const MAX_HELD_WITH_CELLS: usize = 2;
 /// Name of the attribute that identifies a channel's message type.
@@ -50,7 +51,7 @@ impl Channels {
     /// Creates all channels of the run's kind of navigator. Only the supervisor does this, before it starts the processes.
     ///
     /// # Errors
-    /// [`Error::SharedMemory`] if a channel cannot be created or exists already.
+    /// [`Error::SharedMemory`] if a channel cannot be created or already exists.
     pub fn create(node: &Node) -> Result<Self> {
         let run = node.run_config()?;
         let held = channels::of_kind(run.mission.navigator_kind())

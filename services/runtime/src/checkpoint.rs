@@ -1,14 +1,15 @@
-//! A process's state, kept for its successor in two slots of shared memory that are written in turn.
+//! The state of a process, stored in two alternating slots of shared memory so that the process can resume
+//! after a restart.
 //!
 //! A slot is `version, number, length, checksum, state`. The number is 0 while the slot is being written, so a kill at
 //! any moment leaves the other slot intact. Of two good slots, the one with the larger number counts. A slot that is
 //! damaged or of another version is rejected and reported.
 //!
-//! A checkpoint need not be recent, because a stage is deterministic: from an older state and the inputs since then, the
-//! successor computes the very same outputs. The writers' histories cover several times [`CHECKPOINT_EVERY`] steps, so even the
-//! older slot is good enough.
+//! A checkpoint need not be recent, because a stage is deterministic: from an older state and the inputs
+//! since then, the restarted process computes the very same outputs. The writers' histories cover several
+//! times [`CHECKPOINT_EVERY`] steps, so even the older slot is recent enough.
 //!
-//! Writing allocates nothing, unless the state has outgrown its slot.
+//! Writing does not allocate, unless the state has outgrown its slot.
 
 use std::marker::PhantomData;
 use std::path::PathBuf;
@@ -41,8 +42,9 @@ pub(crate) const NUMBER_AT: u64 = (NUMBER * WORD) as u64;
 pub(crate) const STATE_AT: u64 = (HEAD * WORD) as u64;
 /// Initial length of a slot for the state, in words. A slot grows as needed.
 const FIRST_LENGTH: usize = 1 << 13;
-/// Initial size, in words, of the buffer in which a state is written before it is copied to a slot. The state of a planner that
-/// remembers as many obstacles as it may fits in. For a larger state, the buffer grows once.
+/// Initial size, in words, of the buffer in which a state is written before it is copied to a slot. The state
+/// of a planner that remembers the maximum number of obstacles fits in. For a larger state, the buffer grows
+/// once.
 const FIRST_ROOM: usize = 1 << 15;
 
 /// The two slots of a process, for a state that is written as a `T` or as a view of one.
@@ -59,12 +61,12 @@ pub struct Checkpoints<T> {
     state: PhantomData<fn() -> T>,
 }
 
-/// What a predecessor has left in its slots.
+/// What an earlier instance of the process has left in its slots.
 #[derive(Debug)]
 pub struct Found<T> {
     /// The newest good checkpoint, or `None` if there is none.
     pub state: Option<T>,
-    /// Reasons why slots were rejected.
+    /// Why slots were rejected.
     pub refused: Vec<Error>,
 }
 
@@ -76,8 +78,8 @@ impl<T> Found<T> {
         }
     }
 
-    /// Returns true if there were checkpoints but none can be used. In this case the process has lost its state and starts from
-    /// scratch.
+    /// Returns true if there were checkpoints but none of them can be used, in which case the process has
+    /// lost its state and starts from scratch.
     pub fn is_lost(&self) -> bool {
         self.state.is_none() && !self.refused.is_empty()
     }
@@ -91,8 +93,8 @@ pub(crate) fn slots(system: &System, process: Process) -> Result<[PathBuf; 2]> {
 }
 
 impl<T: DeserializeOwned> Checkpoints<T> {
-    /// Opens the slots of the node's process and reads what its predecessor left. `version` names the format of the state and
-    /// must change with it.
+    /// Opens the slots of the node's process and reads what an earlier instance left. `version` names the
+    /// format of the state and must change with it.
     ///
     /// # Errors
     /// [`Error::File`] if shared memory is full or inaccessible.
@@ -203,7 +205,8 @@ impl<T> Checkpoints<T> {
     /// Writes a checkpoint. `state` must serialize in the same way as a `T`.
     ///
     /// # Errors
-    /// [`Error::File`] if the state has outgrown its slot and shared memory is full. The previous content is kept in this case.
+    /// [`Error::File`] if the state has outgrown its slot and shared memory is full, in which case the
+    /// previous content is kept.
     pub fn write(&mut self, state: &impl Serialize) -> Result<()> {
         let written = self.write_with(|room| Ok(postcard::to_slice(state, room)?.len()));
         written.map_err(|error| match error {

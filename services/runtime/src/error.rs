@@ -58,7 +58,7 @@ pub enum Error {
         /// What was found there.
         found: String,
     },
-    /// Another process is starting, joining or clearing a system and does not finish.
+    /// Another process is taking too long to start, join or clear a system.
     #[error(
         "{}: expected the lock within {seconds} s, found it held by {holder}, which is starting, joining or clearing a system; \
          continue it if it is stopped (kill -CONT), or end it, and try again",
@@ -72,7 +72,7 @@ pub enum Error {
         /// Time waited for the lock, in seconds.
         seconds: u64,
     },
-    /// A leftover process of a dead system won't end, or cannot be reached from here.
+    /// A leftover process of a dead system does not end, or cannot be reached from here.
     #[error(
         "{}: expected the process of a dead system to end within {seconds} s, found the file held by {holder}; end that \
          process where it runs, and try again",

@@ -1,9 +1,10 @@
-//! Files in shared memory whose maker was killed while creating them.
+//! Handles files in shared memory whose creator was killed while creating them.
 //!
-//! iceoryx2 0.10 creates a file that its owner may write and no process may read, sets its size, fills it, and only then makes
-//! it readable. A process that is killed in between leaves a file that will never be finished. Any other process that needs the
-//! file, whether a living writer or the supervisor clearing up after the dead, is denied access. As root, and if the file is
-//! still empty, that process waits forever. So such a file is removed once no process has it open.
+//! iceoryx2 0.10 creates a file that its owner may write and no process may read, sets its size, fills it,
+//! and only then makes it readable. A process that is killed in between leaves a file that will never be
+//! finished. Any other process that needs the file, such as a living writer or the supervisor cleaning up
+//! after the dead process, is denied access. If it runs as root and the file is still empty, it waits
+//! forever. Such a file is therefore removed once no process has it open.
 
 use std::collections::BTreeMap;
 use std::fs::{self, Metadata};
@@ -75,10 +76,10 @@ pub(crate) fn has_open(pid: u32, file: &Metadata) -> bool {
 
 /// Watches the files of a system for its own lifetime, in a thread of its own. It removes files that will never be finished.
 ///
-/// The supervisor has one, which also reports files of other users. If the supervisor is killed, its processes die at the same
-/// moment, perhaps while creating files. Processes that live on for a while (the recorder, which still closes its file, and
-/// observers) would wait forever for these files. So each of them has one as well, which starts to work when the supervisor is
-/// dead.
+/// The supervisor has one, which also reports files of other users. If the supervisor is killed, its
+/// processes die at the same moment, perhaps while creating files. Processes that live on for a while (the
+/// recorder, which still closes its file, and observers) would wait forever for these files. Each of them
+/// therefore has one as well, which becomes active once the supervisor is dead.
 pub(crate) struct Sweeper {
     stop: mpsc::Sender<()>,
     complaint: Arc<Mutex<Complaint>>,
@@ -174,9 +175,9 @@ fn should_continue(stopped: &Receiver<()>) -> bool {
     stopped.recv_timeout(LOOK_EVERY) == Err(RecvTimeoutError::Timeout)
 }
 
-/// Ends the supervisor's process when it no longer asks for complaints. If another user has created a file under a name that
-/// iceoryx2 0.10 needs, iceoryx2 waits forever for that file to be finished, so the supervisor hangs. Once it is gone, the
-/// kernel ends the other processes.
+/// Ends the supervisor's process when it stops asking for complaints. If another user has created a file
+/// under a name that iceoryx2 0.10 needs, iceoryx2 waits forever for that file to be finished, so the
+/// supervisor hangs. Once it is gone, the kernel ends the other processes.
 fn end_for_good(system: &System, error: &Error) -> ! {
     system.abandon();
     sketchnav_schemas::say!("{error}");

@@ -1,13 +1,15 @@
-//! The last messages of a channel, kept for its writer's successor.
+//! The last messages of a channel, stored so that its writer can send them again after a restart.
 //!
-//! In iceoryx2 0.10, a dead writer's samples and its history die with it. Therefore a writer stores each message here before it
-//! sends it, and its successor sends the stored messages again. Readers recognize a message that they already have by its
-//! number and drop it, while a reader that joins late finds a history. A kill at any moment leaves at most one unreadable
-//! entry: the one being written, whose message no reader has.
+//! In iceoryx2 0.10, a dead writer's samples and its history die with it. A writer therefore stores each
+//! message here before it sends it, and the restarted writer sends the stored messages again. Readers
+//! recognize a message that they already have by its number and drop it, while a reader that joins late finds
+//! a history. A kill at any moment leaves at most one unreadable entry: the one being written, whose message
+//! no reader has received yet.
 //!
-//! Readers of the channel never look here, with one exception: a recorder that continues after its predecessor's death, because
-//! the writer that could send the missed messages again may have ended or died. Each entry also stores when its message was
-//! sent according to the clock. The message itself contains nothing that would differ between two runs.
+//! Readers of the channel never access this, with one exception: a recorder that was restarted, because the
+//! writer that could send the missed messages again may have ended or died. Each entry also stores when its
+//! message was sent, according to the clock. The message itself contains nothing that would differ between
+//! two runs.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering::SeqCst, fence};
@@ -26,9 +28,9 @@ const ENTRIES: u64 = 2;
 /// Number of words before an entry's message: its number, and the time at which it was sent.
 const BEFORE: usize = 2;
 
-/// The stored messages of a channel, as many as the channel's history holds. Each is preceded by its number (0 if the entry is
-/// empty) and the time at which it was sent. For a message with cells, only the header is stored, since a successor computes
-/// the message again.
+/// The stored messages of a channel, as many as the channel's history holds. Each is preceded by its number
+/// (0 if the entry is empty) and the time at which it was sent. For a message with cells, only the header is
+/// stored, since the restarted writer computes the message again.
 pub(crate) struct History {
     mapping: Mapping,
     capacity: u64,
@@ -81,8 +83,8 @@ impl History {
         self.last_seq = seq;
     }
 
-    /// Calls `take` with a copy of each message after `seq`, oldest first. This is safe while the writer is at work: an entry
-    /// that is being written at the same moment is skipped.
+    /// Calls `take` with a copy of each message after `seq`, oldest first. This is safe while the writer is
+    /// running, because an entry that is being written at the same moment is skipped.
     pub(crate) fn for_each_after(&self, seq: u64, mut take: impl FnMut(&[u64])) {
         let first = self.last_seq.saturating_sub(self.capacity).max(seq) + 1;
         let mut copy = vec![0; self.length];

@@ -1,11 +1,12 @@
 //! Runs a stage of a navigator as a process: its channels, steps, checkpoints and health.
 //!
-//! The table of channels determines what the process reads and writes. Instructions and requests are delivered as they arrive, and
-//! each request is delivered after the instructions that were sent before it. Instants are processed one after the other, each with
-//! all the readings that its tick lists.
+//! The table of channels determines what the process reads and writes. Instructions and requests are
+//! delivered as they arrive, and each request is delivered after the instructions that were sent before it.
+//! Instants are processed one after another, each with all the readings that its tick refers to.
 //!
-//! After a kill, the successor resumes from the last checkpoint. It receives the instructions that are in force, takes its inputs
-//! since the checkpoint from the channels' histories, and sends only what has not been sent yet.
+//! After a kill, the restarted process resumes from the last checkpoint. It receives the current
+//! instructions, takes its inputs since the checkpoint from the channels' histories, and sends only what has
+//! not been sent yet.
 //!
 //! A checkpoint is written every few steps, before and after each request, and after instructions. The moment at which a
 //! person's request arrives is a matter of chance, so a step after the request cannot be computed again from a state before it.
@@ -26,7 +27,7 @@ use crate::{Checkpoints, Error, Found, HealthReporter, Node, RawSample, Step, Wa
 /// Maximum sleep between two checks of the channels.
 const NAP: Duration = Duration::from_millis(250);
 
-/// Reasons why a process that hosts a stage ended before it was asked to.
+/// Why a process that hosts a stage ended before it was asked to.
 #[derive(Debug, thiserror::Error)]
 pub enum HostError {
     /// Shared memory, a channel or a checkpoint failed.
@@ -78,7 +79,7 @@ pub fn host(node: &Node, stage: &mut dyn Hosted) -> Result<(), HostError> {
 struct Head {
     inputs: inputs::Positions,
     outputs: outputs::Positions,
-    /// Positions of the outputs before the stage last spoke. A successor makes it speak once more.
+    /// Positions of the outputs before the stage last spoke. After a restart, it speaks once more.
     spoken_from: outputs::Positions,
     /// How often the stage began to handle the next request without completing it.
     attempts: u32,
@@ -115,11 +116,11 @@ struct Host<'a> {
     checkpoints: Checkpoints<Saved>,
     /// Positions of the outputs before the stage last spoke.
     spoken_from: outputs::Positions,
-    /// How often a predecessor has died while handling the next request.
+    /// How often the process has already died while handling the next request.
     attempts: u32,
     /// Simulation time of the last instant, in nanoseconds.
     stamp_ns: u64,
-    /// Number of the last tick that a predecessor answered.
+    /// Number of the last tick to which an earlier instance responded.
     answered: u64,
 }
 
@@ -157,9 +158,9 @@ impl Host<'_> {
         Ok(())
     }
 
-    /// Delivers everything that has arrived. The instructions come before each request, because the request may refer to what was
-    /// drawn before it. A request waits until everything that a predecessor has answered is computed again, because the request
-    /// was made later.
+    /// Delivers everything that has arrived. The instructions come before each request, because the request
+    /// may refer to what was drawn before it. A request waits until everything to which the process responded
+    /// before the kill has been computed again, because the request was made later.
     fn hear_all(&mut self) -> Result<(), HostError> {
         loop {
             if self.hear_instructions()? {
@@ -246,8 +247,8 @@ impl Host<'_> {
         Ok(true)
     }
 
-    /// Loads a state into the stage. A state that the stage rejects is hidden from the successor, which then resumes from an
-    /// older one or starts from scratch.
+    /// Loads a state into the stage. If the stage rejects a state, that state is hidden from the restarted
+    /// process, which then resumes from an older one or starts from scratch.
     fn load(&mut self, state: &[u8]) -> Result<(), HostError> {
         let loaded = self.stage.load(state);
         Ok(loaded.map_err(|error| self.checkpoints.refuse_newest(&error.to_string()))?)
@@ -274,8 +275,8 @@ impl Host<'_> {
         last_word.and_then(|spec| self.outputs.last_sent(spec)).map_or(0, |header| header.source_seq)
     }
 
-    /// Starts from scratch after what the predecessor sent, because no checkpoint can be used. Earlier requests from people are
-    /// outdated by now, and must not make the robot drive off.
+    /// Starts from scratch with what was sent before the kill, because no checkpoint can be used. Earlier
+    /// requests from people are outdated by now, and must not make the robot drive off.
     fn start_over(&mut self, kind: &str) -> Result<(), HostError> {
         self.outputs.resume_after_history();
         let (process, answered) = (self.node.process(), self.last_answered(kind));

@@ -1,8 +1,9 @@
-//! Identifies the process that a lock file names, so that no other process is mistaken for it.
+//! Identifies the process named in a lock file, so that no other process is mistaken for it.
 //!
-//! A process id alone is not enough. The kernel reuses ids, and the same id means another process in another PID namespace,
-//! while containers may share the folders of systems. So a lock file also contains the process's start time, its PID namespace
-//! and the boot id of the machine. Signals are sent through a pidfd, which never refers to another process.
+//! A process id alone is not enough. The kernel reuses ids, and the same id refers to another process in
+//! another PID namespace, while containers may share the folders of systems. A lock file therefore also
+//! contains the process's start time, its PID namespace and the boot id of the machine. Signals are sent
+//! through a pidfd, which never refers to another process.
 
 use std::fmt::{Display, Formatter};
 use std::fs;
@@ -59,7 +60,7 @@ impl Identity {
     /// Returns a handle for sending signals to the process, if it is alive and can be reached from this process.
     ///
     /// # Errors
-    /// A description of why it cannot be reached.
+    /// Why the process cannot be reached.
     pub(crate) fn handle(&self) -> Result<Handle, String> {
         let own =
             Self::own().map_err(|error| format!("{self}; this process cannot identify itself: {error}"))?;

@@ -1,26 +1,30 @@
-//! Processes and channels over shared memory: the one crate that names iceoryx2.
+//! Processes and channels over shared memory. This is the only crate that uses iceoryx2.
 //!
-//! - [`System`]: a named system's folder, its living processes, and its removal without a trace.
+//! - [`System`]: the folder of a named system, its living processes, and its complete removal.
 //! - [`Channels`]: every channel of the table, created and held by the supervisor.
-//! - [`Node`]: a process in a system; opens a [`Writer`] or [`Reader`] of a channel, and waits.
+//! - [`Node`]: a process in a system, which opens a [`Writer`] or [`Reader`] of a channel, and waits.
 //! - [`host()`]: runs a stage of a navigator as a process, using everything below.
-//! - [`Checkpoints`]: a process's state, from which its successor resumes after a kill.
+//! - [`Checkpoints`]: the state of a process, from which it resumes after a kill.
 //! - [`SendTimes`]: when the last messages of a channel were sent, by the clock.
 //! - [`Notices`]: what processes and tools ask the supervisor to publish.
-//! - Planned faults are applied by the writers (`trap.rs`); without a plan there is no overhead.
+//! - Planned faults are applied by the writers (`trap.rs`). Without a plan, there is no overhead.
 //! - [`provide_files`], [`provide_stack`]: raise the process limits that a system needs.
-//! - [`Room`], [`Peer`]: for tools; whether the machine has room for a system, and which processes are connected.
-//! - [`HealthReporter`], [`CountingAllocator`], [`Pacer`]: what a process reports about itself, and pacing against the clock.
+//! - [`Room`], [`Peer`]: whether the machine has room for a system, and which processes are connected, for
+//!   tools.
+//! - [`HealthReporter`], [`CountingAllocator`], [`Pacer`]: what a process reports about itself, and pacing by
+//!   the wall clock.
 //!
-//! A message is written once, in shared memory, and read there: [`Loan`] and [`Sample`] are references into the same
-//! file of `/dev/shm`. Receiving allocates nothing, and sending allocates only iceoryx2's own handle of a loan.
+//! A message is written once, in shared memory, and read there: [`Loan`] and [`Sample`] are references into
+//! the same file of `/dev/shm`. Receiving does not allocate, and sending only allocates iceoryx2's own handle
+//! of a loan.
 //!
-//! Any process may be killed at any moment. Its writers keep their last messages, and its checkpoint holds its position
-//! in each channel. Its successor takes the inputs that it missed from the channels' histories, computes again what may
-//! have been sent already, and sends only what is new: each message exactly once.
+//! Any process may be killed at any moment. Its writers keep their last messages, and its checkpoint contains
+//! its position in each channel. The restarted process takes the inputs that it missed from the channels'
+//! histories, computes again what may already have been sent, and sends only what is new, so each message is
+//! sent exactly once.
 //!
-//! Nothing here knows what a message means, except for the tick. Only the supervisor creates channels: a process that
-//! died while creating one would block it for good (iceoryx2 0.10).
+//! Apart from the tick, this crate does not know what messages mean. Only the supervisor creates channels,
+//! because a process that died while creating one would block it for good (iceoryx2 0.10).
 
 // `say!` prints, and escapes text that could control a terminal.
 #![deny(clippy::print_stdout, clippy::print_stderr)]

@@ -1,7 +1,8 @@
 //! Process limits (getrlimit(2)) that some shells set lower than a system needs.
 //!
-//! A soft limit is raised as far as the hard limit allows, and children inherit it. If the hard limit is too low, the process
-//! reports that when it starts, instead of failing later at whatever first hits the limit.
+//! A soft limit is raised as far as the hard limit allows, and children inherit it. If the hard limit is too
+//! low, the process reports that when it starts, instead of failing later at whatever first exceeds the
+//! limit.
 
 use std::fs;
 

@@ -1,9 +1,12 @@
-//! A file in shared memory that one process writes, and that its successor and others read. It survives a kill.
+//! A file in shared memory that one process writes, and that other processes read, including the same process
+//! after a restart. It survives a kill.
 //!
-//! The file is an array of atomic words. Another process may write to it at any moment, so there are no plain references into
-//! it, and words are copied in and out. The owner marks words that belong together with numbers that it writes first and last.
+//! The file is an array of atomic words. Because another process may write to it at any moment, there are no
+//! plain references into it, and words are copied in and out. The owner marks words that belong together with
+//! numbers that it writes first and last.
 //!
-//! The memory is reserved when the file is created, so that a full `/dev/shm` is an error at that point and not a signal later.
+//! The memory is reserved when the file is created, so a full `/dev/shm` causes an error at that point
+//! instead of a signal later.
 
 use std::fs::File;
 use std::io::ErrorKind;

@@ -1,9 +1,10 @@
-//! The names of a system's files in shared memory, kept up to date without reading the folder over and over.
+//! The names of a system's files in shared memory, kept up to date without reading the folder again and
+//! again.
 //!
-//! `/dev/shm` belongs to all users, and another user may have put any number of files there. So the folder is read only once.
-//! After that, the kernel reports new names (inotify), and the names of other systems are dropped without looking at the files.
-//! The folder is read again only if the kernel cannot report names, or has dropped reports because there were too many, and
-//! then at most every [`READ_EVERY`].
+//! `/dev/shm` belongs to all users, and another user may have put any number of files there. The folder is
+//! therefore read only once. After that, the kernel reports new names (inotify), and the names of other
+//! systems are dropped without looking at the files. The folder is read again only if the kernel cannot
+//! report names, or has dropped reports because there were too many, and then at most every [`READ_EVERY`].
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};

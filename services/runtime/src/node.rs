@@ -21,10 +21,10 @@ use crate::system::System;
 use crate::writer::{RawWriter, Writer};
 use crate::{Error, Result, limits, signals};
 
-/// Reasons why a wait ended.
+/// Why a wait ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Wake {
-    /// A message may have arrived, so every reader should be checked. (This may be a false alarm.)
+    /// A message may have arrived, so check every reader. (This may be a false alarm.)
     Message,
     /// The timeout has passed.
     Timeout,
@@ -46,7 +46,8 @@ impl Waker {
     }
 }
 
-/// A process in a system. It opens channels and waits for messages. Each process has one, for use by one thread.
+/// A process in a system. It opens channels and waits for messages. Each process has a single node, for use
+/// by one thread.
 pub struct Node {
     writers: RefCell<Vec<OwnWriter>>,
     inner: SharedMemoryNode<ipc::Service>,
@@ -106,7 +107,7 @@ impl Node {
     /// it through [`Node::wait`].
     ///
     /// # Errors
-    /// - [`Error::ProcessRunsAlready`] if the system already has this process;
+    /// - [`Error::ProcessRunsAlready`] if the system already has this process.
     /// - [`Error::FewFiles`] if this process may not open enough files.
     pub fn join(system: impl Into<Rc<System>>, process: Process) -> Result<Self> {
         let system = system.into();
@@ -169,14 +170,14 @@ impl Node {
     /// Opens a channel for writing.
     ///
     /// # Errors
-    /// - [`Error::Forbidden`] if the process may not write the channel;
-    /// - [`Error::SecondWriter`] if the channel already has a writer;
+    /// - [`Error::Forbidden`] if the process may not write the channel.
+    /// - [`Error::SecondWriter`] if the channel already has a writer.
     /// - [`Error::Mismatch`] if another build has created the channel with a different message.
     pub fn writer<T: Message>(&self, channel: Channel<T>) -> Result<Writer<T>> {
         Ok(Writer::new(self.raw_writer(channel.spec)?))
     }
 
-    /// Opens a channel for writing, whatever its message type. The errors are those of [`Node::writer`].
+    /// Opens a channel for writing, for any message type. The errors are those of [`Node::writer`].
     pub fn raw_writer(&self, spec: &'static ChannelSpec) -> Result<RawWriter> {
         self.check_write(spec)?;
         let writer = RawWriter::open(self, spec)?;
@@ -189,13 +190,13 @@ impl Node {
     /// Opens a channel for reading. Messages of its history are received first.
     ///
     /// # Errors
-    /// - [`Error::Forbidden`] if the process may not read the channel (such as `truth` for a navigator);
+    /// - [`Error::Forbidden`] if the process may not read the channel (such as `truth` for a navigator).
     /// - [`Error::Mismatch`] if another build has created the channel with a different message.
     pub fn reader<T: Message>(&self, channel: Channel<T>) -> Result<Reader<T>> {
         Ok(Reader::new(self.raw_reader(channel.spec)?))
     }
 
-    /// Opens a channel for reading, whatever its message type. The errors are those of [`Node::reader`].
+    /// Opens a channel for reading, for any message type. The errors are those of [`Node::reader`].
     pub fn raw_reader(&self, spec: &'static ChannelSpec) -> Result<RawReader> {
         self.check_read(spec)?;
         let reader = RawReader::open(self, spec)?;
@@ -204,8 +205,9 @@ impl Node {
         Ok(reader)
     }
 
-    /// Lists in a tick the newest message of each sensor that this node writes. The tick must be the last message of an
-    /// instant, sent after this call, since its readers wait for the messages that it lists.
+    /// Records in a tick the newest message of each sensor that this node writes. The tick must be the last
+    /// message of an instant, sent after this call, since its readers wait for the messages that it refers
+    /// to.
     pub fn name_readings(&self, tick: &mut Tick) {
         for (newest, sensor) in tick.newest.iter_mut().zip(channels::sensors()) {
             let writers = self.writers.borrow();
@@ -217,7 +219,8 @@ impl Node {
     /// Sleeps until a message arrives on a channel that this process reads, `timeout` has passed, or the process is asked to
     /// end. If a message has arrived since the last wait, it returns at once.
     ///
-    /// Messages do not wake the recorder and observers, which have to check their channels every few milliseconds.
+    /// Messages do not wake the recorder and observers, which must check their channels every few
+    /// milliseconds.
     pub fn wait(&self, timeout: Duration) -> Wake {
         // A request from before this line is already in `seen_ring`. A later one rings the bell again.
         if signals::end_requested() {
@@ -279,8 +282,8 @@ impl Node {
         self.counters.count_invalid(channel, seq, why);
     }
 
-    /// Clears what dead processes of the system have left in shared memory: their samples, and their places as writers or
-    /// readers. The supervisor calls this after it has waited for a dead child.
+    /// Clears what dead processes of the system have left in shared memory, which is their samples, and their
+    /// places as writers or readers. The supervisor calls this after it has waited for a dead child.
     pub fn clear_dead(&self, timeout: Duration) {
         self.inner.blocking_cleanup_dead_nodes(timeout);
     }
@@ -293,13 +296,13 @@ impl Node {
         self.sweeper.as_ref().and_then(Sweeper::complaint).map_or(Ok(()), Err)
     }
 
-    /// Counts something that no process before this one has done. Whether a process that keeps dying is restarted depends on
-    /// its progress. Every new message is counted automatically.
+    /// Counts something that the process has never done before. Whether a process that keeps dying is
+    /// restarted depends on its progress. Every new message is counted automatically.
     pub fn note_progress(&self) {
         self.bells.note_progress(self.process);
     }
 
-    /// Returns how much new work `process` and its predecessors have done. The count continues across restarts.
+    /// Returns how much new work `process` has done, across all restarts.
     pub fn progress(&self, process: Process) -> u32 {
         self.bells.progress(process)
     }

@@ -1,8 +1,8 @@
-//! Notices: what a process or a tool reports to the supervisor, which publishes it on `faults`.
+//! Notices, which processes and tools send to the supervisor to be published on `faults`.
 //!
-//! Notices are lines of JSON in a file in the system's folder. Each line is appended in one piece, so writers need no lock, a
-//! killed writer leaves no partial line, and a notice is kept even if no process is running. Notices are not meant for frequent
-//! events.
+//! Notices are lines of JSON in a file in the system's folder. Each line is appended in one piece, so writers
+//! need no lock, a killed writer does not leave a partial line, and a notice is kept even if no process is
+//! running. Notices are not meant for frequent events.
 
 use std::fs::{File, OpenOptions};
 use std::io::{ErrorKind, Read, Write};
@@ -122,7 +122,7 @@ impl System {
     /// `by` is the name of the tool.
     ///
     /// # Errors
-    /// - [`Error::File`] if the system is gone;
+    /// - [`Error::File`] if the system is gone.
     /// - [`Error::Signal`] if the process is gone or cannot be reached from here.
     pub fn inject(&self, process: Process, pid: u32, signal: Signal, by: &str) -> Result<()> {
         let failed = |source| Error::Signal { process, pid, source };

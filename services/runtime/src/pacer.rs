@@ -1,8 +1,8 @@
-//! Paces simulated time by the clock.
+//! Paces simulated time by the wall clock.
 
 use std::time::{Duration, Instant};
 
-/// Tells when a moment of simulated time is due.
+/// Determines when a moment of simulated time is due.
 #[derive(Debug, Clone, Copy)]
 pub struct Pacer {
     started: Instant,

@@ -27,9 +27,10 @@ struct Tally {
 }
 
 impl Tally {
-    /// Starts counting. Numbers begin at 1, so a process of the mission has missed whatever was sent before it joined. An
-    /// observer may join at any time, and the pad shows only the present. So for these two, the first message may have any
-    /// number, and a restarted pad has not lost what was shown before.
+    /// Starts counting. Numbers begin at 1, so a process of the mission has missed everything that was sent
+    /// before it joined. An observer may join at any time, and the pad shows only the present. For these two,
+    /// the first message may therefore have any number, and a restarted pad has not lost what was shown
+    /// before.
     fn new(spec: &ChannelSpec, process: Process) -> Self {
         let comes_late = matches!(process, Process::Observer | Process::Pad);
         let last = (!comes_late).then_some(0);
@@ -56,7 +57,7 @@ impl Tally {
     }
 }
 
-/// The reading end of a channel, whatever its message type.
+/// The receiving side of a channel, for any message type.
 pub struct RawReader {
     port: Subscriber<ipc::Service, [u64], u64>,
     spec: &'static ChannelSpec,
@@ -78,8 +79,8 @@ impl RawReader {
     /// Returns the next message, if one has arrived. A message whose number has already arrived is dropped.
     ///
     /// # Errors
-    /// [`Error::SharedMemory`] if iceoryx2 fails, or if more samples of the channel are held than allowed, which is eight, or
-    /// two for messages with cells.
+    /// [`Error::SharedMemory`] if iceoryx2 fails, or if more samples of the channel are held than allowed,
+    /// which is eight, or two for messages with cells.
     pub fn receive(&mut self) -> Result<Option<RawSample>> {
         while let Some(sample) = self.port.receive().map_err(self.failed())? {
             // A writer of another build cannot connect, but one that does not belong to this project might.
@@ -117,7 +118,8 @@ impl RawReader {
         is_new
     }
 
-    /// Returns the number of the last message that arrived. A successor has to resume after it.
+    /// Returns the number of the last message that arrived. After a restart, the process must resume after
+    /// it.
     pub fn position(&self) -> u64 {
         self.tally.position()
     }
@@ -128,13 +130,14 @@ impl RawReader {
         self.tally.last = Some(seq);
     }
 
-    /// Resumes with whatever message comes first. Messages before it count as seen, not as lost.
+    /// Resumes with whatever message comes first. Messages before it count as seen rather than as lost.
     pub fn resume_anywhere(&mut self) {
         self.tally.last = None;
     }
 
-    /// Calls `take` with each message of the channel's history that this reader has not received. A reader that continues after
-    /// its predecessor's death needs this, since a dead writer sends nothing again. Messages with cells have no history.
+    /// Calls `take` with each message of the channel's history that this reader has not received. A restarted
+    /// reader needs this, since a dead writer does not send anything again. Messages with cells have no
+    /// history.
     ///
     /// # Errors
     /// [`Error::File`] if the history is inaccessible.
@@ -190,7 +193,7 @@ impl RawSample {
     }
 }
 
-/// The reading end of a channel of messages of type `T`. See [`RawReader`].
+/// The receiving side of a channel of messages of type `T`. See [`RawReader`].
 pub struct Reader<T> {
     raw: RawReader,
     message: PhantomData<fn() -> T>,

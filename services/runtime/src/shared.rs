@@ -1,8 +1,8 @@
 //! The files of a system in `/dev/shm`: their names and their ownership.
 //!
-//! Each name begins with the system's prefix, `sketchnav_<name>_<token>_`. The token is random and stored in the system's
-//! folder, which no other user can enter. So no process can prepare a file for a system that is yet to start, and no system
-//! finds the files of an earlier one with its name.
+//! Each name begins with the system's prefix, `sketchnav_<name>_<token>_`. The token is random and stored in
+//! the system's folder, which no other user can enter. As a result, no process can prepare a file for a
+//! system that has not started yet, and no system encounters the files of an earlier one with the same name.
 //!
 //! `<prefix>owner` is the first file to be created and the last to be removed. It contains the path of the system's folder, and
 //! the supervisor holds its lock. Files whose owner is dead, and whose token is not in any folder, are orphans and are removed.
@@ -134,13 +134,13 @@ impl SharedFiles {
     /// Checks that no other user has put a file among those of the system.
     ///
     /// # Errors
-    /// [`Error::ForeignFile`] with the first such file.
+    /// [`Error::ForeignFile`] for the first such file.
     pub(crate) fn check(&self) -> Result<()> {
         self.all()?.iter().try_for_each(|path| check(path))
     }
 
-    /// Withdraws other users' access to the files that this process has mapped, since iceoryx2 0.10 creates one of its files
-    /// with read and write access for everyone.
+    /// Withdraws other users' access to the files that this process has mapped, since iceoryx2 0.10 creates
+    /// one of its files with read and write access for everyone.
     ///
     /// # Errors
     /// [`Error::File`] if the mode of a file cannot be changed.
@@ -217,7 +217,7 @@ fn remove(path: &Path) -> Result<()> {
 /// Checks that none of the files belongs to another user.
 ///
 /// # Errors
-/// [`Error::ForeignFile`] with the first one that does.
+/// [`Error::ForeignFile`] for the first one that does.
 pub(crate) fn check_seen(seen: &[Seen]) -> Result<()> {
     seen.iter().try_for_each(|(path, found)| check_found(path, found))
 }

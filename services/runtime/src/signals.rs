@@ -1,9 +1,9 @@
-//! SIGTERM, SIGINT and SIGHUP ask a process to end, by setting a flag that every wait checks.
+//! Handles SIGTERM, SIGINT and SIGHUP, which ask a process to end, by setting a flag that every wait checks.
 //!
-//! The handler changes the words that the process may sleep on, so that a signal between the last check and the sleep is not
-//! lost. SIGBUS means that shared memory has no space for pages that were promised. The process then prints a message before it
-//! ends, instead of ending silently. iceoryx2's own handlers stay off, because they give a request to only one waiter and
-//! mistake SIGCONT for an interrupt.
+//! The handler changes the words on which the process may sleep, so that a signal between the last check and
+//! the sleep is not lost. SIGBUS means that shared memory has no space for pages that were promised. In that
+//! case, the process prints a message before it ends, instead of ending silently. iceoryx2's own handlers
+//! stay off, because they deliver a request to only one waiter and mistake SIGCONT for an interrupt.
 
 use std::ptr::null_mut;
 use std::sync::atomic::{AtomicPtr, AtomicU32, Ordering::SeqCst};

@@ -1,11 +1,12 @@
-//! Starves this process: for some time, it only gets a share of the processor, as on a machine with too few cores.
+//! Starves this process of the processor: for some time, it only gets a share, as on a machine with too few
+//! cores.
 //!
-//! To do this, the process repeatedly stops itself (SIGSTOP). This needs neither root nor control groups, takes nothing from
-//! other processes, and gives the same share on every machine. A process that competes for the cores would have none of these
-//! advantages.
+//! To do this, the process repeatedly stops itself (SIGSTOP). This requires neither root nor control groups,
+//! takes nothing away from other processes, and gives the same share on every machine. A process that
+//! competes for the cores would have none of these advantages.
 //!
-//! Before each stop, a kernel timer is set that continues the process (SIGCONT). No other process is needed for that, so the
-//! process is continued whatever else is killed in the meantime.
+//! Before each stop, a kernel timer is set that continues the process (SIGCONT). No other process is needed
+//! for that, so the process is continued no matter what else is killed in the meantime.
 
 use std::thread;
 use std::time::{Duration, Instant};
@@ -27,7 +28,7 @@ const BACKUPS: [Duration; 3] = [Duration::ZERO, Duration::from_secs(1), Duration
 /// Begins at once with a stop, and continues in a separate thread.
 ///
 /// # Errors
-/// If the kernel has no timer or no thread left. The process is not stopped in this case.
+/// If the kernel has no timer or no thread left, in which case the process is not stopped.
 pub(crate) fn starve(starvation: Starvation) -> Result<(), Errno> {
     let end = Instant::now() + Duration::from_millis(starvation.duration_ms);
     let run = PERIOD.mul_f64(starvation.share);

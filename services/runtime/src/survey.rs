@@ -1,5 +1,5 @@
-//! Reports what a system needs of its machine, and which processes are connected to its channels, for diagnostic tools. It
-//! changes nothing.
+//! Reports what a system needs of its machine, and which processes are connected to its channels, for
+//! diagnostic tools. Nothing is changed.
 
 use std::path::PathBuf;
 
@@ -36,8 +36,8 @@ impl Room {
         Ok(Self { needed_mib: NEEDED_BYTES >> 20, free_mib: free >> 20 })
     }
 
-    /// Checks that there is enough space for a system. Pages of shared memory are allocated when they are first written, and a
-    /// process that gets none is killed, so it is better to check first.
+    /// Checks that there is enough space for a system. Pages of shared memory are allocated when they are
+    /// first written, and a process that does not get one is killed, so it is better to check first.
     ///
     /// # Errors
     /// [`Error::NoRoom`] if there is not enough.

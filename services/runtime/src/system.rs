@@ -91,11 +91,12 @@ impl System {
         Ok(())
     }
 
-    /// Takes over the dead system whose recording is in `folder`. From now on, it is owned by this process. What its processes
-    /// left for their successors is kept, and everything else is cleared.
+    /// Takes over the dead system whose recording is in `folder`. From now on, it is owned by this process.
+    /// Whatever its processes need in order to resume is kept, and everything else is cleared.
     ///
     /// # Errors
-    /// - [`Error::NothingToResume`] if there is no such system, or another system cleared it at its start;
+    /// - [`Error::NothingToResume`] if there is no such system, or if another system cleared it when it
+    ///   started.
     /// - [`Error::AlreadyRunning`] if its supervisor is alive.
     pub fn resume(folder: &Path) -> Result<(Self, RunConfig)> {
         Self::resume_in(root::of_this_user()?, folder)
@@ -122,7 +123,7 @@ impl System {
     /// Opens the system with that name, if its supervisor is alive.
     ///
     /// # Errors
-    /// [`Error::NotRunning`] with the names of the running systems.
+    /// [`Error::NotRunning`], which lists the names of the running systems.
     pub fn open(name: &str) -> Result<Self> {
         check_name(name)?;
         let system = Self::at(root::of_this_user()?, name);

@@ -1,5 +1,6 @@
-//! Owns the processes of a system. The supervisor creates and holds all channels, starts the processes, and restarts those that
-//! die. At the end it takes everything down, so that no process, no shared memory and no folder is left.
+//! Owns the processes of a system. The supervisor creates and holds all channels, starts the processes, and
+//! restarts those that die. At the end, it takes everything down, leaving behind no process, shared memory or
+//! folder.
 //!
 //! ```text
 //! start:     system → channels → processes, in any order → order to start the mission
@@ -15,7 +16,7 @@
 //! once. A process that is stopped or hangs is reported as unresponsive, and killed if it stays that way. Kills, deaths,
 //! restarts, recoveries and unresponsive processes are all reported on `faults`.
 //!
-//! The supervisor knows nothing about what the services compute.
+//! The supervisor does not know what the services compute.
 
 // `say!` prints, and escapes text that could control a terminal.
 #![deny(clippy::print_stdout, clippy::print_stderr)]

@@ -1,7 +1,7 @@
 //! Detects a lockstep in which every process waits for another one, so that nothing will ever happen again.
 //!
-//! This is always due to a defect, for example a message that its reader rejects. Without this check, the mission would
-//! silently wait forever. Time in which the supervisor itself did not run does not count.
+//! This is always due to a defect, such as a message that its reader rejects. Without this check, the mission
+//! would silently wait forever. Time in which the supervisor itself did not run does not count.
 
 use std::time::{Duration, Instant};
 

@@ -40,7 +40,7 @@ const MEETING: Duration = Duration::from_secs(2);
 pub struct Grace {
     /// How long world, sketcher, localizer and planner may take to end.
     pub services: Duration,
-    /// How long the recorder may take to write what is left and close its file.
+    /// How long the recorder may take to write the remaining messages and close its file.
     pub recorder: Duration,
     /// How long a process may be stopped (SIGSTOP) during the mission before it is killed and restarted.
     pub stopped: Duration,
@@ -200,8 +200,8 @@ impl Supervisor {
     /// Watches messages and processes until `timeout` has passed or the mission is no longer running.
     ///
     /// # Errors
-    /// - [`Error::Died`] if a process that cannot resume ended before the mission did;
-    /// - [`Error::GivenUp`] if a process kept dying without progress;
+    /// - [`Error::Died`] if a process that cannot resume ended before the mission did.
+    /// - [`Error::GivenUp`] if a process kept dying without progress.
     /// - [`Error::Stalled`] if the processes of a lockstep no longer make progress.
     pub fn poll(&mut self, timeout: Duration) -> Result<Progress> {
         let end = Instant::now() + timeout;
@@ -288,7 +288,7 @@ impl Supervisor {
     /// shutdown began, kills the processes that have not ended yet.
     ///
     /// # Errors
-    /// - [`Error::Died`] if a process failed while it was ending;
+    /// - [`Error::Died`] if a process failed while it was ending.
     /// - [`Error::Killed`] if a process did not end.
     pub fn shut_down(&mut self) -> Result<()> {
         let met = self.await_recorder();

@@ -36,8 +36,8 @@ pub struct Options {
 /// Plays a recording until the process is asked to end. Calls `ready` when viewers can connect.
 ///
 /// # Errors
-/// [`ViewError`] if the recording is empty or cannot be read, or if the server fails. A message that cannot be decoded is not
-/// an error: it is skipped, and all such messages are counted and reported at the end.
+/// [`ViewError`] if the recording is empty or cannot be read, or if the server fails. A message that cannot
+/// be decoded is not an error. It is skipped, and all such messages are counted and reported at the end.
 pub fn play(recording: &Recording, port: Port, options: Options, ready: impl FnOnce()) -> Result<End> {
     let path = recording.path();
     let span = recording.index()?.span_ns().ok_or_else(|| ViewError::Empty { path: named(path) })?;
@@ -56,7 +56,7 @@ fn named(path: &Path) -> String {
     path.display().to_string()
 }
 
-/// The reason why the playing of a stretch ended.
+/// Why the playback of a stretch ended.
 enum Turn {
     /// The stretch is over.
     Played,

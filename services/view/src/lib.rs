@@ -7,13 +7,14 @@
 //! recording ───────┘
 //! ```
 //! - [`live`] follows a system as an observer. A channel is open only while a viewer watches it.
-//! - [`mod@file`] plays a recording. Its clock is [`playback`], which is pure and which viewers can pause, seek and speed up.
+//! - [`mod@file`] plays a recording. Its clock is [`playback`], which is pure, and which viewers can pause,
+//!   seek and speed up.
 //! - `topics` are the topics that are shown: every channel in its recorded form and name, transforms, and the standard
 //!   messages derived from ours (`sketchnav_navigators::derived`).
 //! - `server` is the socket.
 //!
-//! Nothing here writes to a channel, and viewers can only send what they want to see. The socket is bound to loopback,
-//! because the protocol has no token. A viewer that is too slow loses the oldest messages.
+//! The view does not write to any channel, and viewers can only send what they want to see. The socket is
+//! bound to loopback, because the protocol has no token. A viewer that is too slow loses the oldest messages.
 
 // `say!` prints, and escapes characters that could control a terminal.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
@@ -31,7 +32,7 @@ use std::net::SocketAddr;
 use sketchnav_recordings::RecordingError;
 use sketchnav_schemas::ros2::Ros2Error;
 
-/// Reasons why nothing can be shown.
+/// Why nothing can be shown.
 #[derive(Debug, thiserror::Error)]
 pub enum ViewError {
     /// The address cannot be listened on.

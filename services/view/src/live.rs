@@ -25,7 +25,7 @@ const IDLE: Duration = Duration::from_millis(50);
 /// How often to check whether the system still runs.
 const SECOND: Duration = Duration::from_secs(1);
 
-/// The reason why showing ended.
+/// Why the view ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
     /// The process was asked to end, by a person who has seen enough.

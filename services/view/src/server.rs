@@ -86,7 +86,7 @@ pub struct Server {
     sent_time: (u64, Option<Instant>),
 }
 
-/// What viewers get to know about the served system or recording.
+/// What viewers are told about the served system or recording.
 pub struct Served {
     /// Name shown to people.
     pub name: String,

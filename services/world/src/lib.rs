@@ -1,5 +1,5 @@
-//! The simulated world as a process. It passes messages between a [`Simulation`] and the channels, and decides when the next
-//! instant is due. The driver of a real robot does the same with real sensors.
+//! The simulated world as a process, which passes messages between a [`Simulation`] and the channels, and
+//! decides when the next instant is due. The driver of a real robot does the same with real sensors.
 //!
 //! The checkpoint contains the whole world before its sensors are read. Since the readings follow from the world, a restarted
 //! process sends the same readings again and continues.
@@ -30,8 +30,9 @@ const PATIENCE: Duration = Duration::from_secs(10);
 /// Format version of [`Positions`] and [`World`] in a checkpoint.
 const CHECKPOINT: &str = "world 5";
 
-/// The world's positions in its channels before its sensors are read. For a channel that it writes, this is the number of the
-/// last message sent; for a channel that it reads, the number before the next message to be received.
+/// The world's positions in its channels before its sensors are read. For a channel that it writes, this is
+/// the number of the last message sent. For a channel that it reads, it is the number before the next message
+/// to be received.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Positions {
     tick: u64,
@@ -44,7 +45,7 @@ struct Positions {
 /// Runs the world of the node's system until the process is asked to end. `files` provides the files that the mission names.
 ///
 /// # Errors
-/// - [`sketchnav_sim::SimError`] if the mission's world or start is impossible;
+/// - [`sketchnav_sim::SimError`] if the mission's world or start is impossible.
 /// - any error of the runtime.
 pub fn run(node: &Node, files: &dyn Files) -> anyhow::Result<()> {
     let run = node.run_config()?;
@@ -180,8 +181,9 @@ impl<S: Simulation> Shell<'_, S> {
         }
     }
 
-    /// Starts the clock when the first tick has been answered, so that a stage that is still reading the drawing misses
-    /// nothing, however fast the time passes. If no answer comes, as without navigators, the clock starts anyway.
+    /// Starts the clock when the first tick has been answered, so that a stage that is still reading the
+    /// drawing does not miss anything, no matter how fast time passes. If there is no answer, for example
+    /// because there are no navigators, the clock starts anyway.
     fn await_navigators(&mut self) -> anyhow::Result<()> {
         let began = Instant::now();
         while self.held.is_none() && began.elapsed() < PATIENCE && self.node.nap(LOOK_SOON) != Wake::Terminate

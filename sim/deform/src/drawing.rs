@@ -45,8 +45,9 @@ pub struct DeformedDrawing {
     offset: Vector2<f64>,
 }
 
-/// Draws a floor. At degree 0 the walls are traced faithfully, at degree 1 they are deformed as much as in people's drawings,
-/// and at degree 0.5 half as much. The same floor, degree and seed give a bit-identical drawing.
+/// Draws a floor. At degree 0, the walls are traced faithfully. At degree 1, they are deformed as much as in
+/// people's drawings, and at degree 0.5 half as much. The same floor, degree and seed give a bit-identical
+/// drawing.
 ///
 /// # Errors
 /// [`DeformError::Degree`] if the degree is out of range.
@@ -103,8 +104,8 @@ impl DeformedDrawing {
         self.warp.apply(place) * self.px_per_m + self.offset
     }
 
-    /// Returns the point of the drawing that corresponds to a point of the floor, or `None` in walls, outside, and in forgotten
-    /// rooms.
+    /// Returns the point of the drawing that corresponds to a point of the floor, or `None` in walls,
+    /// outside, and in rooms that were left out.
     pub fn to_sketch(&self, place: &Point<World>) -> Option<Point<Sketch>> {
         let region = self.floor.region_at(place)?;
         (!self.forgotten.contains(&region)).then(|| self.mapped(place.coords()).into())

@@ -11,7 +11,7 @@ use crate::floor::Floor;
 /// Reads a floor plan in the project's own format (TOML), or a map in the format of map_server (YAML).
 ///
 /// # Errors
-/// [`DeformError`] with the file and the fault in it.
+/// [`DeformError`], which names the file and the fault in it.
 pub fn floor(path: &Path) -> Result<Floor, DeformError> {
     match path.extension().and_then(|extension| extension.to_str()) {
         Some("toml") => {

@@ -16,7 +16,7 @@ const LEAST_PLACES: usize = 7;
 /// Minimum distance from the walls of a place in a hall, in metres.
 const PLACE_CLEARANCE_M: f64 = 0.6;
 
-/// The contents of a drawing of a floor. Coordinates are in metres, in frame `World`.
+/// What a drawing of a floor shows. Coordinates are in metres, in frame `World`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Floor {
     /// Name of the floor, for people.
@@ -27,7 +27,7 @@ pub struct Floor {
     furniture: Vec<Furnishing>,
 }
 
-/// A piece of furniture, which drawings do not show.
+/// A piece of furniture. Drawings do not show these.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Furnishing {
     /// Name of the piece, if the floor has one, and empty otherwise.
@@ -42,8 +42,8 @@ impl Floor {
     /// Creates the floor of a floor plan.
     ///
     /// # Errors
-    /// - [`DeformError::World`] if the plan is invalid;
-    /// - [`DeformError::TooLarge`] if the walls extend too far;
+    /// - [`DeformError::World`] if the plan is invalid.
+    /// - [`DeformError::TooLarge`] if the walls extend too far.
     /// - [`DeformError::NoRegions`] if it has no enclosed room.
     pub fn of_plan(plan: &FloorPlan) -> Result<Self, DeformError> {
         let world = sketchnav_sim::floor_plan::describe(plan)?;
@@ -57,8 +57,8 @@ impl Floor {
         Self::checked(plan.name.clone(), walls, regions, furniture)
     }
 
-    /// Creates the floor of a map. Anything free-standing within a room that is smaller than two metres is taken for furniture
-    /// and left out.
+    /// Creates the floor of a map. Anything free-standing within a room that is smaller than two metres
+    /// counts as furniture and is left out.
     ///
     /// # Errors
     /// [`DeformError::NoRegions`] if the map has no enclosed room.
@@ -96,7 +96,8 @@ impl Floor {
         &self.regions.list
     }
 
-    /// Returns what drawings leave out: the furniture of a plan, or whatever was taken for furniture in a map.
+    /// Returns what drawings leave out, which is the furniture of a plan, or anything in a map that counts as
+    /// furniture.
     pub fn furniture(&self) -> &[Furnishing] {
         &self.furniture
     }
@@ -111,8 +112,9 @@ impl Floor {
         self.regions.at(place.coords())
     }
 
-    /// Returns the places that a person would mark on the floor and in a drawing. These are the centres of the regions and, if
-    /// there are few, the points farthest from all others, until there are seven.
+    /// Returns the places that a person would mark on the floor and in a drawing. These are the centres of
+    /// the regions and, if there are too few of them, the points farthest from all others, up to seven in
+    /// total.
     pub fn places(&self) -> &[Point<World>] {
         &self.places
     }

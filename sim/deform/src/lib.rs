@@ -1,13 +1,14 @@
-//! Drawings of a floor with the deformations that people make: out of proportion, doors shifted, a room left out, no furniture,
-//! and strokes of a pen.
+//! Drawings of a floor with the kinds of deformations that people make: wrong proportions, shifted doors,
+//! missing rooms, no furniture, and pen strokes.
 //!
 //! ```text
 //! floor plan, map ─floor, regions, trace→ Floor
 //! Floor + degree + seed ─doors, warp, hand→ DeformedDrawing ─measure→ Deformation
 //! ```
 //!
-//! Degree 0 traces the walls, degree 1 deforms as much as people do ([`PEOPLE`]), and degree 0.5 half as much. Nothing here
-//! opens a file, except for [`files`], or reads a clock. The same floor, degree and seed give the same drawing.
+//! Degree 0 traces the walls, degree 1 deforms them as much as people do ([`PEOPLE`]), and degree 0.5 half as
+//! much. Apart from [`files`], this crate does not open files, and it does not read clocks. The same floor,
+//! degree and seed give the same drawing.
 
 mod doors;
 mod drawing;

@@ -1,7 +1,7 @@
 //! Finds the rooms of a floor and the openings between them, by the watersheds of the distance to the walls. There is an
 //! opening wherever free space narrows between two wider areas.
 //!
-//! The outside does not count as a room, nor does anything joined to the rest only by a slit.
+//! The outside does not count as a room, and neither does anything that is only joined to the rest by a slit.
 
 use nalgebra::Vector2;
 use sketchnav_schemas::geometry::{Point, World};

@@ -1,12 +1,14 @@
-//! Sketches of scenes of objects, with the deformations that people make. The sketches are out of scale, and objects are
-//! shifted, turned, too large, too small, or forgotten. The route is redrawn past the objects as they are drawn, bent and
-//! smoothed.
+//! Sketches of scenes of objects, with the kinds of deformations that people make. The sketches are not to
+//! scale, and objects are shifted, turned, too large, too small, or forgotten. The route is redrawn past the
+//! objects as they are drawn, bent and smoothed.
 //!
-//! Degree 0 traces the scene. At degree 1 objects are about 0.5 m out of place, and other degrees are in proportion. A drawing
-//! in which outlines meet, or the route enters one, is drawn again, because nobody draws that on purpose. After several
-//! attempts, all shifts become smaller. The same scene, degree and seed give the same sketch.
+//! Degree 0 traces the scene. At degree 1, objects are about 0.5 m out of place, and other degrees are in
+//! proportion. If outlines meet, or the route enters one, the scene is drawn again, because nobody draws that
+//! on purpose. After several attempts, all shifts become smaller. The same scene, degree and seed give the
+//! same sketch.
 //!
-//! [`hasty`] draws like a person in a hurry, who cuts corners, and [`SceneSketch::on_a_pda`] writes whole pixels of a PDA.
+//! [`hasty`] draws like a person in a hurry, who cuts corners, and [`SceneSketch::on_a_pda`] converts a
+//! sketch to whole pixels of a PDA.
 
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
@@ -70,8 +72,8 @@ pub fn sketch(scene: &Scene, degree: f64, mission_seed: u64) -> SceneSketch {
     drawn(scene, &Hand { degree, smooth_m: SMOOTH_M * degree }, mission_seed, &mut rng)
 }
 
-/// Draws a scene like a person in more or less of a hurry, who cuts corners accordingly. If much is cut, two turns to the same
-/// side merge into one.
+/// Draws a scene like a person in a hurry, who cuts corners. If much is cut, two turns to the same side merge
+/// into one.
 pub fn hasty(scene: &Scene, degree: f64, mission_seed: u64) -> SceneSketch {
     let mut rng = seed::stream(mission_seed, "deform/hasty scene");
     let smooth_m = HASTE_M * (HASTE_SPREAD * normal(&mut rng)).exp();

@@ -1,7 +1,7 @@
 //! Distinguishes the dots of a picture from other spots, such as a frame, a logo or dirt.
 //!
-//! All dots look alike. A spot that covers far more or far less of the plane than a typical one is not a dot, and neither is a
-//! spot with a different shape. Two or three dots that touch still pass as one spot.
+//! All dots look alike. A spot that covers far more or far less of the plane than a typical one is not a dot,
+//! and neither is a spot with a different shape. Two or three dots that touch still count as one spot.
 
 use std::fmt;
 
@@ -14,7 +14,7 @@ const LEAST_COMPACTNESS: f64 = 0.7;
 /// Minimum number of pixels of a spot for its shape to be meaningful.
 const SHAPED_PIXELS: usize = 30;
 
-/// The reason why a spot is not a dot.
+/// Why a spot is not a dot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Unlike {
     /// The spot is far larger than the others.
@@ -30,7 +30,7 @@ pub enum Unlike {
 pub struct Odd {
     /// The spot.
     pub spot: Spot,
-    /// The reason why the spot is not a dot.
+    /// Why the spot is not a dot.
     pub why: Unlike,
     /// Size of the spot, relative to the typical one.
     pub sizes: f64,

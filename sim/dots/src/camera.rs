@@ -25,7 +25,7 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// Returns the camera that sees the known points as closely as possible to where they are.
+    /// Returns the camera that best fits the known points.
     ///
     /// # Errors
     /// [`DotsError::Calibration`] if the points do not determine a camera. [`DotsError::Crossed`] if they are four points that
@@ -107,8 +107,9 @@ impl Camera {
     }
 }
 
-/// Returns the two of four points that have each other's positions, if a camera sees all four after exchanging them. Exchanging
-/// the other two would work as well, but would mirror the picture, so the exchange that doesn't is preferred.
+/// Returns two of four points that have each other's positions, if a camera sees all four after exchanging
+/// them. Exchanging the other two would work as well, but would mirror the picture, so the exchange that
+/// doesn't is preferred.
 fn uncrossing(points: &[Known]) -> Option<[usize; 2]> {
     const PAIRS: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
     let exchanged = |[a, b]: [usize; 2]| {

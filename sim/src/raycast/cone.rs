@@ -1,5 +1,6 @@
-//! Finds the exact nearest point in a cone. Each face is clipped at the two edges of the cone, and the rest has one nearest
-//! point. Nothing can hide this point, because anything that hid it would itself be nearer and in the cone.
+//! Finds the exact nearest point in a cone. Each face is clipped at the two edges of the cone, and the rest
+//! has one nearest point. Nothing can hide this point, because anything that hid it would itself be nearer
+//! and in the cone.
 
 use nalgebra::{Rotation2, Vector2};
 

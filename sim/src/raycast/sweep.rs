@@ -1,8 +1,10 @@
-//! Casts many rays from one point, with bit-identical results to [`Faces::cast`] for each ray, but several times as fast.
+//! Casts many rays from one point, with results that are bit-identical to [`Faces::cast`] for each ray, but
+//! several times as fast.
 //!
-//! The tree finds what is in the way ray by ray. A sweep goes face by face instead, near ones first. For each face it
-//! determines which rays may hit it, and intersects those with it. The rays are consecutive in memory, so the compiler uses
-//! vector instructions. Faces farther away than the hits that these rays already have are skipped.
+//! The tree finds what is in the way ray by ray. A sweep instead goes from face to face, near ones first. For
+//! each face, it determines which rays may hit it, and intersects those with it. Because the rays are
+//! consecutive in memory, the compiler can use vector instructions. A face is skipped if it is farther away
+//! than everything that its rays have already hit.
 //!
 //! **Bit-identical results.** Each intersection is computed in the same way as by parry. Nevertheless, the tree's result can
 //! differ from the nearest intersection: the tree skips a face whose bounding box begins after the best hit so far, and because
@@ -149,7 +151,7 @@ impl Rays {
 }
 
 impl Faces {
-    /// Writes how far each ray from `from` goes until it hits a face, or +∞ if it hits none within `max_m`.
+    /// Writes the distance at which each ray from `from` hits a face, or +∞ if it hits none within `max_m`.
     pub fn sweep(&self, from: Vector2<f64>, rays: &Rays, max_m: f64, ranges_m: &mut [Real]) {
         let (origin, max) = (vector(from), max_m as Real);
         // The tree skips whatever begins at the maximum range, just as it skips whatever begins after another hit.

@@ -1,7 +1,8 @@
-//! A camera that detects fiducial markers: which markers it sees, and with which errors.
+//! A camera that detects fiducial markers: which markers it sees, and with what errors.
 //!
-//! It sees a marker that is within its field of view and its range, is not turned away too far, and is not hidden. The errors
-//! of distance and facing grow with the distance. All errors in a picture are independent.
+//! The camera sees a marker that is within its field of view and its range, is not turned away too far, and
+//! is not hidden. The errors of distance and facing grow with the distance. All errors in an image are
+//! independent.
 //!
 //! If the robot's file does not describe the pixels, the distance of a slanted marker has a larger error. If it does, a marker
 //! is only detected if it appears large enough, and its distance is computed from its upright edges, which are not shortened by
@@ -77,8 +78,8 @@ impl Camera {
         camera.markers.iter().filter_map(seen).collect()
     }
 
-    /// Fills in picture number `number`, except for the header. The same arguments give the same picture. If more markers are
-    /// seen than fit into a message, the ones with the smallest numbers are kept.
+    /// Fills in image number `number`, except for the header. The same arguments give the same image. If more
+    /// markers are seen than fit into a message, those with the smallest numbers are kept.
     pub fn fill(&self, scene: &Scene<'_>, number: u64, view: &mut MarkerView) {
         self.fill_geometry(view);
         let camera = scene.robot.compose(&self.model.mount());

@@ -1,5 +1,5 @@
-//! A camera that looks straight down on a plane of dots: which dots it shows, and with which errors (Park and Kender 1995,
-//! 3.1).
+//! A camera that looks straight down on a plane of dots: which dots it shows, and with what errors (Park and
+//! Kender 1995, 3.1).
 //!
 //! Each dot has an independent error in each view. Some dots are missed, and some that are shown do not exist.
 
@@ -26,8 +26,8 @@ impl DownCamera {
         Self { model: model.clone(), stream }
     }
 
-    /// Fills in view number `number` from above `robot`, except for the header. The same arguments give the same view. If there
-    /// are more dots than fit into a message, the ones nearest to the centre are kept.
+    /// Fills in view number `number` from above `robot`, except for the header. The same arguments give the
+    /// same view. If there are more dots than fit into a message, those nearest to the centre are kept.
     pub fn fill(&self, robot: &Pose<World>, dots: &[[f64; 2]], number: u64, view: &mut DotView) {
         view.side_m = self.model.side_m as f32;
         view.margin_m = self.model.margin_m as f32;

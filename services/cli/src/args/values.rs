@@ -14,7 +14,7 @@ pub fn parse_service(word: &str) -> Result<Process, String> {
     }
 }
 
-/// Parses the name of a service whose core can be run again on a recording, which is any but the recorder.
+/// Parses the name of a service that can be rerun on a recording, which is any but the recorder.
 pub fn parse_rerun(word: &str) -> Result<Process, String> {
     let again = || SERVICES.into_iter().filter(|process| *process != Process::Recorder);
     again()
@@ -22,7 +22,7 @@ pub fn parse_rerun(word: &str) -> Result<Process, String> {
         .ok_or_else(|| format!("expected one of {}", words(again())))
 }
 
-/// Parses the name of a process that can be served by hand.
+/// Parses the name of a process that can be run by hand.
 pub fn parse_served(word: &str) -> Result<Process, String> {
     match EXTRAS.into_iter().find(|extra| extra.word() == word) {
         Some(extra) => Ok(extra),
@@ -69,8 +69,8 @@ fn parse_numbers(text: &str) -> Option<Vec<f64>> {
     text.split(',').map(number).collect()
 }
 
-/// Maximum speed, in simulated seconds per second. No machine keeps up with more; `max` runs as fast as the machine
-/// can.
+/// Maximum speed, in simulated seconds per second, which is more than any machine can keep up with. With
+/// `max`, the simulation runs as fast as the machine can.
 pub const MAX_SPEED: f64 = 100.0;
 
 /// Parses `max`, or a number of simulated seconds per second.

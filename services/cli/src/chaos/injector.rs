@@ -1,9 +1,9 @@
 //! Kills the processes of a run at random moments.
 //!
-//! A moment is a fraction of the mission, measured by the world's progress instead of the clock, so that the kills are
-//! spread over the whole mission however long the recoveries take. The seed determines which processes are killed at
-//! which moments, but chance decides at which point of its step a process is hit. Kills at start-up happen whenever a
-//! process starts.
+//! A moment is a fraction of the mission, measured by the world's progress rather than by the wall clock, so
+//! that the kills are spread over the whole mission however long the recoveries take. The seed determines
+//! which processes are killed at which moments, but where in its step a process is hit is left to chance.
+//! Kills at start-up happen whenever a process starts.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::fs;

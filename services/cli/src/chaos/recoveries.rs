@@ -16,8 +16,8 @@ const LISTED: usize = 10;
 pub struct Recoveries {
     kills: usize,
     starvations: usize,
-    /// Times from a kill until the process had done new work, in milliseconds by the clock. A kill is missing here if the process
-    /// was killed again, or the mission ended, before that.
+    /// Times from a kill until the process had done new work, in milliseconds by the wall clock. Kills after
+    /// which the process was killed again, or the mission ended, before that are not included.
     recovered_ms: Vec<f64>,
     median_ms: Option<f64>,
 }

@@ -1,5 +1,5 @@
-//! Judges whether the robot was safe while its processes died: it has to stop when commands cease, and must not touch a
-//! wall. The verdict is based on the recording of a run in real time.
+//! Judges whether the robot was safe while its processes died: it must stop when commands cease, and must not
+//! touch a wall. The verdict is based on the recording of a run in real time.
 
 use std::path::Path;
 

@@ -32,7 +32,7 @@ const HAPPENED: &str = "# What happened, each fault at the first message at or a
 const PLANNED: &str =
     "# Played by `sketchnav chaos MISSION --schedule FILE` and `sketchnav run MISSION --faults FILE`.\n";
 
-/// Reads the schedule that the user named, if any, before anything starts.
+/// Reads the schedule that the user specified, if any, before anything starts.
 pub fn given(options: &ChaosOptions, mission: &Path) -> Result<Option<FaultPlan>, Failure> {
     let Some(path) = &options.schedule else { return Ok(None) };
     let mission = match mission::is_demo(mission) {
@@ -172,7 +172,7 @@ pub fn kills(recording: &Path) -> anyhow::Result<Vec<Kill>> {
     Ok(kills)
 }
 
-/// Adds the schedule, which repeats the disturbed run, to the run's failure.
+/// Adds the schedule, which repeats the disturbed run, to the failure of the run.
 pub fn with_repetition(failure: Failure, schedule: &Path) -> Failure {
     let words = |error: anyhow::Error| anyhow!("{error:#}; repeat it with --schedule {}", schedule.display());
     match failure {

@@ -1,11 +1,11 @@
-//! Runs every suite and study into a folder, one after another, and writes a Markdown and a JSON file for each, and a
-//! list.
+//! Runs every suite and study into a folder, one after another, and writes a Markdown and a JSON file for
+//! each, as well as a list.
 //!
-//! The jobs of a suite are driven in small parts, each of which is written completely or not at all, so a run that was
-//! interrupted can resume where it left off. Parts from another experiment, build or machine are rejected as by
-//! `--merge`. With `--world`, the suites are driven in a simulator, and their figures are kept beside those of the project's own
-//! world. A study is skipped if its JSON file was written by the same program for the same size. `--page` fills in
-//! the figures of pages.
+//! The jobs of a suite are driven in small parts, each of which is written completely or not at all, so an
+//! interrupted run can resume where it left off. Parts from another experiment, build or machine are rejected
+//! as by `--merge`. With `--world`, the suites are driven in a simulator, and their figures are kept apart
+//! from those of the project's own world. A study is skipped if its JSON file was written by the same program
+//! for the same size. `--page` fills in the figures of pages.
 
 use std::fmt::Write as _;
 use std::ops::RangeInclusive;
@@ -50,7 +50,7 @@ impl Entry {
     }
 }
 
-/// Runs all experiments. Those whose data are missing are left out and named.
+/// Runs all experiments. Those whose data are missing are skipped and listed.
 pub fn run(options: &EvalOptions) -> Result<Outcome, Failure> {
     refuse_meaningless_options(options).or_input()?;
     let folder = options.output.as_deref();

@@ -1,7 +1,9 @@
-//! Identifies the kind of machine and the program. Besides its inputs, the bits of an outcome depend on these two.
+//! Identifies the kind of machine and the program. An outcome depends on these two, bit for bit, in addition
+//! to its inputs.
 //!
-//! The motion of the particles uses sines and exponentials of the C library, which chooses an implementation by the
-//! processor's features. Machines of one kind therefore have the same library and the same relevant features.
+//! The motion of the particles uses sines and exponentials of the C library, which selects an implementation
+//! by the processor's features. Machines of the same kind therefore have the same library and the same
+//! relevant features.
 
 use std::ffi::CStr;
 

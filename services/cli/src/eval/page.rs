@@ -1,5 +1,6 @@
-//! Fills in pages whose figures come from experiments. A JSON file beside the first page stores the figures, and
-//! markers in the pages show where they go. Experiments that were not driven keep the figures in that file.
+//! Fills in pages whose figures come from experiments. A JSON file next to the first page stores the figures,
+//! and markers in the pages show where they go. For experiments that were not driven, the figures in that
+//! file are kept.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -12,15 +13,15 @@ use super::all::write;
 use crate::failure::{Failure, OrInput};
 use crate::output::out;
 
-/// Pages and the figures that go into them.
+/// Pages and the figures to be filled in.
 pub struct Pages<'a> {
     paths: &'a [PathBuf],
     figures: Figures,
 }
 
 impl<'a> Pages<'a> {
-    /// Opens the pages, and the figures beside the first page if there are any. Checks the markers, so that invalid
-    /// ones are reported before anything is driven.
+    /// Opens the pages, and the figures next to the first page if there are any. Checks the markers, so that
+    /// invalid ones are reported before anything is driven.
     pub fn open(paths: &'a [PathBuf]) -> Result<Self, Failure> {
         if let Some(first) = paths.first() {
             // If the first page were a JSON file, the figures would replace it.

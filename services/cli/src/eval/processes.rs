@@ -1,5 +1,5 @@
-//! Drives trials again with separate processes, and compares every message with those of the cores in one process,
-//! which the suites' figures are based on.
+//! Repeats trials with separate processes and compares every message with the one-process run, on which the
+//! suites' figures are based.
 
 use std::fs::File;
 use std::io::BufWriter;
@@ -29,7 +29,7 @@ pub struct Check {
     pub identical: usize,
     /// The trials in which a message differed, with the first such message.
     pub different: Vec<(String, Difference)>,
-    /// The folder with the recordings of the trials that differed, if there were any.
+    /// The folder with the recordings of the trials that differed, if any.
     pub folder: Option<PathBuf>,
 }
 
@@ -53,9 +53,10 @@ impl Onlooker for Recorder {
     }
 }
 
-/// Checks the first run of `count` of the jobs, spread evenly over all of them. Jobs that may think for longer than the
-/// period of a scan are left out, because they do not run in lockstep, so no two runs of processes would agree. Jobs in
-/// which a person answers are left out, too, because the processes have no such person.
+/// Checks the first run of `count` of the jobs, spread evenly over all of them. Jobs that may think for
+/// longer than the period of a scan are left out, because they do not run in lockstep, so no two runs of
+/// separate processes would agree. Jobs in which a person answers are left out as well, because there is no
+/// such person in a run of separate processes.
 pub fn check(jobs: &[Job<'_>], count: usize) -> Result<Check, Failure> {
     let folder = std::env::temp_dir().join(format!("sketchnav-eval-{}", std::process::id()));
     std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
@@ -116,7 +117,7 @@ fn rehearse(job: &Job<'_>, run: &RunConfig, path: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Writes the trial as a user would write it, with files for the mission, the robot and the drawing.
+/// Writes the trial as a user would, with files for the mission, the robot and the drawing.
 pub fn write_mission(trial: &Trial, run: &RunConfig, place: &Path) -> anyhow::Result<PathBuf> {
     let mut mission = Mission { robot: "robot.toml".into(), ..run.mission.clone() };
     std::fs::write(place.join("robot.toml"), toml::to_string(&run.robot)?)?;
@@ -146,7 +147,7 @@ pub fn command(mission: &Path, seed: u64, place: &Path, system: &str) -> anyhow:
     Ok(command)
 }
 
-/// Returns the recording of a mission that has ended, by what it printed.
+/// Finds the recording of a finished mission in what the mission printed.
 pub fn recording(output: &Output) -> anyhow::Result<PathBuf> {
     let report: serde_json::Value = serde_json::from_slice(&output.stdout).context("the mission's report")?;
     let Some(recording) = report["recording"].as_str() else {

@@ -1,8 +1,9 @@
 //! Renders a page of Markdown as plain text for a terminal.
 //!
-//! Headings are underlined, paragraphs and tables fit the width, and code is indented. A link is shown as its text and
-//! where it leads: `The pad [pad]` for a page that `sketchnav help` shows, `channels.rs (schemas/src/channels.rs)` for
-//! another file. Comments in HTML, which mark generated figures, are left out.
+//! Headings are underlined, paragraphs and tables fit the width, and code is indented. A link is shown as its
+//! text and its target: `The pad [pad]` for a page that `sketchnav help` shows, and
+//! `channels.rs (schemas/src/channels.rs)` for any other file. HTML comments, which mark generated figures,
+//! are omitted.
 
 mod table;
 mod target;

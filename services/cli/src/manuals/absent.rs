@@ -1,4 +1,5 @@
-//! Stands in for completions and manual pages in a program built without them, with an error that says how to build it.
+//! Replaces completions and manual pages in a program built without them by an error that says how to build
+//! it.
 
 use std::path::Path;
 

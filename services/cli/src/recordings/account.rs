@@ -9,8 +9,8 @@ use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::account::Summary;
 use sketchnav_stage::{Access, Heard};
 
-/// Plays the recorded messages of a run to its navigator's account and returns the summary. The summary is empty if
-/// this program does not know the navigator.
+/// Passes the recorded messages of a run to its navigator's account and returns the summary. The summary is
+/// empty if this program does not know the navigator.
 ///
 /// # Errors
 /// If the recording cannot be read, or the account asks for another navigator's channel.

@@ -1,5 +1,5 @@
-//! Ensures that a recording gets its name only when it is complete, and never replaces a file that contains more. All
-//! commands that write recordings use this module.
+//! Ensures that a recording gets its final name only when it is complete, and never replaces a file that
+//! contains more. All commands that write recordings use this module.
 
 use std::path::{Path, PathBuf};
 
@@ -37,7 +37,7 @@ impl Guard {
         Self { guards_all: true, ..self }
     }
 
-    /// Checks a draft, which should contain `messages` messages, and gives it its name.
+    /// Checks a draft, which should contain `messages` messages, and moves it to its final name.
     ///
     /// # Errors
     /// If the draft is incomplete, or would replace a file that contains more. An existing file is then left unchanged.
@@ -104,13 +104,13 @@ fn check_written(path: &Path, messages: u64) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Begins a copy of messages with this profile. [`finish`] gives it its name.
+/// Begins a copy of messages with this profile. [`finish`] moves it to its final name.
 pub fn begin(path: &Path, profile: &str) -> anyhow::Result<(Draft, Copy<Sink>)> {
     let (draft, sink) = Draft::begin(path).with_context(|| path.display().to_string())?;
     Ok((draft, Copy::of_profile(sink, profile)?))
 }
 
-/// Ends a copy and gives it its name.
+/// Ends a copy and moves it to its final name.
 pub fn finish(draft: Draft, copy: Copy<Sink>, guard: &Guard) -> anyhow::Result<()> {
     let messages = copy.messages();
     copy.finish()?;

@@ -230,8 +230,8 @@ fn robot(laser: &Shape, range_max_m: f64) -> anyhow::Result<Robot> {
     Ok(Robot::parse(&toml::to_string(&robot)?)?)
 }
 
-/// Turns the map into a drawing with a pixel per cell, and walls where the map is occupied. Unknown cells are
-/// transparent to the laser. Both scales are known and are given to the localizer.
+/// Turns the map into a drawing with one pixel per cell, and walls where the map is occupied. Unknown cells
+/// are transparent to the laser. Both scales are known and are passed to the localizer.
 fn of_map(map: &Path, log: &Log<'_>, options: &ImportOptions, run: &mut RunConfig) -> Result<Drawn, Failure> {
     let known = occupied(map).or_input()?;
     let (width, height) = known.raster().size();

@@ -1,8 +1,8 @@
 //! Plays a recording into the channels of a system of its own.
 //!
-//! The player sends the recorded messages again, in the name of the processes that sent them and with the same numbers.
-//! Processes that are started live receive these messages and answer them. At `--rate max`, the player waits for the
-//! answers to each scan, as a world in lockstep does.
+//! The player sends the recorded messages again, in the name of the processes that sent them and with the
+//! same numbers. Processes that are started live receive these messages and respond to them. At `--rate max`,
+//! the player waits for the responses to each scan, as a world in lockstep does.
 
 mod clock;
 mod keys;

@@ -1,4 +1,4 @@
-//! Runs a service's core again on the recorded inputs.
+//! Reruns a service on the recorded inputs.
 
 use std::path::{Path, PathBuf};
 

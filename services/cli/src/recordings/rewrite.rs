@@ -1,5 +1,5 @@
-//! Makes recordings from recordings. A result gets its name only when it is complete. The exit codes are those of the
-//! official MCAP tool.
+//! Makes recordings from recordings. A result gets its final name only when it is complete. The exit codes
+//! are those of the official MCAP tool.
 
 use std::path::Path;
 

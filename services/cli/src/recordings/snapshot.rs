@@ -1,7 +1,7 @@
-//! Saves the last seconds of a running system by copying the end of its recording, which continues.
+//! Saves the last seconds of a running system by copying the end of its recording, which continues to grow.
 //!
-//! Nothing has to be buffered in memory for this, since the recorder writes everything to its file within a second. The
-//! snapshot waits until the file contains everything that had been sent when the snapshot was requested.
+//! Nothing has to be buffered in memory, because the recorder writes everything to its file within a second.
+//! The snapshot waits until the file contains everything that had been sent when the snapshot was requested.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};

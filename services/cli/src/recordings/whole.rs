@@ -1,6 +1,6 @@
-//! Finds the recording that a path refers to, as one file. A recording in several files, as written by `run
-//! --split-size` and rosbag2, is put together, and a file packed by zstd is unpacked. This happens in a temporary
-//! folder, which is removed when the command ends.
+//! Finds the recording that a path refers to, as one file. A recording in several files, as written by
+//! `run --split-size` and rosbag2, is joined, and a file compressed with zstd is decompressed. This happens
+//! in a temporary folder, which is removed when the command ends.
 
 use std::fs::File;
 use std::io::{BufWriter, Read};
@@ -21,7 +21,7 @@ use crate::output::say;
 /// The endings of names of recordings, including those packed by rosbag2 or zstd.
 const NAMES: [&str; 3] = [".mcap", ".mcap.zstd", ".mcap.zst"];
 
-/// The losses of a recording, or of a copy of one, compared with the original content of its files.
+/// The losses of a recording, or of a copy of one, relative to the original content of its files.
 #[derive(Debug, Default)]
 pub struct Lacks {
     /// The files that end before their writers had finished.
@@ -50,9 +50,9 @@ pub struct Whole {
     named: PathBuf,
     /// The files that the recording consists of.
     sources: Vec<PathBuf>,
-    /// The losses that were noticed, and printed, when the recording was put together from several files.
+    /// The losses that were noticed, and printed, when the recording was joined from several files.
     lacks: Lacks,
-    /// The temporary folder that contains the file, if it was unpacked or put together.
+    /// The temporary folder that contains the file, if it was decompressed or joined.
     _folder: Option<TempDir>,
 }
 
@@ -68,12 +68,12 @@ impl Whole {
         paths.iter().map(|path| Self::of(path)).collect()
     }
 
-    /// Opens a single file and unpacks it if it is packed. Other files beside it are ignored.
+    /// Opens a single file and decompresses it if necessary. Other files next to it are ignored.
     pub fn alone(path: &Path) -> Result<Self, Failure> {
         Self::of_files(path, &[path.to_owned()]).map(|whole| whole.named_by(path)).or_input()
     }
 
-    /// Opens a file that may be damaged. If it is packed, as much as possible of it is unpacked.
+    /// Opens a file that may be damaged. If it is compressed, as much as possible of it is decompressed.
     pub fn best_effort(path: &Path) -> anyhow::Result<Self> {
         if !is_packed(path) {
             return Ok(Self::itself(path));
@@ -101,13 +101,13 @@ impl Whole {
         &self.sources
     }
 
-    /// Returns the losses that were noticed when the recording was put together from several files. They were printed
-    /// then.
+    /// Returns the losses that were noticed when the recording was joined from several files. They have
+    /// already been printed.
     pub fn lacks(&self) -> &Lacks {
         &self.lacks
     }
 
-    /// Makes failures name the path that the user gave instead of a temporary file.
+    /// Makes errors name the path that the user gave instead of a temporary file.
     pub fn known<T>(&self, result: Result<T, Failure>) -> Result<T, Failure> {
         result.map_err(|failure| match failure {
             Failure::Input(error) => Failure::Input(self.known_error(error)),
@@ -242,8 +242,8 @@ fn folder() -> anyhow::Result<TempDir> {
     tempfile::tempdir().context("a folder for temporary files")
 }
 
-/// Writes several files as one. If they are of one of our runs, each message is written once. Files by other software
-/// are simply joined, leaving out and counting damaged messages.
+/// Writes several files as one. If they belong to one of our runs, each message is written once. Files by
+/// other software are simply joined, and damaged messages are dropped and counted.
 fn put_together(files: &[PathBuf], sink: BufWriter<File>) -> anyhow::Result<Rejections> {
     let first = files.first().context("expected a file, found none")?;
     if Recording::open(first)?.has_run() {
@@ -323,8 +323,8 @@ fn gaps(named: &Path, files: &[PathBuf]) -> Vec<String> {
     series::gaps(named, files).into_iter().map(words).collect()
 }
 
-/// Returns the recordings in a folder, packed or not, ordered by name: those listed in its metadata or, if it has none,
-/// all of them.
+/// Returns the recordings in a folder, compressed or not, ordered by name: those listed in its metadata or,
+/// if it has none, all of them.
 ///
 /// # Errors
 /// If there are none, or none in a supported format. The error says what the folder contains instead.

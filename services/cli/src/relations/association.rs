@@ -1,4 +1,5 @@
-//! Finds the samples of several objects that belong together: those with equal times, or those nearest in time.
+//! Finds the samples of several objects that belong together, either those with equal times or those nearest
+//! in time.
 
 use sketchnav_schemas::statistics::median;
 

@@ -1,5 +1,5 @@
-//! Reads objects from a recording: the true poses of the robot and the people or, in recordings that this project did
-//! not write, the positions in the topics.
+//! Reads objects from a recording: the true poses of the robot and the people or, in recordings by other
+//! software, the positions in the topics.
 
 use std::collections::BTreeSet;
 

@@ -1,8 +1,8 @@
 //! Reads a table of positions with a row per object and time, and named columns in any order.
 //!
-//! The separator is the one that splits the first line into columns with known names. Numbers have a decimal point, or
-//! a decimal comma if that is not the separator. Additions by spreadsheets are ignored: byte order marks, the line that
-//! names the separator, and rows and last columns without a value.
+//! The separator is the one that splits the first line into columns with known names. Numbers have a decimal
+//! point, or a decimal comma if that is not the separator. Additions by spreadsheets are ignored: byte order
+//! marks, the line that specifies the separator, and rows and last columns without a value.
 
 use std::borrow::Cow;
 use std::fmt::Display;

@@ -1,4 +1,4 @@
-//! The pages of a study: one with its tables beside those of the paper, and one for each participant.
+//! The pages of a study: one with its tables next to those of the paper, and one for each participant.
 
 use maud::{Markup, PreEscaped, html};
 use sketchnav_lab::page;

@@ -120,8 +120,8 @@ struct Head<'a> {
     channel: &'a str,
     seq: u64,
     stamp_ns: u64,
-    /// The number of the tick that caused the message, or `None` if it has no cause, as in recordings that this project
-    /// did not write.
+    /// The number of the tick that caused the message, or `None` if there is no cause, as in recordings by
+    /// other software.
     source_seq: Option<u64>,
 }
 

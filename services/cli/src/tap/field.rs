@@ -16,7 +16,7 @@ pub struct Field {
     steps: Vec<Step>,
 }
 
-/// The reason why a path cannot be used.
+/// Why a path cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum FieldError {
     /// The text is not a path.
@@ -91,7 +91,7 @@ impl Field {
     /// Returns the field's value as a cell of a table.
     ///
     /// # Errors
-    /// Those of [`Field::of`], and [`FieldError::NoCell`] if the value does not fit into a single cell.
+    /// Any error of [`Field::of`], and [`FieldError::NoCell`] if the value does not fit into a single cell.
     pub fn cell(&self, message: &Value) -> Result<String, FieldError> {
         let value = self.of(message)?;
         let no_cell = |found| FieldError::NoCell { text: self.text.clone(), found };

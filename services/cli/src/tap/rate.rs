@@ -1,8 +1,8 @@
 //! Measures rates, bandwidth and delays of channels.
 //!
-//! The time of a message is when its writer sent it, by the clock that all processes share. An observer only looks for
-//! messages every two milliseconds, so the times at which it sees them would be too coarse for intervals. The delay of
-//! a message is the time since the tick that caused it.
+//! The time of a message is when its writer sent it, by the clock that all processes share. An observer only
+//! checks for messages every two milliseconds, so the times at which it sees them would be too coarse for
+//! intervals. The delay of a message is the time since the tick that caused it.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Instant;

@@ -13,7 +13,7 @@ use sketchnav_schemas::run::RunConfig;
 /// The number of faults that are kept for display.
 const LAST_FAULTS: usize = 8;
 
-/// A system at one moment, printed as it is by `--json`.
+/// A system at one moment, printed in this form by `--json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Snapshot {
     /// The system's name.
@@ -43,8 +43,8 @@ pub struct Row {
     pub restarts: u32,
     /// Messages per second on all channels that the process writes, by the wall clock.
     pub rate_hz: f64,
-    /// Number of ticks that the process has not answered yet or, for the recorder, has not made safe. `None` if it
-    /// answers no ticks.
+    /// Number of ticks to which the process has not yet responded or, for the recorder, which are not yet in
+    /// the file. `None` if it does not respond to ticks.
     pub queue: Option<u64>,
     /// Time since the process's last message, or `None` before the first.
     pub age_ms: Option<f64>,

@@ -1,5 +1,5 @@
-//! Draws a snapshot as a table of the processes, the last faults and the keys. It needs neither a terminal nor a
-//! system.
+//! Draws a snapshot as a table of the processes, the last faults and the keys. This requires neither a
+//! terminal nor a system.
 
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout};

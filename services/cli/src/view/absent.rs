@@ -1,4 +1,4 @@
-//! Stands in for the live view in a program built without it, with an error that says how to build it.
+//! Replaces the live view in a program built without it by an error that says how to build it.
 
 use std::path::Path;
 

@@ -1,5 +1,6 @@
-//! The `ablation` suite measures what each part of `beam` contributes. Each line of `PARTS` switches off one part by
-//! parameters of the mission. All lines drive the same trials with the same seeds, so they differ only by that part.
+//! The `ablation` suite measures what each part of `beam` contributes. Each line of `PARTS` switches off one
+//! part by means of mission parameters. All lines drive the same trials with the same seeds, so they differ
+//! only by that part.
 
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::mission::Parameters;

@@ -1,11 +1,11 @@
-//! The `calibrate-METHOD` suites search for the values that a paper leaves open. Each value is searched on its own around
-//! the one in use, on drawings that no other suite drives.
+//! The `calibrate-METHOD` suites search for the values that a paper leaves open. Each value is varied
+//! separately around the one in use, on drawings that no other suite drives.
 //!
-//! A published method gets the same effort as ours, and nothing is chosen by the figure that is to be reproduced. The
-//! authors calibrated on metrically consistent maps (Boniardi et al. 2016, V-B). On such drawings alone every value listed
-//! here reaches every goal, so deformed drawings are driven as well. All drawings are of the shipped floors, and their
-//! numbers are beyond those of the `deformed` suite. To choose a value, take the middle of those that the interval of the
-//! best one does not exclude.
+//! A published method gets the same effort as ours, and nothing is chosen by the figure that we want to
+//! reproduce. The authors calibrated on metrically consistent maps (Boniardi et al. 2016, V-B). With such
+//! drawings alone, every value listed here reaches every goal, so deformed drawings are driven as well. All
+//! drawings are of floors in the repository, and their numbers are beyond those of the `deformed` suite. To
+//! choose a value, take the middle of those that the interval of the best one does not exclude.
 
 use sketchnav_schemas::codes::Process;
 use sketchnav_sketch::filter::parameters::Parameters;

@@ -1,9 +1,9 @@
 //! The suites of corridors with markers: `corridor` (Patil 2019, 5.4), `corridor-turns` and `corridor-person`.
 //!
-//! A drive ends with the first touch and has then failed. The lines of the `corridor` suite are the twelve conditions of
-//! the thesis: three starts, with markers opposite each other or staggered, and with equal or different numbers of them on
-//! the two walls. Each condition is driven there and back, in corridors of several widths. The table also shows, in words,
-//! what figures 5.2 to 5.7 of the thesis say.
+//! A drive ends with the first touch, in which case it has failed. The lines of the `corridor` suite are the
+//! twelve conditions of the thesis: three starts, with markers opposite each other or staggered, and with
+//! equal or different numbers of them on the two walls. Each condition is driven in both directions, in
+//! corridors of several widths. The table also shows, in words, what figures 5.2 to 5.7 of the thesis say.
 
 use std::path::Path;
 

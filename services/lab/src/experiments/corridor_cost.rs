@@ -1,6 +1,6 @@
-//! The `corridor-cost` suite measures the cost of a drive along a corridor (Patil 2019, 5.5, tables 5.1 and 5.2). The
-//! corridor is driven by each method of the kind `corridor`, and by a map. The map is a drawing of degree 0, which means
-//! that it traces the walls exactly.
+//! The `corridor-cost` suite measures the cost of a drive along a corridor (Patil 2019, 5.5, tables 5.1 and
+//! 5.2). The corridor is driven by each method of the kind `corridor`, and by a map. The map is a drawing of
+//! degree 0, that is, an exact tracing of the walls.
 
 use std::sync::Arc;
 

@@ -4,14 +4,15 @@
 //!
 //! These suites differ from the `corridor` suite as follows, with the source in parentheses:
 //!
-//! - There is one corridor, driven from A to B and back to A as one mission (5.4.1). A drive counts as reached if both ways
-//!   are.
-//! - Starts are drawn at random along the corridor. Only those count from which an error-free camera sees a marker on
-//!   either side: "only if the starting position still allowed the camera to detect both the markers" (figures 5.3, 5.4).
-//! - The robot is `youbot-markers`. It detects markers as far away as its colour picture resolves them, and its wheels slip
-//!   (4.1).
-//! - The robot is set down by hand, so its heading errs.
-//! - A pair is held by its numbers until the robot has passed it (3.2.2).
+//! - There is one corridor, driven from A to B and back to A in one mission (5.4.1). A drive counts as
+//!   reached if both legs do.
+//! - Starts are drawn at random along the corridor. Only those count from which an error-free camera sees a
+//!   marker on either side: "only if the starting position still allowed the camera to detect both the
+//!   markers" (figures 5.3, 5.4).
+//! - The robot is `youbot-markers`. It detects markers as far away as its colour image resolves them, and its
+//!   wheels slip (4.1).
+//! - The robot is set down by hand, so its heading has an error.
+//! - A pair is held, by the numbers of its markers, until the robot has passed it (3.2.2).
 //! - A distance between two thresholds belongs to the class of the lower one (3.2.3).
 //! - There are 5.5 or 10 pairs per second. This is half of the commands of table 5.2, which has two for each pair (3.2.4).
 //! - A drive ends only at its goal, on contact, or at the time limit: "no update to the robot's motion can be made" (figure

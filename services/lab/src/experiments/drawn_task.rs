@@ -1,5 +1,5 @@
-//! Judges a task of a drive by a drawing: whether the path was consistent with the drawing, whether the goal was reached on
-//! the sketch, and how far from a drawn route the robot drove.
+//! Judges a task of a drive by a drawing: whether the path was consistent with the drawing, whether the goal
+//! was reached on the sketch, and how far the robot was from a drawn route.
 
 use sketchnav_schemas::geometry::{Point, Sketch, World};
 use sketchnav_sketch::messages::PoseEstimate;

@@ -1,4 +1,4 @@
-//! Simulators that are not part of this project, which take the world's place in trials.
+//! Simulators by others, which replace the world in trials.
 
 use std::fmt;
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use sketchnav_stage::{StageError, Tap};
 use crate::experiments::suite::Suite;
 use crate::experiments::trial::Trial;
 
-/// The simulators, as they are called on the command line.
+/// The simulators, by their names on the command line.
 pub const SIMULATORS: [&str; 2] = ["irsim", "mujoco"];
 
 /// Returns the name of a suite that is driven in a simulator, for example `building@mujoco`.
@@ -29,8 +29,8 @@ pub struct Elsewhere {
 }
 
 impl Elsewhere {
-    /// Creates the world of a simulator of [`SIMULATORS`], in which `drive` drives. `driver` is a checksum of the driver, which
-    /// determines the outcomes as much as the trials do.
+    /// Creates the world of a simulator listed in [`SIMULATORS`], in which `drive` drives. `driver` is a
+    /// checksum of the driver, which determines the outcomes as much as the trials do.
     pub fn new(
         simulator: &'static str,
         driver: u32,
@@ -47,10 +47,10 @@ impl Elsewhere {
         (self.drive)(trial, run, tap)
     }
 
-    /// Has all trials of a suite driven in the simulator.
+    /// Sets all trials of a suite to be driven in the simulator.
     ///
     /// # Errors
-    /// A description of the first trial that needs what the simulator lacks.
+    /// A description of the first trial that needs something that the simulator lacks.
     pub fn take(&self, suite: &mut Suite) -> Result<(), String> {
         if let Some((trial, what)) = suite.trials.iter().find_map(|trial| Some((trial, lacks(trial)?))) {
             let simulator = self.simulator;
@@ -71,8 +71,8 @@ impl fmt::Debug for Elsewhere {
     }
 }
 
-/// Returns what a trial needs and only the project's own world has. People and markers that a trial adds to its floor are what
-/// it is about, whereas those of the floor can be left out.
+/// Returns what a trial needs and only the project's own world provides. People and markers that a trial adds
+/// to its floor are essential to it, whereas those of the floor can be left out.
 fn lacks(trial: &Trial) -> Option<&'static str> {
     let world = &trial.mission.world;
     [

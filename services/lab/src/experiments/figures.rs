@@ -1,4 +1,4 @@
-//! The kept results of experiments, and the markers in pages that are filled in from them.
+//! The stored results of experiments, and the markers in pages that are filled in from them.
 //!
 //! A marker is a pair of HTML comments, which readers of the page do not see. The first one says what belongs between them:
 //! the experiment, the method, the form, and, unless the marker shows the whole experiment, the lines of the experiment's table.
@@ -19,8 +19,9 @@
 //! <!--= building@mujoco outline of a; b-->90 of 90, 90 of 90<!--=-->
 //! ```
 //!
-//! A figure keeps its value and gets a dagger if its experiment was not driven, or not by that method, or if the kept
-//! results do not have the figure yet. This module never drives anything and reads no files.
+//! A figure keeps its value and gets a dagger if its experiment was not driven, or not by that method, or if
+//! the stored results do not include the figure yet. This module never drives anything and does not read
+//! files.
 
 mod forms;
 
@@ -68,7 +69,7 @@ pub struct Experiment {
     pub program: String,
     /// Results of each method. Empty for a study.
     pub methods: Vec<Method>,
-    /// What readers of the figures need to know.
+    /// Notes for readers of the figures.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notices: Vec<String>,
     /// Tables of a study.
@@ -192,8 +193,8 @@ impl Figures {
 }
 
 impl Experiment {
-    /// Returns a figure of one method, or a list of figures if several lines are given. Returns `None` if the figure was not
-    /// kept, or if the method is one of those compared but was not driven yet.
+    /// Returns a figure of one method, or a list of figures if several lines are given. Returns `None` if the
+    /// figure is not stored, or if the method is one of those compared but has not been driven yet.
     fn figure(
         &self,
         (experiment, method): (&str, &str),

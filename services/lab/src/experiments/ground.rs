@@ -67,8 +67,16 @@ impl Ground {
         let (width, height) = (cells(right - left), cells(top - bottom));
         let origin_m = [left, bottom];
         let mut ground = Self { width, height, fits: Vec::new(), resolution_m, origin_m, clearance_m };
-        let solids: Vec<_> = world.walls.iter().chain(&world.furniture).collect();
-        let fits = |i| solids.iter().all(|solid| gap_m(solid, ground.middle(i)) >= clearance_m);
+        let solids: Vec<_> =
+            world.walls.iter().chain(&world.furniture).map(|solid| (extent_m(solid), solid)).collect();
+        let fits = |i| {
+            let at = ground.middle(i);
+            // Most solids are far away, which their bounding boxes show.
+            let is_away = |[low, high]: &[[f64; 2]; 2]| {
+                (0..2).any(|axis| at[axis] < low[axis] - clearance_m || at[axis] > high[axis] + clearance_m)
+            };
+            solids.iter().all(|(extent, solid)| is_away(extent) || gap_m(solid, at) >= clearance_m)
+        };
         ground.fits = (0..(width * height) as usize).map(fits).collect();
         ground
     }
@@ -80,9 +88,14 @@ impl Ground {
         }
     }
 
-    /// Returns true if the robot keeps its clearance from a solid when it is at a position.
+    /// Returns true if a robot at this position keeps its clearance from solids.
     pub fn clears(&self, solid: &Convex, at: [f64; 2]) -> bool {
         gap_m(solid, at) >= self.clearance_m
+    }
+
+    /// Returns true if the robot fits at a position.
+    pub fn fits(&self, at: [f64; 2]) -> bool {
+        self.index(at).is_some_and(|cell| self.fits[cell])
     }
 
     /// Returns all positions at which the robot fits.
@@ -147,6 +160,14 @@ impl Ground {
         let inside = (0..self.width).contains(&x) && (0..self.height).contains(&y);
         inside.then_some((y * self.width + x) as usize)
     }
+}
+
+/// Returns the corners of the bounding box of a solid, in metres.
+fn extent_m(solid: &Convex) -> [[f64; 2]; 2] {
+    let corners = solid.corners().iter();
+    corners.fold([[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]], |[low, high], at| {
+        [[low[0].min(at[0]), low[1].min(at[1])], [high[0].max(at[0]), high[1].max(at[1])]]
+    })
 }
 
 /// Returns the distance from a position to a solid, in metres, which is 0 inside.

@@ -23,8 +23,9 @@ pub struct Job<'a> {
 }
 
 impl<'a> Job<'a> {
-    /// Creates a job. Its seed depends only on the suite's seed, the trial's name and the repetition. Methods share the seed,
-    /// so that they are compared in the same world with the same noise, and so do variants of a trial.
+    /// Creates a job. Its seed depends only on the suite's seed, the trial's name and the repetition. Methods
+    /// share the seed, as do variants of a trial, so that they are compared in the same world with the same
+    /// noise.
     pub fn new(trial: &'a Trial, method: &'a str, repetition: u32, suite_seed: u64) -> Self {
         let name = trial.variant_of.as_ref().unwrap_or(&trial.name);
         let seed = derived(suite_seed, &format!("eval/{name}#{repetition}"));

@@ -1,4 +1,4 @@
-//! Joins drawings to their floors by the file `anchors.toml` beside their missions.
+//! Joins drawings to their floors by the file `anchors.toml` next to their missions.
 
 use std::path::Path;
 

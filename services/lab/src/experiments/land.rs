@@ -1,21 +1,22 @@
-//! The `directions-land` suite drives journeys of about 30 m from pole to pole by a custom map, with a noisy laser. The
-//! paper mentions such a navigator but does not build it (Park and Kender 1995, 8).
+//! The `directions-land` suite drives journeys of about 30 m from pole to pole by a custom map, with a noisy
+//! laser. The paper mentions such a navigator but does not build one (Park and Kender 1995, 8).
 //!
-//! Each trial has its own field of poles. The map-maker knows the poles, while the navigator only sees what its laser
-//! shows. A journey succeeds if the robot stops next to the pole of its goal without having touched anything.
+//! Each trial uses its own field of poles. The map-maker knows the poles, while the navigator only sees what
+//! its laser shows. A journey succeeds if the robot stops next to its goal without having touched anything.
+
+pub mod buildings;
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use rand_distr::{Distribution, StandardNormal};
-use sketchnav_directions::path::{Atlas, Measure, Objective, Start, best};
+use sketchnav_directions::path::{Atlas, Measure, Objective, Start as Beginning, best};
 use sketchnav_directions::reliability::Reliability;
 use sketchnav_directions::stages::{mission as keys, settings};
 use sketchnav_directions::transitions::Kinds;
 use sketchnav_directions::{Plane, Point};
 use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::mission::{
-    Mission, NavigatorChoice, Parameters, Place, Start as Begin, Task, WorldSource,
-};
+use sketchnav_schemas::floor_plan::FloorPlan;
+use sketchnav_schemas::mission::{Mission, NavigatorChoice, Parameters, Place, Start, Task, WorldSource};
 use sketchnav_schemas::seed;
 use sketchnav_sim::{files, poles};
 
@@ -69,53 +70,86 @@ fn trial(folders: &Folders, number: u64) -> Result<Option<Trial>, EvalError> {
     let distance_m = |pole: &[f64; 2]| (pole[0] - field[0][0]).hypot(pole[1] - field[0][1]);
     let off = |pole: &[f64; 2]| (distance_m(pole) - DISTANCE_M).abs();
     let Some(goal) = field.iter().copied().min_by(|a, b| off(a).total_cmp(&off(b))) else { return Ok(None) };
-    let robot = folders.project.join("sim/missions/directions/panorama.toml").to_string_lossy().into_owned();
     let open = folders.project.join("sim/missions/landmarks/open.floor.toml").to_string_lossy().into_owned();
-    let heading: f64 = StandardNormal.sample(&mut seed::stream(number, "eval/land/heading"));
-    let given = [
-        ("floor_file", toml::Value::from("the field")),
-        ("landmark_radius_m", poles::RADIUS_M.into()),
-        ("range_m", 8.0.into()),
-        ("heading_noise_deg", HEADING_DEG.into()),
-    ];
-    let mut parameters = Parameters::default();
-    let effort = [("trial_journeys", 32), ("journeys", 256)]
-        .map(|(key, count)| (key.to_owned(), toml::Value::from(count)));
-    *parameters.of_mut(Process::Sketcher) = effort.into_iter().collect();
-    let to_goal = toml::Value::Array(goal.map(toml::Value::from).to_vec());
-    let mission = Mission {
-        name: format!("land/{number:03}"),
-        description: String::new(),
-        robot: robot.clone(),
-        navigator: NavigatorChoice {
-            kind: keys::KIND.into(),
-            given: given.map(|(key, value)| (key.to_owned(), value)).into_iter().collect(),
-        },
+    let journey = Journey {
+        name: format!("{number:03}"),
+        line: "field of poles".into(),
         world: WorldSource {
             floor_plan: Some(open),
             furniture: poles::furniture(&field),
             ..WorldSource::default()
         },
-        start: Begin {
-            world: field[0].map(|at| at + BESIDE_M * FRAC_1_SQRT_2),
-            world_heading_deg: (heading * HEADING_DEG).clamp(-20.0, 20.0),
-        },
-        task: vec![Task {
-            name: "to the pole".into(),
-            there: Place { polygon: None, center: Some(goal), radius_m: Some(THERE_M) },
-            time_limit_s: 60.0 + DISTANCE_M / SLOWEST_MPS,
-            given: toml::Table::from_iter([("goal".to_owned(), to_goal)]),
-        }],
-        parameters,
+        plan: &poles::plan(number),
+        start: field[0].map(|at| at + BESIDE_M * FRAC_1_SQRT_2),
+        goal,
+        way_m: DISTANCE_M,
+        number,
     };
-    let robot = files::robot(&robot)?;
-    let bytes = toml::to_string(&poles::plan(number)).unwrap_or_default();
-    let trial = Trial {
-        ends_with_contact: true,
-        bytes: Some(Page::from(bytes.into_bytes())),
-        ..Trial::new(format!("{number:03}"), "field of poles".into(), mission, robot)
-    };
+    let trial = journey.trial(folders)?;
     Ok(is_joined(&trial, &field, goal)?.then_some(trial))
+}
+
+/// A journey from pole to pole.
+struct Journey<'a> {
+    name: String,
+    line: String,
+    world: WorldSource,
+    /// The floor with its poles, as the map-maker knows it.
+    plan: &'a FloorPlan,
+    start: [f64; 2],
+    goal: [f64; 2],
+    /// Length of the way to the goal, in metres.
+    way_m: f64,
+    /// Determines how the robot stands at the start.
+    number: u64,
+}
+
+/// Returns the file of the robot that drives.
+fn robot(folders: &Folders) -> String {
+    folders.project.join("sim/missions/directions/panorama.toml").to_string_lossy().into_owned()
+}
+
+impl Journey<'_> {
+    fn trial(self, folders: &Folders) -> Result<Trial, EvalError> {
+        let robot = robot(folders);
+        let heading: f64 = StandardNormal.sample(&mut seed::stream(self.number, "eval/land/heading"));
+        let given = [
+            ("floor_file", toml::Value::from("the floor")),
+            ("landmark_radius_m", poles::RADIUS_M.into()),
+            ("range_m", 8.0.into()),
+            ("heading_noise_deg", HEADING_DEG.into()),
+        ];
+        let mut parameters = Parameters::default();
+        let effort = [("trial_journeys", 32), ("journeys", 256)]
+            .map(|(key, count)| (key.to_owned(), toml::Value::from(count)));
+        *parameters.of_mut(Process::Sketcher) = effort.into_iter().collect();
+        let to_goal = toml::Value::Array(self.goal.map(toml::Value::from).to_vec());
+        let mission = Mission {
+            name: format!("land/{}", self.name),
+            description: String::new(),
+            robot: robot.clone(),
+            navigator: NavigatorChoice {
+                kind: keys::KIND.into(),
+                given: given.map(|(key, value)| (key.to_owned(), value)).into_iter().collect(),
+            },
+            world: self.world,
+            start: Start { world: self.start, world_heading_deg: (heading * HEADING_DEG).clamp(-20.0, 20.0) },
+            task: vec![Task {
+                name: "to the pole".into(),
+                there: Place { polygon: None, center: Some(self.goal), radius_m: Some(THERE_M) },
+                time_limit_s: 60.0 + self.way_m / SLOWEST_MPS,
+                given: toml::Table::from_iter([("goal".to_owned(), to_goal)]),
+            }],
+            parameters,
+        };
+        let robot = files::robot(&robot)?;
+        let bytes = toml::to_string(self.plan).unwrap_or_default();
+        Ok(Trial {
+            ends_with_contact: true,
+            bytes: Some(Page::from(bytes.into_bytes())),
+            ..Trial::new(self.name, self.line, mission, robot)
+        })
+    }
 }
 
 /// Returns true if isolated landmarks join the start and the goal.
@@ -127,7 +161,7 @@ fn is_joined(trial: &Trial, field: &[[f64; 2]], goal: [f64; 2]) -> Result<bool, 
     let plane = Plane::new(field.iter().map(|&[x, y]| Point::new(x, y)).collect())?;
     let goal = field.iter().position(|pole| *pole == goal).unwrap_or_default() as u32;
     let atlas = Atlas::new(plane, pilot.settings.window, Kinds::ISOLATED, Reliability::fitted(pilot.noise));
-    let start = Start::over(&atlas.plane, 0)?;
+    let start = Beginning::over(&atlas.plane, 0)?;
     Ok(best(&atlas, start, goal, Measure::Windows, Objective::SHORTEST).is_ok())
 }
 

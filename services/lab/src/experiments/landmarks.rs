@@ -1,6 +1,6 @@
-//! Suites of routes past landmarks (Chronis 2007, chapter 5): `landmark-scenes`, `landmark-features`, `landmark-isolation`,
-//! `landmark-deformed` and `landmark-labels`. For suites under the thesis's own conditions, see [`thesis`]. For what these leave
-//! open, see [`unknowns`].
+//! Suites of routes past landmarks (Chronis 2007, chapter 5): `landmark-scenes`, `landmark-features`,
+//! `landmark-isolation`, `landmark-deformed` and `landmark-labels`. For suites under the thesis's own
+//! conditions, see [`thesis`], and for what these leave open, see [`unknowns`].
 //!
 //! The scenes and sketches are not those of the thesis, whose figures are lost (see [`sketchnav_sim::scenes`]). A drive
 //! succeeds if the robot stops in front of the object at the end of the route.
@@ -206,8 +206,8 @@ pub fn deformed(folders: &Folders) -> Result<Suite, EvalError> {
     })
 }
 
-/// Loads the `landmark-labels` suite, which has the drives of `landmark-deformed` with a robot that reads the names in the
-/// sketch.
+/// Loads the `landmark-labels` suite, which repeats the drives of `landmark-deformed` with a robot that reads
+/// the names in the sketch.
 ///
 /// # Errors
 /// Same as [`scenes`].
@@ -243,7 +243,8 @@ fn by_degrees(folders: &Folders, trial: ByDegree) -> Result<Suite, EvalError> {
     })
 }
 
-/// Loads the `landmark-choice` suite. Its scenes and sketches are for choosing parameters, and none of them is reported on.
+/// Loads the `landmark-choice` suite, whose scenes and sketches are used to choose parameters and are not
+/// reported on.
 ///
 /// # Errors
 /// Same as [`scenes`].
@@ -283,8 +284,8 @@ fn by_deformed(
     Ok(Trial { bytes: Some(sketch.file().into_bytes().into()), ..one })
 }
 
-/// Makes a trial like [`by_deformed`], but with a camera and with markers on the objects. The robot knows the objects whose
-/// label in the sketch is their own.
+/// Creates a trial like [`by_deformed`], but with a camera and with markers on the objects. The robot knows
+/// the objects whose label in the sketch is their own.
 fn by_labels(
     folders: &Folders,
     scene: &Scene,

@@ -1,5 +1,5 @@
-//! Logistic regression (D. R. Cox, The regression analysis of binary sequences, 1958), and figures by which stated probabilities
-//! are judged.
+//! Logistic regression (D. R. Cox, The regression analysis of binary sequences, 1958), and measures of the
+//! quality of stated probabilities.
 
 /// Weight of the prior that keeps coefficients finite if the examples can be separated, as the inverse variance of each.
 const RIDGE: f64 = 0.1;
@@ -16,7 +16,8 @@ pub struct Logistic {
 }
 
 impl Logistic {
-    /// Fits the coefficients to examples, each with its features and whether it was a success. All examples have as many features.
+    /// Fits the coefficients to examples, each with its features and whether it was a success. All examples
+    /// must have the same number of features.
     pub fn fit(examples: &[(Vec<f64>, bool)]) -> Self {
         let width = examples.first().map_or(0, |(features, _)| features.len()) + 1;
         let mut coefficients = DVector::zeros(width);
@@ -70,8 +71,8 @@ pub fn area_under_curve(scores: &[(f64, bool)]) -> Option<f64> {
     (pairs > 0.0).then_some(wins / pairs)
 }
 
-/// Returns the mean logarithmic loss and the mean squared error (Brier 1950) of stated probabilities. Both are least, on average,
-/// if the probabilities are the true ones.
+/// Returns the mean logarithmic loss and the mean squared error (Brier 1950) of stated probabilities. Both
+/// are smallest, on average, if the probabilities are the true ones.
 pub fn losses(stated: &[(f64, bool)]) -> [f64; 2] {
     let count = stated.len().max(1) as f64;
     let sum = stated.iter().fold([0.0; 2], |[log, brier], (p, is_success)| {

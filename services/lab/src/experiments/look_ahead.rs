@@ -1,11 +1,11 @@
 //! The `routes-look-ahead` suite repeats the drives of the `routes` suite with several values of r_H, which is how far the
 //! planner looks ahead on the drawn route.
 //!
-//! Boniardi et al. 2016, V-B, state the trade-off without figures. With a large r_H, the robot follows "the locally optimal
-//! trajectory", which "results in considerable displacement from the drawn path". If r_H is too small, "the planner is not
-//! able to react quickly enough to unmapped obstacles and the safety of the navigation is severely affected". The table
-//! therefore shows the displacement and the number of drives that touched something. Each floor has four obstacles that are
-//! in no drawing.
+//! Boniardi et al. 2016, V-B, describe the trade-off without figures. With a large r_H, the robot follows
+//! "the locally optimal trajectory", which "results in considerable displacement from the drawn path". If r_H
+//! is too small, "the planner is not able to react quickly enough to unmapped obstacles and the safety of the
+//! navigation is severely affected". The table therefore shows the displacement and the number of drives with
+//! a contact. Each floor has four obstacles that no drawing shows.
 
 use sketchnav_schemas::codes::Process;
 

@@ -15,8 +15,8 @@ pub enum Kind {
     Reached,
     /// The robot reported its arrival, but was elsewhere.
     WrongArrival,
-    /// The robot arrived by a path that is not consistent with the drawing. It passed something on a different side than the
-    /// drawn route, or than the path to the goal in the drawing.
+    /// The robot arrived by a path that is not consistent with the drawing, passing something on a different
+    /// side than the drawn route or than the path to the goal in the drawing.
     WrongSide,
     /// The robot touched something in a trial in which a touch ends the drive.
     Collided,
@@ -28,7 +28,8 @@ pub enum Kind {
     TimedOut,
     /// The mission ended in any other way.
     Aborted,
-    /// The robot never moved, whatever it reported then. In a corridor driven by markers, this means that no pair was in view.
+    /// The robot never moved, regardless of what it reported. In a corridor driven by markers, this means
+    /// that no pair was in view.
     NeverMoved,
 }
 
@@ -106,10 +107,10 @@ pub struct TaskOutcome {
     pub collisions: u32,
     /// Cost of the task.
     pub cost: Cost,
-    /// The landmark states of a drive by such states, in order. Empty for other drives.
+    /// The landmark states of the drive, in order. Empty unless the robot drives by states.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub states: Vec<StateDriven>,
-    /// Number of times a person answered the robot in the drive, or 0 if there was no person.
+    /// Number of times that a person answered the robot during the drive, or 0 without a person.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub answers: u32,
     /// The drawing, if other outcomes share it and are therefore not independent of this one.
@@ -121,10 +122,15 @@ pub struct TaskOutcome {
     /// Mean distance of the true path from the drawn route, in metres, or `None` if there is no route.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub displacement_m: Option<f64>,
+<<<<<<< HEAD
     /// Probability with which the robot states that it has arrived, or `None` if it states none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stated: Option<f64>,
     /// What regions joined by doors say about the goal when the task ends, or `None` if they were not asked.
+=======
+    /// The answer of regions and doors as to where the goal is when the task ends, or `None` if they were not
+    /// asked.
+>>>>>>> main
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rooms: Option<RoomsSaid>,
 }

@@ -1,13 +1,15 @@
-//! The `people` suite drives with ten drawings of one environment, made by ten people. Two annotators matched places in the
-//! drawings to places in the environment. The `people-exam` suite has six more drawings by other people. Parameters may be
-//! chosen by the first suite, but never by the second. In the `people-answers` and `people-exam-answers` suites, the same
-//! drives are watched by a [person] who answers the robot's questions.
+//! The `people` suite drives with ten drawings of one environment, made by ten people. Two annotators matched
+//! places in the drawings to places in the environment. The `people-exam` suite uses six more drawings by
+//! other people. Parameters may be chosen by the first suite, but never by the second. In the
+//! `people-answers` and `people-exam-answers` suites, a [person] watches the same drives and answers the
+//! robot's questions.
 //!
-//! Each trial drives from one matched place to another in a different region, with the start marked as people mark it.
-//! Arrival is judged by region, since two annotators' marks in one hall can be metres apart. Data: M. Mielle et al., "A
-//! method to find the robot's place in a hand-drawn map" (sketch_map_matching).
+//! Each trial drives from one matched place to another in a different region, with the start marked as people
+//! would mark it. Arrival is judged by region, since two annotators' marks in the same hall can be metres
+//! apart. Data: M. Mielle et al., "A method to find the robot's place in a hand-drawn map"
+//! (sketch_map_matching).
 //!
-//! - [`mod@matches`] parses the annotators' files, and [`regions`] has the rooms of the environment.
+//! - [`mod@matches`] parses the annotators' files, and [`regions`] contains the rooms of the environment.
 
 pub mod matches;
 pub mod regions;
@@ -80,7 +82,7 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     ten(folders, false)
 }
 
-/// Loads the suite of drawings by which nothing may be chosen.
+/// Loads the suite of drawings that may not be used to choose anything.
 ///
 /// # Errors
 /// Same as [`suite`].

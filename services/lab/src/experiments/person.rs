@@ -1,8 +1,8 @@
-//! A person who watches with the drawing in hand, and answers when the robot asks where it is.
+//! A person who watches a drive with the drawing in hand, and answers when the robot asks where it is.
 //!
-//! The person sees the true position of the robot, and points at the corresponding position in the drawing as exactly as
-//! people mark a start. After a few answers, the person gives up on the drive. The person says nothing unless the robot
-//! asks.
+//! The person sees the true position of the robot, and points at the corresponding position in the drawing as
+//! precisely as people mark a start. After a few answers, the person gives up on the drive. The person does
+//! not say anything unless the robot asks.
 
 use nalgebra::Complex;
 use rand_distr::{Distribution, Normal};
@@ -42,8 +42,9 @@ impl Person {
         Self { matched: matched.into_iter().map(pair).collect() }
     }
 
-    /// Returns the pose of the robot as the person would draw it. It follows from the similarity transform that fits the
-    /// matched places best, with near ones weighing most (Schaefer, McPhail, Warren 2006, section 2.2).
+    /// Returns the pose of the robot as the person would draw it, using the similarity transform that best
+    /// fits the matched places, with more weight on nearby ones (Schaefer, McPhail, Warren 2006, section
+    /// 2.2).
     pub fn drawn(&self, robot: &Pose<World>) -> Pose<Sketch> {
         let at = Complex::new(robot.x, robot.y);
         let weighted = || {
@@ -80,7 +81,7 @@ impl<'a> Bystander<'a> {
         Self { person, paper, rng, question: QuestionKind::Nothing, asked_ns: None, asked: 0 }
     }
 
-    /// Takes in a message, which may be a question.
+    /// Processes a message, which may be a question.
     pub fn receive(&mut self, spec: &ChannelSpec, message: &[u8]) {
         let asked =
             QUESTION.message(spec, message).and_then(|question| QuestionKind::from_code(question.kind));
@@ -92,7 +93,7 @@ impl<'a> Bystander<'a> {
         self.asked.min(MOST_ANSWERS)
     }
 
-    /// Returns true if the person was asked once more than they answer.
+    /// Returns true if the person was asked more often than they are willing to answer.
     pub fn gives_up(&self) -> bool {
         self.asked > MOST_ANSWERS
     }
@@ -102,8 +103,8 @@ impl<'a> Bystander<'a> {
         self.gives_up() && self.question == QuestionKind::Where
     }
 
-    /// Returns the answer to the robot's question, which is given again as long as the robot keeps asking. `robot` is its true
-    /// pose at this time.
+    /// Returns the answer to the robot's question, which is repeated as long as the robot keeps asking.
+    /// `robot` is its true pose at this time.
     pub fn answer(&mut self, robot: &Pose<World>, stamp_ns: u64) -> Option<Here> {
         let is_due = self.asked_ns.is_none_or(|asked_ns| stamp_ns >= asked_ns + PAUSE_NS);
         if self.question == QuestionKind::Nothing || !is_due {

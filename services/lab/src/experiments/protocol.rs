@@ -1,11 +1,12 @@
-//! Suites that follow the protocol of Boniardi et al. 2015, section IV, in which the robot drives a series of tasks. Its
-//! pose is given at the start of the first task. After a failed task, it is given again at the goal of that task. A suite
-//! has a mission file for each drawing, and the paper's table to compare with.
+//! Suites that follow the protocol of Boniardi et al. 2015, section IV, in which the robot drives a series of
+//! tasks. It is given its pose at the start of the first task. After a failed task, it is given its pose
+//! again, at the goal of that task. A suite consists of a mission file for each drawing, and the paper's
+//! table for comparison.
 //!
-//! The paper "required the executed trajectories to be topologically consistent with the sketch". If a drawing is joined to
-//! its floor by anchors, a task does not count as reached if the path is not homotopic to the drawing's. The drawings of
-//! Building 079 have no anchors. In drawing c, a wall ends too early, so the planner's path from room 2 to room 3 is
-//! not homotopic to the one on the floor.
+//! The paper "required the executed trajectories to be topologically consistent with the sketch". If a
+//! drawing is joined to its floor by anchors, a task therefore only counts as reached if the path is
+//! homotopic to the drawing's. The drawings of Building 079 have no anchors. In drawing c, a wall ends too
+//! early, so the planner's path from room 2 to room 3 is not homotopic to the one on the floor.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -77,7 +78,7 @@ pub fn building_079(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(suite)
 }
 
-/// Loads Table I in the shipped building, with its four drawings and with people walking about.
+/// Loads Table I in the demo's building, with its four drawings and with people walking about.
 ///
 /// # Errors
 /// [`EvalError`] if a file is missing or malformed.
@@ -91,7 +92,7 @@ pub fn building(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(suite)
 }
 
-/// Loads Table II in the shipped laboratory, a part of which is shown at a different scale by both drawings.
+/// Loads Table II in our laboratory, a part of which is shown at a different scale by both drawings.
 ///
 /// # Errors
 /// Same as [`building`].

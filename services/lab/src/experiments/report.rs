@@ -1,5 +1,5 @@
-//! Renders the outcomes of a suite as a single self-contained HTML page. The page shows tables next to the paper's,
-//! intervals, the ways in which tasks failed, some tasks as pictures, and the command that made the page.
+//! Renders the outcomes of a suite as a single self-contained HTML page, with tables next to the paper's,
+//! intervals, causes of failures, some tasks as pictures, and the command that generated the page.
 //!
 //! This module is pure: the same outcomes yield the same page. Pages work in light and dark mode and fit the screen of a
 //! phone.

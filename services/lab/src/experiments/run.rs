@@ -53,8 +53,8 @@ pub struct Driven {
     pub verdicts: Vec<TaskVerdict>,
 }
 
-/// Records a run, and ends it early if nothing that follows would count: after a failed task if another run takes over, after
-/// a contact if contacts are failures, and when the person gives up.
+/// Records a run, and ends it early if nothing after that would count: after a failed task if another run
+/// takes over, after a contact if contacts are failures, and when the person gives up.
 struct Watcher<'a> {
     log: Log,
     stamps_ns: Vec<u64>,
@@ -116,7 +116,7 @@ impl Watcher<'_> {
 /// (Boniardi et al. 2015, IV).
 ///
 /// # Errors
-/// [`EvalError::Trial`] if the mission cannot start, or the error of making the page.
+/// [`EvalError::Trial`] if the mission cannot start, or the error in creating the page.
 pub fn drive(trial: &Trial, method: &str, seed: u64) -> Result<Vec<Driven>, EvalError> {
     let page = trial.bytes.as_ref().map(Page::bytes).transpose()?;
     let mut runs = Vec::new();

@@ -1,4 +1,4 @@
-//! Sections that a suite reports in addition to its tables of outcomes: tables, plots and text in the form of a paper.
+//! Sections that a suite reports in addition to its tables of outcomes: tables, plots and text as in a paper.
 
 use serde::Serialize;
 
@@ -11,7 +11,7 @@ pub struct Section {
     pub title: String,
     /// The numbers. The table has no rows if there are none.
     pub table: Table,
-    /// The meaning of the numbers and how they differ from published ones, one paragraph each.
+    /// What the numbers mean and how they differ from published ones, one paragraph each.
     pub words: Vec<String>,
     /// The plots.
     pub plots: Vec<Plot>,

@@ -1,5 +1,5 @@
-//! The `sensitivity` suite varies one condition at a time, with all others unchanged, and measures how success depends on
-//! it.
+//! The `sensitivity` suite varies one condition at a time, with all others unchanged, and measures how this
+//! affects success.
 //!
 //! The trials are those of the `deformed` suite at degree 0.5 on the shipped floors, two for each drawing. A condition changes
 //! the trial rather than parameters of the methods, except for the parameter that gives the expected size of a building.
@@ -28,7 +28,7 @@ struct Condition {
     unit: &'static str,
     /// The values in order, one of which is `usual`.
     values: &'static [f64],
-    /// The value that the unchanged trials have.
+    /// The value used in the unchanged trials.
     usual: f64,
     change: fn(&mut Trial, &Site, f64),
 }

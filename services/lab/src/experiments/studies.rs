@@ -1,9 +1,9 @@
-//! Studies, which are experiments that drive no missions. A study is a pure function of a seed, a number of worlds and, for
-//! some, data that are not part of the project. It yields tables. If the rows of a table are numbers, its columns can be drawn
-//! as curves.
+//! Studies, which are experiments that do not drive missions. A study is a pure function of a seed, a number
+//! of worlds and, for some, data that are not part of the repository. It returns tables. If the rows of a
+//! table are numbers, its columns can be drawn as curves.
 //!
-//! This puts figures of a paper, and statistics over thousands of simulated journeys, beside the suites and under the same
-//! command.
+//! With studies, figures of a paper and statistics over thousands of simulated journeys are available next to
+//! the suites and under the same command.
 
 pub mod directions;
 pub mod logs;
@@ -43,7 +43,7 @@ pub enum Run {
 pub struct Study {
     /// Name on the command line.
     pub name: &'static str,
-    /// A sentence or two about what is done.
+    /// A sentence or two describing the study.
     pub title: &'static str,
     /// Default number of worlds.
     pub worlds: u64,

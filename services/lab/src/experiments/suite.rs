@@ -1,4 +1,4 @@
-//! Suites, which consist of trials with a heading and of published figures to compare the outcomes with.
+//! Suites, which consist of trials with a heading, along with published figures for comparison.
 
 use std::path::PathBuf;
 
@@ -14,23 +14,23 @@ use crate::experiments::trial::Trial;
 pub struct Folders {
     /// Name of the suite that loads the files, or empty if it is not known yet.
     pub suite: &'static str,
-    /// Folder of the project, with the missions and drawings that ship.
+    /// Folder of the project, which contains missions and drawings.
     pub project: PathBuf,
-    /// Folder of maps and drawings that are not part of the project, if one was given.
+    /// Folder of maps and drawings that are not part of the repository, if one was given.
     pub data: Option<PathBuf>,
 }
 
-/// A data file that is not part of the project.
+/// A data file that is not part of the repository.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Datum {
-    /// A description of the data and who made it.
+    /// A description of the data and their authors.
     pub what: &'static str,
     /// Path of the file in the data folder.
     pub file: &'static str,
 }
 
 impl Folders {
-    /// Returns the path of a file that the suite cannot be driven without.
+    /// Returns the path of a file without which the suite cannot be driven.
     ///
     /// # Errors
     /// [`EvalError::NoData`] if the file does not exist.
@@ -59,9 +59,9 @@ pub type Sections = fn(&[TaskOutcome]) -> Vec<Section>;
 pub struct Suite {
     /// Name of the suite on the command line.
     pub name: String,
-    /// A sentence or two about what is done.
+    /// A sentence or two describing the suite.
     pub title: String,
-    /// What readers of the figures need to know, beginning with missing data.
+    /// Notes for readers of the figures, beginning with missing data.
     pub notices: Vec<String>,
     /// The trials.
     pub trials: Vec<Trial>,
@@ -81,8 +81,8 @@ pub struct Suite {
     pub curves: Vec<Curve>,
     /// Lines of the table that are also counted together.
     pub groups: Vec<Group>,
-    /// The tasks that count, if a published table lists them. They are then the lines of the table. If this is empty, all tasks
-    /// count and the table has a line for each drawing.
+    /// The tasks that count, if a published table lists them. They then form the lines of the table. If this
+    /// is empty, all tasks count and the table has a line for each drawing.
     pub legs: Vec<Leg>,
     /// Derives sections from all outcomes, to be shown in addition to the tables.
     pub sections: Option<Sections>,
@@ -183,9 +183,9 @@ impl Suite {
         self.paper.iter().cloned().chain((0..columns).map(column)).collect()
     }
 
-    /// Returns true if a trial is driven by `method`, which is one of the requested `methods`. A trial with a method of its own is
-    /// not driven by any other. If its own method was not requested, the trial is left out if the suite compares methods, and is
-    /// otherwise driven once.
+    /// Returns true if a trial is driven by `method`, which is one of the requested `methods`. A trial with a
+    /// method of its own is not driven by any other. If its own method was not requested, the trial is left
+    /// out if the suite compares methods, and driven once otherwise.
     pub fn is_driven(&self, trial: &Trial, method: &str, methods: &[String]) -> bool {
         match &trial.method {
             None => true,
@@ -201,7 +201,7 @@ impl Suite {
         own.into_iter().chain(stated::section(&counted)).collect()
     }
 
-    /// Returns true if an outcome counts. Legs that only lead from one counted leg to the next do not.
+    /// Returns true if an outcome counts. Legs that merely lead from one counted leg to the next do not.
     pub fn counts(&self, outcome: &TaskOutcome) -> bool {
         self.legs.is_empty() || self.legs.iter().any(|leg| leg.name == outcome.task)
     }

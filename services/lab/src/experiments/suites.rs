@@ -1,7 +1,8 @@
 //! Finds suites by name.
 //!
-//! Some suites need data that are not part of the project. Without the data, loading them fails with an error that names
-//! what is missing. If a suite can do without a part of its data, it leaves that part out with a notice.
+//! Some suites need data that are not part of the repository. Without the data, loading them fails with an
+//! error that says what is missing. If a suite can do without a part of its data, it leaves that part out
+//! with a notice.
 
 use sketchnav_corridor::mission::METHODS;
 use sketchnav_sketch::method::Method;
@@ -26,7 +27,7 @@ const PAPER: &str = Method::Boniardi2015.word();
 
 /// All suites with their loaders. To add one, add a line here and a module for it. The last column lists methods for suites
 /// that compare several, or that use another one than the first of their navigator, when all suites are driven.
-const SUITES: [(&str, Loader, &[&str]); 31] = [
+const SUITES: [(&str, Loader, &[&str]); 32] = [
     ("ablation", ablation::suite, &[]),
     ("building-079", protocol::building_079, &[OUTLINE, PAPER]),
     ("building", protocol::building, &[OUTLINE, PAPER]),
@@ -39,6 +40,7 @@ const SUITES: [(&str, Loader, &[&str]); 31] = [
     ("corridor-turns", corridor::turns, &[]),
     ("corridor-unknowns", corridor_published::unknowns, &RULES),
     ("deformed", deformed::suite, &[OUTLINE, BEAM, PAPER]),
+    ("directions-buildings", land::buildings::suite, &[]),
     ("directions-land", land::suite, &[]),
     ("laboratory", protocol::laboratory, &[OUTLINE, PAPER]),
     ("landmark-choice", landmarks::choice, &[]),
@@ -65,7 +67,8 @@ pub fn names() -> impl Iterator<Item = &'static str> {
     SUITES.iter().map(|(name, ..)| *name)
 }
 
-/// Returns the methods by which a suite is driven when all suites are, or none if the first one of its navigator is enough.
+/// Returns the methods by which a suite is driven when all suites are, or none if the first method of its
+/// navigator is enough.
 pub fn compared(name: &str) -> &'static [&'static str] {
     SUITES.iter().find(|(known, ..)| *known == name).map_or(&[], |(_, _, methods)| *methods)
 }

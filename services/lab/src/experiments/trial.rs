@@ -1,5 +1,5 @@
-//! Trials, which consist of a mission, the poses that are given again after failures, and the accuracy with which a person
-//! marks the start.
+//! Trials, which consist of a mission, the poses that are given again after failures, and the precision with
+//! which a person marks the start.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -18,14 +18,14 @@ use sketchnav_schemas::seed;
 use sketchnav_sketch::mission::SketchMission;
 use sketchnav_sketch::reading::DrawnMap;
 
-/// Returns the time limit for a task, in seconds of simulation, from the length of the shortest path to its place. It is
-/// generous: no robot that drives there directly fails for lack of time, and one that searches for its path may drive five
-/// times as far.
+/// Returns the time limit for a task, in seconds of simulation, based on the length of the shortest path to
+/// its place. The limit is generous: no robot that drives there directly fails for lack of time, and one that
+/// searches for its path may drive five times as far.
 pub fn time_limit_s(shortest_way_m: f64) -> f64 {
     60.0 + 10.0 * shortest_way_m
 }
 
-/// The accuracy with which a person marks the robot's start.
+/// The precision with which a person marks the robot's start.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StartError {
     /// Standard deviation of the mark along each axis, as a share of the diagonal of the drawing.
@@ -76,18 +76,20 @@ pub struct Trial {
     pub thinking_scans: u32,
     /// The trial that this one is a variant of. Both get the same seeds.
     pub variant_of: Option<String>,
-    /// Page given by a person if it is not in a folder. If this is `None`, the mission names the file.
+    /// A page provided by a person, if it is not in a folder. If this is `None`, the mission names the file.
     pub bytes: Option<Page>,
-    /// The person who watches and answers the robot's questions. If this is `None`, the robot asks nothing.
+    /// The person who watches and answers the robot's questions. If this is `None`, the robot does not ask.
     pub person: Option<Arc<Person>>,
     /// True if regions joined by doors are asked where the goal is when a task ends.
     pub asks_rooms: bool,
-    /// The simulator in which the trial is driven. If this is `None`, it is driven in the project's own world.
+    /// The simulator in which the trial is driven. If this is `None`, it is driven in the project's own
+    /// world.
     pub elsewhere: Option<Elsewhere>,
 }
 
 impl Trial {
-    /// Creates a drive without a drawing by the suite's method. A touch does not end the drive, and no person looks on.
+    /// Creates a drive without a drawing by the suite's method. A touch does not end the drive, and no person
+    /// watches.
     pub fn new(name: String, line: String, mission: Mission, robot: Robot) -> Self {
         Self {
             name,
@@ -109,12 +111,12 @@ impl Trial {
     }
 }
 
-/// A page given by a person that is not in a folder.
+/// A page provided by a person that is not in a folder.
 #[derive(Debug, Clone)]
 pub enum Page {
     /// A page given as bytes.
     Drawn(Arc<[u8]>),
-    /// A page that is made once, when it is first needed. Making it may take a drive.
+    /// A page that is created once, when it is first needed. Creating it may take a drive.
     Made(Arc<Recipe>),
 }
 
@@ -183,15 +185,15 @@ impl From<Vec<u8>> for Page {
 /// The drawing of a trial, and how people handle it.
 #[derive(Debug, Clone)]
 pub struct Sheet {
-    /// Poses that are given again if a task fails: after task k fails, the robot continues with task k + 1 from `restarts[k]`.
-    /// If this is empty, the tasks after a failed one are driven without a new pose.
+    /// Poses that are given again if a task fails: after task k fails, the robot continues with task k + 1
+    /// from `restarts[k]`. If this is empty, the tasks after a failed one are driven without a new pose.
     pub restarts: Vec<Restart>,
     /// Error of every start mark, or `None` if marks are exactly as the mission says.
     pub start_error: Option<StartError>,
     /// The drawing as read by the sketcher. It is needed because people do not mark the robot inside a wall.
     pub paper: Arc<DrawnMap>,
-    /// The correspondence between drawing and floor. If it is given, the path must also be consistent with the drawing; if it
-    /// is `None`, any path will do.
+    /// The correspondence between drawing and floor. If it is given, the path must also be consistent with
+    /// the drawing. If it is `None`, any path is accepted.
     pub correspondence: Option<Arc<Correspondence>>,
 }
 
@@ -223,7 +225,8 @@ impl Trial {
 }
 
 impl Sheet {
-    /// Creates the sheet for a drawing in a file that the mission names. The pose is given once, with the errors of people.
+    /// Creates the sheet for a drawing in a file named by the mission. The pose is given once, with the
+    /// errors of people.
     pub fn new(paper: Arc<DrawnMap>) -> Self {
         let start_error = Some(StartError::OF_PEOPLE);
         Self { restarts: Vec::new(), start_error, paper, correspondence: None }

@@ -1,10 +1,10 @@
-//! The `witnesses` suite asks two witnesses where the goal is when the robot ends a task: the robot itself, which drives by the
-//! outline or by the filter, and the [regions joined by doors](sketchnav_sketch::rooms). Its tables show how often each is
-//! right, and whether their disagreement knows which arrivals are wrong.
+//! The `witnesses` suite asks three witnesses where the goal is when the robot ends a task: the particle filter, the
+//! outline of what was seen, and [regions joined by doors](sketchnav_sketch::rooms). Its tables show how often each of
+//! them is right, alone and with the others, and how well the signs that the planner uses tell right arrivals from wrong
+//! ones.
 //!
-//! The drawings are the lesson drawings of `people` and drawings made by `sketchnav deform` whose numbers no other suite
-//! uses, the latter also driven by the outline alone, which gives more wrong arrivals. Every other drawing fits the
-//! combination of the witnesses, and the rest check it.
+//! The drawings are made by `sketchnav deform` from invented floors of seven kinds. What is fitted is fitted to the
+//! first floor of each kind and checked on the other two.
 
 mod tables;
 
@@ -83,18 +83,18 @@ pub struct Claim {
 /// What regions and doors say at the end of a task.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct RoomsSaid {
-    /// False if they have no answer, in which case everything else is 0. They have none if no doors of the drawing lead to the goal,
-    /// or if those that do have no partners.
+    /// False if they have no answer, in which case everything else is 0. This happens if no doors of the
+    /// drawing lead to the goal, or if those that do have no partners.
     pub has_answer: bool,
     /// Where the filter, the outline, and regions and doors have the goal. `None` if they have it nowhere yet.
     pub claims: [Option<Claim>; 3],
     /// Distance from the robot to where they have the goal, in metres, or `None` if they have it nowhere.
     pub away_m: Option<f64>,
-    /// True if they have the goal in the region in which the robot is.
+    /// True if they place the goal in the region in which the robot is.
     pub is_same_room: bool,
-    /// Share of their alignments that have the goal within 2.5 m of the robot.
+    /// Share of their alignments that place the goal within 2.5 m of the robot.
     pub share_here: f64,
-    /// Amount by which the best alignment that has the goal elsewhere costs more.
+    /// Additional cost of the best alignment that places the goal elsewhere.
     pub margin: Option<f64>,
     /// Share of all doors seen or drawn that have a partner.
     pub doors_matched: f64,
@@ -121,7 +121,7 @@ impl RoomsSaid {
     }
 }
 
-/// Maps what a robot sees, as the planner does, and asks regions and doors about it in the end.
+/// Maps what a robot sees, as the planner does, and asks regions and doors about it at the end.
 #[derive(Debug)]
 pub struct Witness {
     mount: Pose<Base>,

@@ -7,7 +7,8 @@
 //! [drawing.court-01]            # image pixels: column, row
 //! crate = [580, 752]
 //! ```
-//! If a drawing does not show a place, its table leaves the place out. Only the judge reads this file; navigators must not.
+//! If a drawing does not show a place, its table leaves the place out. Only the judge may read this file, and
+//! navigators must not.
 
 use std::collections::BTreeMap;
 
@@ -28,7 +29,7 @@ pub struct Anchors {
     drawing: BTreeMap<String, Places>,
 }
 
-/// The reason why a file of anchors is rejected.
+/// Why a file of anchors is rejected.
 #[derive(Debug, thiserror::Error)]
 pub enum AnchorsError {
     /// The text is not TOML, has an unknown key, or has a value of the wrong type.
@@ -37,7 +38,7 @@ pub enum AnchorsError {
     /// A required table is missing.
     #[error("anchors: expected a table [{0}]")]
     Table(String),
-    /// The drawing names a place that the floor does not have.
+    /// The drawing names a place that does not exist on the floor.
     #[error("anchors: drawing.{drawing}.{name}: expected a place that floor.{floor} also has")]
     Place {
         /// Name of the drawing.

@@ -1,9 +1,9 @@
 //! Judges how journeys by custom maps ended, as one of six kinds of success and failure (Park and Kender 1995, 7.2.6).
 //!
-//! The navigator reports whether it arrived. Whether it truly attained the landmarks that its map refers to is judged by the
-//! true dots. A landmark on the map refers to the true dot that is nearest to where the map-maker sees the landmark. Which landmark
-//! the navigator takes a dot for is known by the entry that it reads next ([`Reference`]) or, if it goes by a belief, by the most
-//! probable landmark.
+//! The navigator reports whether it arrived. Whether it truly attained the landmarks that its map refers to
+//! is judged by the true dots. A landmark on the map refers to the true dot that is nearest to where the
+//! map-maker sees the landmark. The entry that the navigator reads next determines which landmark it takes a
+//! dot to be ([`Reference`]). With a belief, this is the most probable landmark.
 
 use serde::Serialize;
 use sketchnav_directions::CustomMap;
@@ -84,7 +84,8 @@ struct Taken {
     dot: usize,
     /// The entry that was finished with it.
     entry: usize,
-    /// The landmark that it was taken for, or `None` if the journey ended before the navigator went on from it.
+    /// The landmark that it was assumed to be, or `None` if the journey ended before the navigator continued
+    /// from it.
     node: Option<Node>,
     /// The dot of the most probable landmark, if the navigator goes by a belief.
     believed: Option<usize>,
@@ -144,7 +145,7 @@ fn kind(
     (taken, right): (&[Taken], usize),
     (map, landmarks): (Option<&CustomMap>, &[usize]),
 ) -> Option<Kind> {
-    // Neither a map that branches nor a belief has a single path.
+    // Neither a branching map nor a belief has a single path.
     let has_path =
         !map.is_some_and(CustomMap::branches) && taken.iter().all(|taken| taken.believed.is_none());
     let is_planned = right == taken.len() && (!has_path || taken.len() == landmarks.len());

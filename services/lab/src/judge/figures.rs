@@ -43,8 +43,8 @@ pub struct Figures {
     pub estimates: usize,
     /// Conversion of the trajectory to metres: `map` or `mean scales`.
     pub metres_by: &'static str,
-    /// The reason why the trajectory is not aligned with the true one although there are estimates. There is then neither an
-    /// absolute nor a local error.
+    /// Why the trajectory is not aligned with the true one although there are estimates. In this case, there
+    /// is neither an absolute nor a local error.
     pub not_aligned: Option<NotAligned>,
     /// Absolute trajectory error after alignment, in metres.
     pub absolute_m: Option<Statistics>,
@@ -70,7 +70,8 @@ pub struct Figures {
     pub latency_ms: BTreeMap<&'static str, Statistics>,
     /// Time that each process took per step, according to its health messages.
     pub stages: Vec<Stage>,
-    /// Number of scans that no command answered. This is 0 if there are no commands at all, since nothing drove then.
+    /// Number of scans to which no command responded. This is 0 if there are no commands at all, since
+    /// nothing drove in that case.
     pub unanswered_scans: u64,
 }
 

@@ -1,5 +1,5 @@
-//! Collects the messages of a mission that judging and drawing need. They come either from a mission that is being driven,
-//! or from a recording, which is read in one pass over the chunks that hold them.
+//! Collects the messages of a mission that judging and drawing need, either from a mission that is being
+//! driven, or from a recording, which is read in one pass over the chunks that contain them.
 
 use std::collections::BTreeMap;
 
@@ -41,7 +41,7 @@ pub struct Instant {
     pub stamp_ns: u64,
     /// True pose of the robot.
     pub truth: Pose<World>,
-    /// Pose at which the robot believed it was.
+    /// The robot's estimated pose.
     pub estimate: Pose<Sketch>,
     /// Local scales along and across the walls, in pixels per metre.
     pub scales_pxpm: [f64; 2],

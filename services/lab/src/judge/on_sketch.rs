@@ -2,9 +2,9 @@
 //! if the robot ends near its goal and if its trajectory on the sketch is homotopic to the drawn path "with respect to the
 //! topology induced by the sketch".
 //!
-//! Distances are measured in the local metric, like all of the paper's distances in the drawing (III-A). The paper does not
-//! state a threshold. A task that the robot gave up was not reached, wherever the robot stood: a robot that "lost track of
-//! its current pose" failed (2015, IV).
+//! Distances are measured in the local metric, like all of the paper's distances in the drawing (III-A). The
+//! paper does not state a threshold. A task that the robot gave up was not reached, regardless of where the
+//! robot was: a robot that "lost track of its current pose" failed (2015, IV).
 
 use sketchnav_schemas::codes::TaskState;
 use sketchnav_schemas::geometry::{Point, Sketch};

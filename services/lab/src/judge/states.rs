@@ -1,8 +1,8 @@
 //! Judges which landmark states of a drive were matched by the objects that the sketch depicts (Chronis 2007, 5.2.1).
 //!
-//! The thesis determined by hand "whether the sonar range system readings were from the extracted objects or random
-//! objects". Here the true scene says which objects were hit by the sonars of a seen object, and the names are compared.
-//! This module is pure.
+//! The thesis determined by hand "whether the sonar range system readings were from the extracted objects or
+//! random objects". Here, the true scene shows which objects were hit by the sonars of a seen object, and the
+//! names are compared. This module is pure.
 
 use std::f64::consts::{FRAC_PI_8, TAU};
 
@@ -132,8 +132,8 @@ impl<'a> TrueScene<'a> {
 
     /// Returns true if, judging by what the sonars hit, each object of the state that was matched at that time is truly there.
     ///
-    /// The state may have matched what was seen shortly before (4.6.4). The newest view in which something meets an object's
-    /// relations therefore counts.
+    /// The state may have matched what was seen shortly before (4.6.4). Therefore, the newest view in which
+    /// something meets an object's relations counts.
     fn explains(&self, said: &Said<'_>, number: usize, stamp_ns: u64) -> bool {
         let end = said.views.partition_point(|view| view.header.stamp_ns <= stamp_ns);
         let is_remembered = |view: &&LandmarkView| view.header.stamp_ns + REMEMBERED_NS >= stamp_ns;

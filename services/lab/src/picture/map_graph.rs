@@ -1,8 +1,9 @@
 //! Draws custom maps as graphs. Each entry has a row, which shows the landmark to seek and the signs that decide how to continue.
 //!
-//! The path along the right landmarks leads downwards. Branches to other entries are arcs on the left, which are blue if they
-//! lead to later entries and orange otherwise. A sign is drawn as the four quadrants around the landmark, north up, each with
-//! the dots that it contains. `NE → 4` means: move the landmark to the corner NE and continue at entry 4.
+//! The path along the right landmarks leads downwards. Branches to other entries are arcs on the left, which
+//! are blue if they lead to later entries and orange otherwise. A sign is drawn as the four quadrants around
+//! the landmark, north up, each with the dots that it contains. `NE → 4` means: move the landmark to the
+//! corner NE and continue at entry 4.
 
 use std::fmt::Write;
 

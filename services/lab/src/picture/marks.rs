@@ -53,8 +53,8 @@ const WAY: &str = "stroke=\"#8a93a3\" stroke-width=\"2\" stroke-dasharray=\"1 6\
 /// Size of a square, in metres, through which paths are only drawn once.
 const SAME_M: f64 = 0.25;
 
-/// Draws the paths of people, but each place only once. Otherwise the dots of a person walking back and forth would fall
-/// between each other and look like a solid line.
+/// Draws the paths of people, but each place only once. Otherwise, the dots of a person who walks back and
+/// forth would overlap and look like a solid line.
 pub fn ways<F>(sheet: &mut Sheet, ways: &[Vec<Point<F>>]) {
     let mut drawn = BTreeSet::new();
     for way in ways {

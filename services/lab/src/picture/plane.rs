@@ -42,7 +42,7 @@ pub struct PlanePicture<'a> {
     pub windows: &'a [Vec<Point<World>>],
     /// The tasks in order.
     pub tasks: &'a [TaskPicture<World>],
-    /// Maximum length of the scale bar, in metres. The bar gets a round length up to this one.
+    /// Maximum length of the scale bar, in metres. The bar gets a round length of at most this.
     pub bar_m: f64,
 }
 

@@ -62,8 +62,8 @@ impl View {
     }
 }
 
-/// Returns a length that is easy to reckon with: the greatest of 1, 2 and 5 times a power of ten, in metres, that is at
-/// most `most_m`.
+/// Returns a round length: the greatest of 1, 2 and 5 times a power of ten, in metres, that is at most
+/// `most_m`.
 pub fn round_length(most_m: f64) -> f64 {
     // A tenth is not exact in binary, so leave room for rounding errors.
     let most_m = most_m.max(1e-6) * (1.0 + 1e-9);

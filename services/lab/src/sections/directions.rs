@@ -1,5 +1,5 @@
-//! The part of a page about journeys by custom maps: the plane with its parkways, trajectories and journeys, the ends of
-//! the journeys, and the maps.
+//! The part of a page about journeys by custom maps: the plane with its parkways, trajectories and journeys,
+//! the ends of the journeys, and the maps.
 
 use std::path::Path;
 use std::sync::Arc;

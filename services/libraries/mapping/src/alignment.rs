@@ -1,10 +1,11 @@
 //! Finds which piece of a seen outline corresponds to which piece of a drawing's outline, by a cyclic alignment of the two with
 //! dynamic programming.
 //!
-//! The alignment compares the directions of walls, as in the matching of closed contours (Schmidt, Farin and Cremers 2007;
-//! Sebastian, Klein and Kimia 2003). The bearing and the distance from the robot's start count too, and more so close to the start.
-//! The alignment does not depend on scale, because either side may advance while the other stays, at a cost. A gap in the seen
-//! outline can stand for any stretch of the drawing, at a small cost per sample. Both outlines run counter-clockwise, so no
+//! The alignment compares the directions of walls, as in the matching of closed contours (Schmidt, Farin and
+//! Cremers 2007; Sebastian, Klein and Kimia 2003). It also compares the bearing and the distance from the
+//! robot's start, and weighs them more heavily close to the start. Because either side may advance while the
+//! other stays, at a cost, the alignment does not depend on scale. A gap in the seen outline can stand for
+//! any stretch of the drawing, at a small cost per sample. Both outlines run counter-clockwise, so no
 //! alignment is a mirror image.
 //!
 //! The outline of a drawing is closed and has no natural first sample, so several samples are tried in turn as the partner of the
@@ -36,11 +37,11 @@ pub struct Weights {
     pub share_afar: f64,
     /// Length, in metres, added to both distances before they are compared, so that tiny distances do not differ by large factors.
     pub near_m: f64,
-    /// Extra cost of a partner at a place that is forbidden for the sample.
+    /// Extra cost of pairing a sample with a place that is forbidden for it.
     pub forbidden: f64,
-    /// Distance, in metres, from a forbidden place within which other places are forbidden, too.
+    /// Radius, in metres, around a forbidden place within which every other place is forbidden, too.
     pub away_m: f64,
-    /// Distance, in samples of the drawing, between those that are tried as the first.
+    /// Stride, in samples of the drawing, between the starts to try.
     pub stride: usize,
 }
 
@@ -63,8 +64,8 @@ impl Default for Weights {
     }
 }
 
-/// What is known about the drawing and the map in common: where the robot started, the rotation between the frames, and the
-/// approximate scale of the drawing.
+/// What the drawing and the map are known to have in common: the robot's start, the rotation between the
+/// frames, and the approximate scale of the drawing.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Anchor {
     /// The robot's start in the drawing.
@@ -77,7 +78,7 @@ pub struct Anchor {
     pub scale_m: f64,
 }
 
-/// A place in the map that must not become the partner of a sample.
+/// Rules out a place in the map as the partner of a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Forbidden {
     /// Index of the sample in the drawing.
@@ -95,16 +96,16 @@ pub struct Problem<'a> {
     pub seen: &'a SeenOutline,
     /// The robot's start in both frames, the rotation between them, and the scale.
     pub anchor: &'a Anchor,
-    /// Factor on the cost of each sample. Empty if all samples count the same.
+    /// Multiplier for the cost of each sample. Empty if all samples have the same weight.
     pub emphasis: &'a [f64],
-    /// Places that samples may not have as partners.
+    /// Pairs of a sample and a place that are ruled out.
     pub forbidden: &'a [Forbidden],
 }
 
 /// The partner of a sample of the drawing.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Partner {
-    /// The sample has no partner, because it is not in the map.
+    /// The sample has no partner because the map does not include it.
     Nothing,
     /// A place on a wall of the map.
     Wall(Place),
@@ -191,7 +192,7 @@ impl Aligner {
         }
     }
 
-    /// Returns the number of samples that can be tried as the partner of the first piece.
+    /// Returns the number of samples that can be paired with the first piece.
     pub fn starts(&self) -> usize {
         self.samples.div_ceil(self.weights.stride.max(1))
     }
@@ -349,8 +350,8 @@ pub struct Search {
 }
 
 impl Search {
-    /// Tries one or more starts, until about `work` steps of the dynamic programme have been taken. Returns true if all starts have
-    /// been tried.
+    /// Tries one or more starts, stopping once about `work` steps of the dynamic programme have been taken.
+    /// Returns true if no start is left.
     pub fn advance(&mut self, aligner: &mut Aligner, work: usize) -> bool {
         let count = (work / aligner.work().max(1)).max(1);
         for start in (self.next as usize..aligner.starts()).take(count) {
@@ -376,9 +377,9 @@ impl Search {
     }
 }
 
-/// Returns the rotation from the map to the drawing that is nearest to `guess_rad` and makes their walls parallel. This relies on
-/// the walls of most buildings meeting at right angles. Returns `guess_rad` itself if the walls of either outline have no such main
-/// directions.
+/// Returns the rotation from the map to the drawing that is nearest to `guess_rad` and makes their walls
+/// parallel. This works because the walls of most buildings meet at right angles. If the walls of either
+/// outline have no such main directions, returns `guess_rad` unchanged.
 pub fn turn_by_walls(drawn: &Outline, seen: &SeenOutline, guess_rad: f64) -> f64 {
     const LEAST_COHERENCE: f64 = 0.3;
     let walls = seen.pieces.iter().filter_map(|piece| match piece {

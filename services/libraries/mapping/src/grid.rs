@@ -1,4 +1,4 @@
-//! A plain rectangle of cells that are free, occupied or unknown.
+//! A rectangular grid of cells that are free, occupied or unknown.
 
 use crate::region::Region;
 
@@ -36,13 +36,13 @@ pub struct CellGrid {
 }
 
 impl CellGrid {
-    /// Creates a grid of `size` columns and rows from the state of each cell, which `what` returns for the cell's index.
+    /// Creates a grid of `size` columns and rows. `what` returns the state of the cell with a given index.
     pub fn of(size: [usize; 2], cell: f64, origin: [f64; 2], what: impl Fn(usize) -> Cell) -> Self {
         let region = |is: Cell| Region::of(size[0], size[1], |index| what(index) == is);
         Self { cell, origin, free: region(Cell::Free), occupied: region(Cell::Occupied) }
     }
 
-    /// Resets this to a grid of unknown cells with this many columns and rows, reusing its memory.
+    /// Resets this to a grid of unknown cells with the given number of columns and rows, reusing its memory.
     pub fn reset(&mut self, [width, height]: [usize; 2], cell: f64, origin: [f64; 2]) {
         (self.cell, self.origin) = (cell, origin);
         self.free.reset(width, height);

@@ -1,13 +1,14 @@
-//! The harmonic measure says what share each piece of an outline has in a place inside the outline.
+//! Harmonic measure: how much each piece of an outline contributes to a place inside the outline.
 //!
-//! A mapping between two outlines extends to their inside by Laplace's equation. The image of an inner place is the mean of the
-//! images of the outline's samples, weighted by harmonic measure: a sample's weight is the probability that a random walk from the
-//! place first meets the outline there. The equation is solved on a coarse grid by conjugate gradients (Hestenes and Stiefel 1952).
+//! A mapping between two outlines extends to their interiors by Laplace's equation. The image of an interior
+//! place is the mean of the images of the outline's samples, weighted by harmonic measure: the weight of a
+//! sample is the probability that a random walk from the place first meets the outline there. The equation is
+//! solved on a coarse grid by conjugate gradients (Hestenes and Stiefel 1952).
 
 use crate::outline::{Outline, Place};
 use crate::region::Region;
 
-/// The inside of a drawing's outline, on a coarse grid.
+/// The interior of a drawing's outline, on a coarse grid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Interior {
     /// Length of a coarse cell's side, in cells of the region.
@@ -66,8 +67,9 @@ impl Interior {
         self.grid.at(cell).map(|at| (at as f64 - 0.5) * self.step)
     }
 
-    /// Returns the harmonic measure of a place, in cells of the region, as a share for each sample of the outline. The shares sum
-    /// to 1. A place outside has the measure of the nearest place inside.
+    /// Returns the harmonic measure of a place, in cells of the region, as one share per sample of the
+    /// outline. The shares sum to 1. A place outside the outline gets the measure of the nearest place
+    /// inside.
     pub fn measure(&self, at: Place) -> Vec<f64> {
         let mut shares = vec![0.0; self.samples];
         let place = at.map(|part| part / self.step + 1.0);
@@ -86,10 +88,10 @@ impl Interior {
         shares
     }
 
-    /// Returns the place whose image is nearest to `image`. `images` has the image of each sample of the outline, if that is known,
-    /// and the image of an inner place is the mean of these by its harmonic measure. Only places are considered for which the
-    /// samples with a known image have a share of at least `least`. This is the inverse of [`Interior::measure`], computed for all
-    /// places at once.
+    /// Returns the place whose image is nearest to `image`. `images` contains the image of each sample of the
+    /// outline, if it is known. The image of an interior place is the mean of these, weighted by harmonic
+    /// measure, and a place is considered only if the samples with a known image contribute a share of at
+    /// least `least`. This is the inverse of [`Interior::measure`], computed for all places at once.
     pub fn place_of(&self, images: &[Option<Place>], image: Place, least: f64) -> Option<Place> {
         let extended = |value: &dyn Fn(Place) -> f64| {
             let mut source = vec![0.0; self.grid.cells()];

@@ -1,15 +1,15 @@
-//! Builds a map of what a robot has seen on its drive, and finds places of a drawing in it.
+//! Builds a map of what a robot has seen on its drive, and locates places of a drawing in that map.
 //!
-//! - [`mapper`]: local mapping, which matches laser scans with the map so far and adds them to it.
-//! - [`occupancy`]: the map itself, which has a bounded number of cells that are free, occupied or unknown.
+//! - [`mapper`]: local mapping, which matches each laser scan with the map so far and then adds it.
+//! - [`occupancy`]: the map itself, with a bounded number of cells that are free, occupied or unknown.
 //! - [`matching`]: finds the pose at which a scan fits the map best, within a window around the odometry's guess.
-//! - [`grid`]: the map as plain cells.
-//! - [`region`], [`survey`], [`outline`]: the free part of a map or of a drawing, and its outline.
+//! - [`grid`]: the map as a rectangular grid of cells.
+//! - [`region`], [`survey`], [`outline`]: the free space in a map or a drawing, and its outline.
 //! - [`alignment`]: finds the corresponding pieces of two outlines.
-//! - [`harmonic`]: extends the correspondence of two outlines to the places inside them.
+//! - [`harmonic`]: extends the correspondence of two outlines to their interiors.
 //!
-//! Nothing here uses a clock, a file or a channel, starts a thread or draws a random number, so the same scans in the same order
-//! give the same bytes.
+//! This crate does not access clocks, files or channels, start threads, or draw random numbers, so the same
+//! scans in the same order always produce the same bytes.
 
 pub mod alignment;
 pub mod error;

@@ -1,11 +1,12 @@
-//! Local mapping over a whole drive. The pose comes from odometry and is corrected by matching scans with the map, and the map is
-//! built from the scans placed in this way.
+//! Local mapping over a whole drive. Odometry predicts the pose, scan matching corrects it, and the map is
+//! built from the scans at the corrected poses.
 //!
-//! The mapper keeps a single pose and a single map, and does not close loops by moving what has been mapped. The map is therefore
-//! accurate over distances that can be seen at once, and drifts slowly beyond them. If the robot comes back to a place and has
-//! drifted by less than the search window, its scans are matched with what it saw there first.
+//! The mapper maintains a single pose and a single map, and does not close loops by moving what has been
+//! mapped. The map is therefore accurate over distances that can be seen at once, but drifts slowly beyond
+//! them. If the robot returns to a place and has drifted by less than the search window, its scans are
+//! matched with what it saw there first.
 //!
-//! [`Parameters::max_tiles`] bounds the size of the state. An update allocates nothing.
+//! [`Parameters::max_tiles`] bounds the size of the state. An update does not allocate.
 
 use nalgebra::{Rotation2, Vector2};
 use serde::{Deserialize, Serialize};
@@ -25,12 +26,12 @@ const FIELD_MARGIN_M: f64 = 1.5;
 /// What the mapper did with a scan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Outcome {
-    /// The robot has hardly moved, so the scan was ignored.
+    /// The scan was ignored because the robot has hardly moved.
     Skipped,
     /// The scan corrected the pose, or had nothing in range to match (`None`).
     Matched(Option<Fit>),
-    /// The scan was entered into the map. It also corrected the pose, except for the first scan and a scan with nothing in range to
-    /// match (`None`).
+    /// The scan was added to the map. It also corrected the pose, except for the first scan and a scan with
+    /// nothing in range to match (`None`).
     Entered(Option<Fit>),
 }
 
@@ -95,7 +96,7 @@ impl Directions {
 }
 
 impl Mapper {
-    /// Creates a mapper that has seen nothing.
+    /// Creates a mapper with an empty map.
     ///
     /// # Errors
     /// [`Error::Parameter`] if a parameter is out of bounds.
@@ -154,10 +155,10 @@ impl Mapper {
         &self.state.map
     }
 
-    /// Updates pose and map with the odometry's pose and the scan that the laser made there.
+    /// Updates the pose and the map from an odometry pose and the scan taken there.
     ///
     /// # Errors
-    /// [`Error::Scan`] if the scan or the odometry is invalid. Nothing changes in that case.
+    /// [`Error::Scan`] if the scan or the odometry is invalid, in which case the mapper does not change.
     pub fn update(&mut self, odometry: Pose<Odom>, scan: &Scan<'_>) -> Result<Outcome, Error> {
         scan.check()?;
         let numbers = [odometry.x, odometry.y, odometry.yaw_rad];
@@ -177,10 +178,10 @@ impl Mapper {
         Ok(if enters { Outcome::Entered(fit) } else { Outcome::Matched(fit) })
     }
 
-    /// Enters a scan at a known pose, such as one of a corrected log, without matching it.
+    /// Adds a scan at a known pose, such as one of a corrected log, without matching it.
     ///
     /// # Errors
-    /// [`Error::Scan`] if the scan or the pose is invalid. Nothing changes in that case.
+    /// [`Error::Scan`] if the scan or the pose is invalid, in which case the mapper does not change.
     pub fn enter_at(&mut self, pose: Pose<Map>, scan: &Scan<'_>) -> Result<(), Error> {
         scan.check()?;
         let numbers = [pose.x, pose.y, pose.yaw_rad];

@@ -1,8 +1,8 @@
 //! Finds the pose at which a scan fits the map best.
 //!
-//! The search is correlative scan matching (Olson 2009), by branch and bound over fields of maxima (Hess, Kohler, Rapp and Andor
-//! 2016). Newton's method on the interpolated field then refines the result below the size of a cell. Both steps take the
-//! odometry's guess into account as a prior.
+//! The search is correlative scan matching (Olson 2009), by branch and bound over fields of maxima (Hess,
+//! Kohler, Rapp and Andor 2016). Newton's method on the interpolated field then refines the result to less
+//! than the size of a cell. Both steps use the odometry's guess as a prior.
 
 pub mod field;
 mod refine;
@@ -15,10 +15,10 @@ use sketchnav_schemas::message::MAX_BEAMS;
 use crate::{Map, Parameters};
 use field::Field;
 
-/// The odometry's guess of the pose, before the scan is considered.
+/// The pose according to odometry, before the scan is taken into account.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Prior {
-    /// The guessed pose.
+    /// The predicted pose.
     pub pose: Pose<Map>,
     /// Standard deviation of x and of y, in metres.
     pub sigma_m: f64,
@@ -26,7 +26,7 @@ pub struct Prior {
     pub sigma_rad: f64,
 }
 
-/// The pose at which a scan fits, and how well.
+/// The pose at which a scan fits best, and how well it fits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fit {
     /// The robot's pose.
@@ -37,7 +37,7 @@ pub struct Fit {
     pub covariance: Matrix3<f64>,
 }
 
-/// Matches scans with a field. The size of the working memory follows from the parameters and never grows.
+/// Matches scans with a field. Its working memory has a fixed size, which depends on the parameters.
 #[derive(Debug)]
 pub struct Matcher {
     blur_m: f64,
@@ -66,9 +66,9 @@ impl Matcher {
         }
     }
 
-    /// Sets the points of the scan to match, given the ends of its beams in the robot's frame and in the order of the sweep. An end
-    /// closer than the blur to the last point kept is dropped, so that near walls weigh no more than far ones. The remaining points
-    /// are thinned evenly to the maximum number.
+    /// Sets the points of the scan to match, given the ends of its beams in the robot's frame and in the
+    /// order of the sweep. An end closer than the blur to the last point kept is dropped, so that near walls
+    /// do not outweigh far ones. The remaining points are thinned evenly to the maximum number.
     pub fn set_points(&mut self, ends_m: impl Iterator<Item = [f64; 2]>) {
         self.points.clear();
         for end in ends_m.take(MAX_BEAMS) {

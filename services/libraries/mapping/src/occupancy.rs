@@ -1,9 +1,11 @@
 //! An occupancy map of log odds (Moravec and Elfes 1985; Thrun, Burgard and Fox 2005, 9.2), stored in tiles.
 //!
-//! A tile is created when a beam first reaches it. The number of tiles is bounded: once all are in use, changes to cells of further
-//! tiles are counted but otherwise dropped. A scan changes each cell at most once, however many beams pass through it.
+//! A tile is created when a beam first reaches it. The number of tiles is bounded: once all of them are in
+//! use, changes outside them are counted but otherwise dropped. A scan changes each cell at most once, no
+//! matter how many beams pass through it.
 //!
-//! People who walk by leave no wall, because a beam that ends deep in free space counts little, and later beams pass there.
+//! People who walk by do not leave walls in the map, because a beam that ends deep in free space has little
+//! weight and later beams clear the cell again.
 //!
 //! In addition to the log odds, bits record whether each cell is free or occupied, so that whole rows of a tile can be read at
 //! once.
@@ -89,7 +91,7 @@ impl Occupancy {
         }
     }
 
-    /// Checks that a saved map matches the parameters, and reserves its memory again.
+    /// Checks that a saved map matches the parameters, and reserves its memory.
     ///
     /// # Errors
     /// [`Error::State`] if the map does not match the parameters or is damaged.
@@ -132,7 +134,7 @@ impl Occupancy {
         self.levels.len() / TILE_CELLS
     }
 
-    /// Returns the number of changes lost because the map was full or did not reach far enough.
+    /// Returns the number of changes that were lost because the map was full or did not extend far enough.
     pub fn left_out(&self) -> u64 {
         self.left_out
     }

@@ -1,9 +1,9 @@
-//! Outlines of the free space that a drawing shows, and of the free space that a robot has seen.
+//! Outlines of the free space in a drawing, and of the free space that a robot has seen.
 //!
-//! An outline is closed and runs counter-clockwise. The outline of a drawing is a cyclic sequence of samples, each of which is a
-//! place and the direction of the wall there. The outline of a map is a sequence of *pieces*, which are either pieces of wall or
-//! gaps beyond which the robot has not looked. Only the outer border counts; objects that stand free inside are not part of the
-//! outline.
+//! An outline is closed and runs counter-clockwise. The outline of a drawing is a cyclic sequence of samples,
+//! each with the direction of the wall there. The outline of a map is a sequence of *pieces*, which are
+//! either pieces of wall or gaps beyond which the robot has not looked. Only the outer border counts, so
+//! free-standing objects inside are not part of the outline.
 
 use serde::{Deserialize, Serialize};
 
@@ -73,7 +73,7 @@ pub enum Piece {
     Gap(u16),
 }
 
-/// The outline of what a robot has seen, in the frame of its map.
+/// The outline of what a robot has seen, in the map frame.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct SeenOutline {
     /// Pieces in order around the region.
@@ -82,7 +82,7 @@ pub struct SeenOutline {
     pub gaps: Vec<Vec<Place>>,
 }
 
-/// Settings for taking an outline from a map.
+/// Settings for extracting an outline from a map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Taking {
     /// Length of a piece of wall, in metres.
@@ -100,8 +100,8 @@ pub struct Taking {
 }
 
 impl SeenOutline {
-    /// Returns the outline of the free space around the robot. Cells near a place of `shut` count as wall, too. This is for gaps
-    /// beyond which there turned out to be nothing to see.
+    /// Returns the outline of the free space around the robot. Cells near any of the `shut` places count as
+    /// wall as well, which closes gaps that turned out to have nothing to see beyond them.
     pub fn of_map(survey: &Survey, shut: &[Place], taking: &Taking) -> Self {
         let (grid, border) = (survey.grid(), survey.free().border());
         if border.len() < 8 {
@@ -222,7 +222,7 @@ pub fn arc_lengths(line: &[Place]) -> Vec<f64> {
     std::iter::once(0.0).chain(steps).collect()
 }
 
-/// Returns the places at increasing distances along a line. Distances beyond its ends give the ends.
+/// Returns the places at increasing distances along a line. A distance beyond either end gives that end.
 pub fn resampled(line: &[Place], along: &[f64], at: impl Iterator<Item = f64>) -> Vec<Place> {
     let mut k = 0;
     at.map(|length| {

@@ -1,4 +1,4 @@
-//! Parameters of local mapping. A single set serves all robots and buildings.
+//! Parameters of local mapping. The same set is used for all robots and buildings.
 
 use sketchnav_schemas::message::MAX_BEAMS;
 
@@ -31,7 +31,8 @@ pub struct Parameters {
     pub max_tiles: usize,
     /// Range up to which beams change the map, in metres.
     pub mapping_range_m: f64,
-    /// Range up to which beams without a return show free space, in metres. Zero if a lost return says nothing.
+    /// Range up to which a beam without a return clears free space, in metres. Zero if such beams are
+    /// ignored.
     pub open_range_m: f64,
     /// Maximum range of beams that are matched, in metres.
     pub matching_range_m: f64,
@@ -45,10 +46,10 @@ pub struct Parameters {
     pub window_max_m: f64,
     /// Half the angle of the largest search window, in radians.
     pub window_max_rad: f64,
-    /// Standard deviation of readings about a wall, in metres.
+    /// Standard deviation of range readings from a wall, in metres.
     pub blur_m: f64,
-    /// Log odds of a scan that fits completely against one that does not fit at all. Since the beams of a scan are not independent,
-    /// this also expresses how many of them count.
+    /// Log odds of a scan that fits perfectly versus one that does not fit at all. Since the beams of a scan
+    /// are not independent, this also reflects how many of them effectively count.
     pub evidence: f64,
     /// Distance after which a scan is matched, in metres.
     pub match_m: f64,
@@ -58,7 +59,8 @@ pub struct Parameters {
     pub enter_m: f64,
     /// Angle turned after which a scan is entered into the map, in radians.
     pub enter_rad: f64,
-    /// Number of scans after which a robot that stands still enters a scan, so that people who have left are forgotten.
+    /// Number of scans after which a stationary robot adds another one to the map, so that people who have
+    /// left disappear from it.
     pub enter_scans: u32,
 }
 

@@ -1,4 +1,4 @@
-//! Regions of cells, with operations on their connected parts, their neighbourhoods and their borders.
+//! Regions of cells, with operations on their connected components, neighbourhoods and borders.
 //!
 //! A region stores one bit per cell, and most operations work on whole words.
 
@@ -26,7 +26,7 @@ struct Stretch {
 const AROUND: [[i64; 2]; 8] = [[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1]];
 
 impl Region {
-    /// Creates the region of the cells for whose index `holds` returns true.
+    /// Creates the region of all cells whose index satisfies `holds`.
     pub fn of(width: usize, height: usize, mut holds: impl FnMut(usize) -> bool) -> Self {
         let mut region = Self::empty(width, height);
         for index in 0..width * height {
@@ -44,7 +44,7 @@ impl Region {
         region
     }
 
-    /// Creates a region of size zero that has memory reserved for this many columns and rows.
+    /// Creates a region of size zero with memory reserved for the given number of columns and rows.
     pub fn with_room(width: usize, height: usize) -> Self {
         Self { words: Vec::with_capacity(width.div_ceil(WORD) * height), ..Self::default() }
     }
@@ -56,7 +56,7 @@ impl Region {
         self.words.resize(width.div_ceil(WORD) * height, 0);
     }
 
-    /// Becomes a copy of `other`, reusing memory.
+    /// Copies `other` into this region, reusing its memory.
     pub fn copy_from(&mut self, other: &Self) {
         (self.width, self.height) = (other.width, other.height);
         self.words.clone_from(&other.words);
@@ -152,33 +152,36 @@ impl Region {
         self.iter().next()
     }
 
-    /// Removes the cells of `other`, which has the same size.
+    /// Removes the cells of `other`, which must have the same size.
     pub fn subtract(&mut self, other: &Self) {
         self.words.iter_mut().zip(&other.words).for_each(|(word, other)| *word &= !other);
     }
 
-    /// Returns the cells connected to `seed` by their sides. The result is empty if the region does not contain the seed.
+    /// Returns the cells connected to `seed` through their sides. Empty if the region does not contain the
+    /// seed.
     pub fn connected(&self, seed: usize) -> Self {
         let (mut rest, mut found) = (self.clone(), Self::default());
         rest.move_connected(seed, &mut found, &mut Vec::new());
         found
     }
 
-    /// Moves the cells connected to `seed` by their sides to `found`, which is resized to match and replaced. `waiting` is working
-    /// memory.
+    /// Moves the cells connected to `seed` through their sides to `found`, replacing its contents and size.
+    /// `waiting` is working memory.
     pub fn move_connected(&mut self, seed: usize, found: &mut Self, waiting: &mut Vec<usize>) {
         found.reset(self.width, self.height);
         self.take_stretches(seed, waiting, |stretch| found.fill(stretch));
     }
 
-    /// Removes the cells connected to `seed` by their sides and returns how many there were. `waiting` is working memory.
+    /// Removes the cells connected to `seed` through their sides and returns their number. `waiting` is
+    /// working memory.
     pub fn take_connected(&mut self, seed: usize, waiting: &mut Vec<usize>) -> usize {
         let mut count = 0;
         self.take_stretches(seed, waiting, |stretch| count += stretch.end - stretch.first);
         count
     }
 
-    /// Removes all cells and returns the size of the largest connected part. `waiting` is working memory.
+    /// Removes all cells and returns the size of the largest connected component. `waiting` is working
+    /// memory.
     pub fn take_parts(&mut self, waiting: &mut Vec<usize>) -> usize {
         let (mut largest, stride) = (0, self.stride());
         for word in 0..self.words.len() {
@@ -335,8 +338,8 @@ impl Region {
         }
     }
 
-    /// Writes the region to `coarse` in cells that are `times` as long, where `times` is at most 64. A coarse cell is contained if
-    /// all of its cells are. A remainder at the ends is dropped.
+    /// Writes the region to `coarse`, in cells that are `times` as long, where `times` is at most 64. A
+    /// coarse cell is contained if all of its cells are, and a remainder at the ends is dropped.
     pub fn coarsen(&self, times: usize, coarse: &mut Self) {
         coarse.reset(self.width / times, self.height / times);
         let (stride, together) = (coarse.stride(), WORD / times);

@@ -30,12 +30,12 @@ pub(crate) enum Beam {
     Hit(f64),
     /// Nothing returned up to the laser's maximum range.
     Open,
-    /// The reading is invalid and says nothing.
+    /// The reading is invalid and is ignored.
     Invalid,
 }
 
 impl<'a> Scan<'a> {
-    /// Returns the scan in a message, of a laser that is mounted on the robot at this pose.
+    /// Creates a scan from a message of a laser that is mounted on the robot at the given pose.
     pub fn of_message(message: &'a LaserScan, base_from_laser: Pose<Base>) -> Self {
         Self {
             ranges_m: message.ranges(),

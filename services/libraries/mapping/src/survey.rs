@@ -1,4 +1,4 @@
-//! Finds the part of a map that is free around the robot.
+//! Finds the free space around the robot in a map.
 
 use crate::Parameters;
 use crate::grid::CellGrid;
@@ -9,7 +9,7 @@ use crate::region::Region;
 /// Number of stretches of free cells yet to be visited for which memory is reserved.
 const WAITING: usize = 1 << 14;
 
-/// The map as a grid, and the free part of it that is connected to the robot's position.
+/// The map as a grid, and the free space connected to the robot's position.
 #[derive(Debug, Clone, Default)]
 pub struct Survey {
     grid: CellGrid,
@@ -20,7 +20,7 @@ pub struct Survey {
 }
 
 impl Survey {
-    /// Creates an empty survey with room for any map with these parameters, so that [`Self::take`] allocates nothing.
+    /// Creates an empty survey with room for any map with these parameters, so that [`Self::take`] does not allocate.
     pub fn with_room(parameters: &Parameters) -> Self {
         let side = parameters.cells_per_side();
         let region = || Region::with_room(side, side);
@@ -28,7 +28,8 @@ impl Survey {
         Self { grid, free: region(), closed: region(), waiting: Vec::with_capacity(WAITING) }
     }
 
-    /// Surveys a grid for a robot that is at most `within_m` away from free cells. Nothing is free if it is farther away.
+    /// Surveys a grid for a robot that is at most `within_m` away from free cells. If it is farther away, no
+    /// cell counts as free.
     pub fn of(grid: CellGrid, robot: Place, within_m: f64) -> Self {
         let mut survey = Self { grid, ..Self::default() };
         survey.look(robot, within_m);
@@ -46,7 +47,7 @@ impl Survey {
         &self.grid
     }
 
-    /// Returns the free part that is connected to the robot's position. Slits between beams that are up to two cells wide are
+    /// Returns the free space connected to the robot's position. Slits of up to two cells between beams are
     /// closed. Empty if there is no free cell near the robot.
     pub fn free(&self) -> &Region {
         &self.free

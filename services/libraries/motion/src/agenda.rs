@@ -1,8 +1,9 @@
-//! The agenda of a planner keeps track of the task that is under way, of people's orders and of time limits, and reports all of
-//! this.
+//! An agenda keeps track of a planner's current task, of orders from people and of time limits, and reports
+//! on all of them.
 //!
-//! All planners of this project have an agenda, though a planner may do without. The agenda receives orders, decides in each step what is due, and sends the command and the status
-//! of the step. It does not know what a task is about, nor how the robot moves.
+//! All planners of this project use an agenda, although a planner can do without one. The agenda receives
+//! orders, decides in each step what is due, and sends the command and the status of the step. It knows
+//! neither what a task is about nor how the robot moves.
 
 use std::fmt::Display;
 
@@ -23,13 +24,13 @@ pub enum Phase {
     Waiting,
     /// A task is under way.
     Driving,
-    /// A task has ended and this was reported. The next step begins the next task.
+    /// A task has ended and its end was reported. The next step begins the next task.
     Ended,
     /// No task is left.
     Over,
 }
 
-/// The reason why the robot is held although tasks are left.
+/// Why the robot is held although there are tasks left.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Hold {
     /// A person stopped the robot.
@@ -38,7 +39,7 @@ pub enum Hold {
     Unattended,
     /// A person aborted the mission, but can still resume it.
     Aborted,
-    /// The robot does not know where it is and waits for a person's help.
+    /// The robot is lost and waits for a person to help.
     Lost,
     /// The robot has asked a person a question.
     Asks,
@@ -60,7 +61,7 @@ impl Hold {
 
 const ABORTED: &str = "given up by a person";
 
-/// The part of a task that appears in every status, whatever the task is about.
+/// The part of a task that every status reports, regardless of the kind of task.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TaskInfo {
     /// Name of the task, for people to read.
@@ -86,12 +87,12 @@ pub enum Due {
     Stand,
 }
 
-/// Source of what is known about a robot's motion.
+/// Source of information about a robot's motion.
 #[derive(Debug, Clone, Copy)]
 pub enum Motion<'a> {
     /// The robot's odometry.
     Odometry(&'a Odometry),
-    /// The commands, for a robot without odometry.
+    /// The commands, if the robot has no odometry.
     Commanded {
         /// Speed commanded since the last step, in m/s.
         speed_mps: f64,
@@ -133,12 +134,13 @@ pub struct Agenda {
 }
 
 impl Agenda {
-    /// Creates the agenda of a mission. What an order means depends on whether people take part in the run.
+    /// Creates the agenda of a mission. The effect of some orders depends on whether people take part in the
+    /// run.
     pub fn new(run: &RunConfig) -> Self {
         Self { tasks: run.mission.task.iter().map(TaskInfo::from).collect(), ..Self::empty(run) }
     }
 
-    /// Creates an agenda whose tasks are not known yet.
+    /// Creates an agenda whose tasks are not yet known.
     pub fn empty(run: &RunConfig) -> Self {
         Self {
             pad: run.pad,
@@ -165,8 +167,8 @@ impl Agenda {
         self.now = standing;
     }
 
-    /// Resumes without a checkpoint, at the task of the last status that was sent before the restart. A person's pause or abort
-    /// stays in force until the order to resume arrives.
+    /// Resumes without a checkpoint, at the task of the last status sent before the restart. A pause or an
+    /// abort by a person stays in force until the order to resume arrives.
     pub fn recover(&mut self, remains: &dyn Remains) {
         let Some(last) = remains.of(STATUS) else { return };
         let state = TaskState::from_code(last.state);
@@ -186,17 +188,17 @@ impl Agenda {
         self.now.ordered && has_instructions || !self.waits_for_order
     }
 
-    /// Returns how far the mission has come.
+    /// Returns the phase of the mission.
     pub fn phase(&self) -> Phase {
         self.now.phase
     }
 
-    /// Returns the index, from 0, of the task that is under way or up next.
+    /// Returns the index, from 0, of the current task or, if none is under way, of the next one.
     pub fn task(&self) -> usize {
         self.now.task
     }
 
-    /// Returns the time that the task has taken so far, in seconds. The clock stops while the robot is held.
+    /// Returns the time spent on the task so far, in seconds. The clock stops while the robot is held.
     pub fn elapsed_s(&self) -> f64 {
         self.now.elapsed_s
     }
@@ -206,7 +208,7 @@ impl Agenda {
         self.now.ordered
     }
 
-    /// Returns true if the robot drives or is about to.
+    /// Returns true if the robot is driving or about to.
     pub fn is_driving(&self) -> bool {
         self.now.ordered && self.now.held.is_none() && self.now.phase != Phase::Over
     }
@@ -224,8 +226,8 @@ impl Agenda {
         (now.elapsed_s, now.path_m) = (0.0, 0.0);
     }
 
-    /// Carries out a person's order and returns it, or returns `None` if the message is not an order. Unknown orders and orders
-    /// about unknown tasks have no effect.
+    /// Carries out and returns the order in a message, or returns `None` if the message is not an order.
+    /// Unknown orders and orders about unknown tasks have no effect.
     ///
     /// # Errors
     /// Any error of [`Heard::order`].
@@ -313,8 +315,9 @@ impl Agenda {
         last.map_or(0.0, |last| last.position().distance(&robot.position()))
     }
 
-    /// Decides what to do in this step. The first task begins once the start is ordered and nothing is `missing`. Each later task
-    /// begins in the step after its predecessor has ended. If the robot is held, the status says why.
+    /// Decides what to do in this step. The first task begins once the start is ordered and nothing is
+    /// `missing`. Each later task begins in the step after its predecessor has ended. If the robot is held,
+    /// the status gives the reason.
     pub fn due(&mut self, missing: Option<impl Display>) -> Due {
         if self.is_held() {
             return Due::Stand;
@@ -364,7 +367,8 @@ impl Agenda {
         true
     }
 
-    /// Continues the task and returns true, or ends it and returns false if its time limit has passed.
+    /// Continues the task and returns true. If the time limit has passed, ends the task and returns false
+    /// instead.
     pub fn go_on(&mut self, reason: impl Display) -> bool {
         let limit_s = self.tasks.get(self.now.task).map_or(f64::INFINITY, |task| task.time_limit_s);
         let is_in_time = self.now.elapsed_s < limit_s;
@@ -383,8 +387,8 @@ impl Agenda {
         self.report(state, reason);
     }
 
-    /// Reports that the robot does not know where it is. If people take part, the robot stands still until one of them orders it to
-    /// resume. Otherwise the task ends.
+    /// Reports that the robot is lost. If people take part, the robot stands still until one of them orders
+    /// it to resume. Otherwise the task ends.
     pub fn lose(&mut self, reason: impl Display) {
         if self.pad.is_absent() {
             self.end(TaskState::Lost, reason);
@@ -394,8 +398,8 @@ impl Agenda {
         }
     }
 
-    /// Holds the robot until a person has answered or [`Agenda::find`] releases it. Must not be called in a mission without people,
-    /// since nobody could answer.
+    /// Holds the robot until a person has answered or [`Agenda::find`] releases it. Must not be called in a
+    /// mission without people, because there would be nobody to answer.
     pub fn ask(&mut self, question: impl Display) {
         self.now.held = Some(Hold::Asks);
         self.report(TaskState::Paused, question);
@@ -406,7 +410,7 @@ impl Agenda {
         self.now.held
     }
 
-    /// Releases a robot that was lost or had asked a question, now that it has its answer.
+    /// Releases a robot that was lost or was waiting for an answer, now that the answer is known.
     pub fn find(&mut self) {
         self.now.held.take_if(|held| matches!(held, Hold::Lost | Hold::Asks));
     }
@@ -416,7 +420,8 @@ impl Agenda {
         (self.now.state, self.now.reason) = (state.code(), Text::of(reason));
     }
 
-    /// Sends the command of the step and, last of all, its status. `remaining_m` is the distance left in the task, in metres.
+    /// Sends the command of the step, followed by its status. `remaining_m` is the distance left in the task,
+    /// in metres.
     ///
     /// # Errors
     /// Any error of [`Outbox::send`].

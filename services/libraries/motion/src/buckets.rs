@@ -4,7 +4,7 @@
 //! Cells within a bucket are in no particular order. If a bucket is no wider than the cheapest step, none of its cells can make
 //! another one cheaper, and a search that empties one bucket after another settles every cell once. If a bucket is wider, a cell
 //! that became cheaper is popped again. Either way the final costs are those of Dijkstra's algorithm. Every cell is in the queue at
-//! most once, so the memory needed is known beforehand and searching allocates nothing.
+//! most once, so the memory needed is known beforehand and searching does not allocate.
 
 /// Number of buckets in the ring.
 const RING: usize = 4096;

@@ -1,9 +1,10 @@
 //! The metric local planner (Boniardi et al. 2015, III-C), which runs Dijkstra's algorithm on a grid of what the laser saw
 //! recently.
 //!
-//! A cell closer to an obstacle than the robot's radius plus a margin is impassable. A cell within the inflation radius costs more,
-//! and so does an unseen cell. A robot that stands too close to an obstacle, because it was pushed or its odometry drifted, may
-//! escape through any nearby cell that has more room.
+//! A cell is impassable if it is closer to an obstacle than the robot's radius plus a margin. Cells within
+//! the inflation radius and cells that the laser has not seen cost more. A robot that stands too close to an
+//! obstacle, because it was pushed or its odometry drifted, may escape through any nearby cell that is
+//! farther from obstacles.
 
 use fearless_simd::{Level, dispatch};
 use serde::{Deserialize, Serialize};
@@ -25,7 +26,7 @@ const ESCAPE: f32 = 15.0;
 /// Maximum distance of an escape, in metres.
 const ESCAPE_M: f64 = 0.5;
 
-/// The room that the robot needs.
+/// The clearance that the robot needs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Room {
     /// Minimum distance from the robot's centre to an obstacle, in metres.
@@ -75,7 +76,7 @@ impl LocalPlanner {
         StateView { corner: self.corner, weight: &self.weight }
     }
 
-    /// Restores the state of another planner. Paths have to be searched for again.
+    /// Restores the state of another planner. Paths must be searched for again.
     pub fn restore(&mut self, state: State) {
         self.corner = state.corner;
         for (weight, remembered) in self.weight.iter_mut().zip(state.weight) {
@@ -128,9 +129,10 @@ impl LocalPlanner {
         index_of(self.corner, place).is_some()
     }
 
-    /// Returns the reachable cell that minimizes `share` times the length of the cheapest path to the cell plus `rest_m`, the
-    /// remaining distance from there in metres. Of several equal cells, the first one wins. The sum uses length rather than cost,
-    /// because a narrow passage must not keep the robot from making progress.
+    /// Returns the reachable cell that minimizes `share` times the length of the cheapest path to the cell
+    /// plus `rest_m`, the remaining distance from there in metres. The first of several equal cells wins. The
+    /// sum uses lengths rather than costs so that a narrow passage does not keep the robot from making
+    /// progress.
     pub fn best(&self, share: f64, mut rest_m: impl FnMut(Point<Odom>) -> f64) -> Option<Point<Odom>> {
         let mut best = (None, f64::INFINITY);
         let (costs, lengths) = (self.frontier.costs(), self.frontier.lengths());
@@ -152,8 +154,8 @@ impl LocalPlanner {
         self.frontier.costs()[index].is_finite().then(|| f64::from(self.frontier.lengths()[index]))
     }
 
-    /// Writes the cheapest path from the robot to `target`, one point per cell with both ends included. Leaves `path` empty if
-    /// there is none.
+    /// Writes the cheapest path from the robot to `target`, one point per cell with both ends included.
+    /// Leaves `path` empty if no path exists.
     pub fn path(&self, target: Point<Odom>, path: &mut Vec<Point<Odom>>) {
         path.clear();
         let Some(mut index) = index_of(self.corner, target) else { return };

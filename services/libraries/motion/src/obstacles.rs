@@ -1,13 +1,13 @@
 //! A rolling grid, in the odometry frame, of the obstacles that the laser saw recently.
 //!
-//! This is the local grid map of the scaled scan of Boniardi et al. 2015, but in metres and with a memory. With a laser that does
-//! not look backwards, the robot would otherwise forget the table into which it is about to turn. The end of a beam marks a cell as
-//! occupied, and the cells along the beam are cleared. Obstacles that have not been seen for some time are forgotten, because
-//! odometry drifts.
+//! This is the local grid map of the scaled scan of Boniardi et al. 2015, but in metres and with a memory.
+//! Without the memory, a robot whose laser does not look backwards would forget the table into which it is
+//! about to turn. The end of a beam marks a cell as occupied, and the cells along the beam are cleared.
+//! Obstacles that have not been seen for some time are forgotten, because odometry drifts.
 //!
-//! The grid is fixed in the odometry frame, and a window onto it moves with the robot. Cell (x, y) is stored in slot (x mod
-//! [`SIDE`], y mod [`SIDE`]), so moving the window never moves any data. Planning asks thousands of times per step which cells of
-//! the window are occupied, so the answer is tabulated once per scan.
+//! The grid is fixed in the odometry frame, and a window onto it moves with the robot. Cell (x, y) is stored
+//! in slot (x mod [`SIDE`], y mod [`SIDE`]), so moving the window never moves any data. Because planning
+//! queries thousands of cells per step, the occupied cells of the window are tabulated once per scan.
 
 use std::ops::Range;
 
@@ -98,7 +98,8 @@ impl Window {
 }
 
 impl Obstacles {
-    /// Creates an empty grid. Obstacles are forgotten when they have not been seen for `obstacle_memory_s` seconds.
+    /// Creates an empty grid. Obstacles are forgotten if they have not been seen for `obstacle_memory_s`
+    /// seconds.
     pub fn new(obstacle_memory_s: f64) -> Self {
         let cells = SIDE * SIDE;
         Self {

@@ -1,4 +1,4 @@
-//! The progress checker detects that the robot is stuck, and counts how often it has been.
+//! The progress checker detects that the robot is stuck, and counts how often this happens.
 //!
 //! A robot is stuck if it has not moved, if it keeps driving about one place, or if it drives around without getting closer to its
 //! goal.
@@ -18,7 +18,7 @@ pub const USUAL_MPS: f64 = 0.5;
 /// Number of places at which the robot was stuck that are remembered.
 const REMEMBERED: usize = 16;
 
-/// Criteria for a robot to be stuck, and limits on how often it may be.
+/// Criteria for deciding that the robot is stuck, and limits on how often this may happen.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProgressParameters {
     /// Time without moving, in seconds, after which the robot is stuck.
@@ -79,8 +79,8 @@ impl ProgressChecker {
         }
     }
 
-    /// Returns true if the robot, which is at `robot` and may drive at up to `speed_mps`, is stuck. The cost-to-go `cost` is in a
-    /// unit of which `cost_per_m` make a metre.
+    /// Returns true if the robot, which is at `robot` and may drive at up to `speed_mps`, is stuck. `cost` is
+    /// the cost-to-go, where a metre costs `cost_per_m`.
     pub fn is_stuck(
         &mut self,
         now_s: f64,
@@ -110,8 +110,8 @@ impl ProgressChecker {
 pub struct StuckCounter {
     /// Count for the whole task.
     pub total: u32,
-    /// Count for the last place and all places connected to it by short distances. They count together because a robot that tries
-    /// all along a wall makes no progress.
+    /// Count at the last place and at all places connected to it by short distances. These count together
+    /// because a robot that tries one spot after another along a wall makes no progress.
     pub here: u32,
     /// The most recent places, as a ring.
     places: [Option<Point<Odom>>; REMEMBERED],

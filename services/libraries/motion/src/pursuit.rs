@@ -1,8 +1,8 @@
-//! Computes the velocity that follows a local path, by pure pursuit (R. C. Coulter, 1992) for a robot that has to turn and by
-//! heading straight for the target for one that moves in any direction. Both face the direction of travel, so that the laser looks
-//! ahead.
+//! Computes the velocity that follows a local path. A robot that has to turn uses pure pursuit (R. C.
+//! Coulter, 1992), and a robot that moves in any direction heads straight for the target. Both face the
+//! direction of travel, so that the laser looks ahead.
 //!
-//! Commands never lead too close to a known obstacle, and never exceed the limits.
+//! Commands never bring the robot too close to a known obstacle and never exceed the limits.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Odom, Point, Pose, wrap_angle};
@@ -35,7 +35,7 @@ const SAFETY_M: f64 = 0.02;
 /// Time from a command to its effect, in seconds.
 const LATENCY_S: f64 = 0.2;
 
-/// The properties of a robot that a path follower needs to know.
+/// The properties of a robot that matter for following a path.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Body {
     /// Radius of the footprint, in metres.
@@ -76,8 +76,8 @@ impl Pursuit {
         twist
     }
 
-    /// Returns the command that follows `path` for the next `dt_s` seconds, at no more than `share` of the top speed. The path is
-    /// in the odometry frame, and the robot is to stop at its end.
+    /// Returns the command that follows `path` for the next `dt_s` seconds, at no more than `share` of the
+    /// top speed. The path is in the odometry frame, and the robot stops at its end.
     pub fn follow(
         &mut self,
         path: &[Point<Odom>],

@@ -1,4 +1,4 @@
-//! Recovery behaviours, which a stuck robot goes through before it tries again.
+//! Recovery behaviours, which a stuck robot runs before it tries again.
 //!
 //! The robot backs up, forgets what the laser saw, turns, and looks again.
 
@@ -40,7 +40,7 @@ pub enum Recovery {
     },
 }
 
-/// What a recovery behaviour asks for next.
+/// What a recovery behaviour wants to do next.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Next {
     /// Drive with this velocity.
@@ -57,7 +57,7 @@ impl Recovery {
         Self::BackUp { from: robot, until_s: now_s + BACK_S }
     }
 
-    /// Begins a full turn on the spot, for the laser to see everything around the robot.
+    /// Begins a full turn on the spot, so that the laser sees everything around the robot.
     pub fn look_around(now_s: f64, robot: &Pose<Odom>, turn_rate_radps: f64) -> Self {
         Self::Spin { left_rad: TAU, yaw_rad: robot.yaw_rad, until_s: now_s + 2.0 * TAU / turn_rate_radps }
     }

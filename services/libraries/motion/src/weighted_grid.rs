@@ -6,7 +6,7 @@
 
 use super::buckets::Buckets;
 
-/// The tentative costs of all cells, and the queue of the cells that are yet to be settled.
+/// The tentative costs of all cells, and the queue of cells that are not yet settled.
 #[derive(Debug, Clone)]
 pub struct Frontier {
     cost: Vec<f32>,
@@ -20,7 +20,7 @@ impl Frontier {
         Self { cost: vec![f32::INFINITY; cells], length: vec![0.0; cells], buckets: Buckets::new(cells) }
     }
 
-    /// Returns the cost of every cell, which is infinite if no path to the cell has been found.
+    /// Returns the cost of every cell, or infinity if no path to the cell has been found.
     pub fn costs(&self) -> &[f32] {
         &self.cost
     }
@@ -59,8 +59,9 @@ pub struct Weights<'a> {
 }
 
 impl Weights<'_> {
-    /// Returns the cost of the step from `cell` to each neighbour, straight neighbours first. A diagonal step touches two more
-    /// cells, so its cost uses the mean weight of all four and it never slips between two walls.
+    /// Returns the cost of the step from `cell` to each neighbour, straight neighbours first. A diagonal step
+    /// touches two more cells, so its cost uses the mean weight of all four, and a path never slips between
+    /// two walls.
     fn edges(&self, cell: usize) -> [(usize, f32); 8] {
         let (w, s) = (self.weight, self.stride);
         let (half, quarter) = (self.cell_length / 2.0, self.cell_length * std::f32::consts::SQRT_2 / 4.0);

@@ -3,14 +3,15 @@
 use sketchnav_schemas::channels::{self, ChannelSpec, NAVIGATORS, Role};
 use sketchnav_schemas::codes::Process;
 
-/// The access of a process to channels, in a run of one kind of navigator.
+/// The channels that a process may read and write in a run of one kind of navigator.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Access {
     process: Process,
     kind: String,
 }
 
-/// An error of a stage that uses a channel on which it can never receive, or must not send, a message.
+/// The error if a stage tries to receive from a channel that never delivers to it, or to send on a channel
+/// that it does not write.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Denied {
     /// The process does not read the channel.
@@ -35,7 +36,7 @@ pub enum Denied {
         /// Navigators that have the channel, and the process that writes it.
         found: String,
     },
-    /// The messages of the channel belong to no instant.
+    /// The messages of the channel do not belong to an instant.
     #[error("channel {channel:?}: expected a sensor, the tick or the situation, found the role {role:?}")]
     Step {
         /// Name of the channel.
@@ -92,7 +93,7 @@ impl Access {
 }
 
 impl Denied {
-    /// Creates the error about a channel that the process does not write.
+    /// Creates the error for a channel that the process does not write.
     pub fn to_write(spec: &ChannelSpec) -> Self {
         let writer = spec.writer.map_or("every process", Process::word);
         Self::Write { channel: spec.name, found: format!("one of {}, written by {writer}", owner(spec)) }

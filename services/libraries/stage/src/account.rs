@@ -1,7 +1,8 @@
-//! What a navigator itself reports about a run that is over.
+//! A navigator's own report about a finished run.
 //!
-//! An [`Account`] receives the recorded messages of a run and gives a [`Summary`]. The summary has named figures, which `judge` prints
-//! and a report lists, and charts over time for the report. An account is as pure as a stage, and knows only what was recorded.
+//! An [`Account`] receives the recorded messages of a run and returns a [`Summary`], with named figures,
+//! which `judge` prints and a report lists, and charts over time for the report. Like a stage, an account is
+//! pure. It sees nothing but the recording.
 
 use sketchnav_schemas::message::Header;
 use sketchnav_schemas::time::seconds;
@@ -36,7 +37,7 @@ pub struct Summary {
 pub struct Chart {
     /// Title of the chart.
     pub title: &'static str,
-    /// Unit of the values, or what the numbers mean.
+    /// Unit of the values, or a description of what they mean.
     pub unit: &'static str,
     /// The curves.
     pub curves: Vec<Curve>,
@@ -67,7 +68,7 @@ impl Summary {
 }
 
 impl Curve {
-    /// Creates the curve of a value of these messages over their time stamps.
+    /// Creates a curve by plotting a value of each message over its time stamp.
     pub fn of<'a, T: 'a>(
         name: &'static str,
         messages: impl IntoIterator<Item = &'a T>,

@@ -1,4 +1,4 @@
-//! Doubts that a person should know of before a robot starts.
+//! Doubts to raise with a person before a robot starts.
 
 use serde::Serialize;
 use sketchnav_schemas::channels::ChannelSpec;
@@ -7,15 +7,15 @@ use sketchnav_schemas::run::RunConfig;
 /// Doubts about the files of a mission.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct Doubts {
-    /// Warnings about what may go wrong with the files.
+    /// Warnings about likely problems with the files.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,
-    /// Parts of the files that are not used.
+    /// Parts of the files that will be ignored.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub left_out: Vec<String>,
 }
 
-/// Finds doubts about what the navigator plans before the start.
+/// Finds doubts about the plan that the navigator makes before the start.
 #[derive(Debug, Clone, Copy)]
 pub struct Planned {
     /// Channel on which the sketcher sends its plan.
@@ -24,7 +24,7 @@ pub struct Planned {
     pub doubts: fn(&RunConfig, &[u8]) -> Vec<String>,
 }
 
-/// The drawing in which the robot of a run is localized.
+/// The drawing in which the robot is localized.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Canvas {
     /// Width and height of the drawing, in pixels of the grid.

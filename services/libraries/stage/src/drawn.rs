@@ -1,4 +1,4 @@
-//! What people draw for a navigator on the pad's page, and what the navigator makes of it.
+//! Drawings that people make on the pad's page, and how a navigator interprets them.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::mission::Mission;
@@ -12,11 +12,11 @@ use crate::lookout::Walls;
 pub struct Drawn {
     /// Returns the walls of a drawing as the sketcher understands them, or `None` if the sketcher rejects the drawing.
     pub walls: fn(&RunConfig, &[u8]) -> Option<Walls>,
-    /// Writes what was drawn into a mission, so that it can be driven without a page.
+    /// Writes the drawing and its marks into a mission, so that the mission can be driven without a page.
     pub keep: fn(&mut Mission, &Kept<'_>) -> Result<(), StageError>,
 }
 
-/// A drawing to be kept, with the marks in it.
+/// A drawing to be saved, with its marks.
 #[derive(Debug, Clone, Copy)]
 pub struct Kept<'a> {
     /// File that contains the drawing.
@@ -25,23 +25,24 @@ pub struct Kept<'a> {
     pub size_px: [u32; 2],
     /// Number of pixels of the grid per image pixel.
     pub scale: f64,
-    /// Marks that placed the robot, which are the current or earlier ones.
+    /// Marks that placed the robot, which may be older than the current ones.
     pub placing: &'a Marks,
-    /// Marks in force.
+    /// The current marks.
     pub marks: &'a Marks,
 }
 
-/// What a person marked in addition to the walls, in image pixels. The pad sends this after the drawing, as JSON with these keys.
+/// What a person marked in addition to the walls, in image pixels. The pad sends this after the drawing, as
+/// JSON with these keys.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Marks {
     /// Start of the robot.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start: Option<StartMark>,
-    /// Goals for the robot to drive to.
+    /// Goals to drive to.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub goals: Vec<GoalMark>,
-    /// The route for the robot to take, as an alternative to goals.
+    /// The route to take, as an alternative to goals.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub route: Option<Vec<[f64; 2]>>,
 }

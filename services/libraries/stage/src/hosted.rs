@@ -7,28 +7,29 @@ use crate::{Heard, Instant, Outbox, Remains, StageError};
 
 /// A part of a navigator.
 ///
-/// The same messages in the same order must give the same messages, to the bit, because a host recomputes steps after a kill.
-/// Everything that changes must be in [`Stage::state`], except for what follows from the instructions in force, because the
-/// instructions are delivered again before the state is restored.
+/// Given the same messages in the same order, a stage must send the same messages, bit for bit, because a
+/// host repeats steps after a kill. Everything that changes must be part of [`Stage::state`], except for what
+/// is derived from the current instructions, which are delivered again before the state is restored.
 pub trait Stage {
     /// Name and version of the state's format, for example `sketch planner 5`. It must change whenever the format changes.
     const FORM: &'static str;
     /// The type of the state when it is read back.
     type State: DeserializeOwned;
 
-    /// Receives a message that belongs to no instant. It is either an instruction, which is in force from now on, or a request.
+    /// Receives a message that does not belong to an instant: either an instruction, which applies from now
+    /// on, or a request.
     ///
     /// # Errors
-    /// Returns an error about a message that the stage cannot work with. The error ends the process, so a person's request should
-    /// be answered instead.
+    /// Returns an error if the stage cannot use the message. An error ends the process, so answer an invalid
+    /// request from a person instead of failing.
     fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {
         let _ = message;
         Ok(())
     }
 
-    /// Sends what is to be sent outside a step. This is called at the start, after each request, and again on resuming after a
-    /// kill. The messages must follow from the state, because the host recognizes a message that was already sent by its number and
-    /// drops it.
+    /// Sends messages outside a step. This is called at the start, after each request, and again on resuming
+    /// after a kill. The messages must be a function of the state: the host recognizes a message that was
+    /// already sent by its number, and drops it.
     ///
     /// # Errors
     /// Like [`Stage::hear`].
@@ -42,7 +43,7 @@ pub trait Stage {
         true
     }
 
-    /// Takes the step of an instant, that is, reads what belongs to the instant and sends what follows from it.
+    /// Takes the step of an instant: reads the inputs that belong to it and sends the resulting messages.
     ///
     /// # Errors
     /// Like [`Stage::hear`].
@@ -51,28 +52,28 @@ pub trait Stage {
         Ok(())
     }
 
-    /// Returns everything that changes. This must serialize exactly like a [`Stage::State`], but may borrow, so that nothing needs
-    /// to be copied.
+    /// Returns everything that changes. This must serialize exactly like a [`Stage::State`], but can borrow
+    /// to avoid copies.
     fn state(&self) -> impl Serialize;
 
     /// Resumes from a saved state.
     ///
     /// # Errors
-    /// Returns an error if the state does not belong to this run. The host then starts over without the state, by
+    /// Returns an error if the state does not belong to this run. The host then starts without it, by calling
     /// [`Stage::recover`].
     fn restore(&mut self, state: Self::State) -> Result<(), StageError>;
 
-    /// Starts after a kill without a state, because no usable one exists. `remains` has the last messages sent before the kill.
+    /// Starts after a kill without a usable state. `remains` provides the last messages sent before the kill.
     /// This is called before the stage receives anything.
     fn recover(&mut self, remains: &dyn Remains) {
         let _ = remains;
     }
 }
 
-/// Reasons why [`Hosted::save`] has not written the state.
+/// Why [`Hosted::save`] did not write the state.
 #[derive(Debug, thiserror::Error)]
 pub enum SaveError {
-    /// There is not enough room.
+    /// The state does not fit.
     #[error("the state needs more room")]
     Full,
     /// The stage cannot be saved.
@@ -89,7 +90,7 @@ impl From<postcard::Error> for SaveError {
     }
 }
 
-/// A stage as a trait object, as its hosts store it. Every [`Stage`] implements this.
+/// A stage as a trait object, which is how hosts store it. Implemented by every [`Stage`].
 pub trait Hosted {
     /// Returns [`Stage::FORM`].
     fn form(&self) -> &'static str;
@@ -100,14 +101,14 @@ pub trait Hosted {
     /// See [`Stage::is_ready`].
     ///
     /// # Errors
-    /// Returns an error if the stage cannot say whether it is ready.
+    /// Returns an error if the stage cannot determine whether it is ready.
     fn is_ready(&self) -> Result<bool, StageError>;
     /// See [`Stage::step`].
     fn step(&mut self, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError>;
-    /// Writes the state to the beginning of `room` and returns its length in bytes. Allocates nothing.
+    /// Writes the state to the beginning of `room` and returns its length in bytes. Does not allocate.
     ///
     /// # Errors
-    /// [`SaveError::Full`] if there is not enough room, and [`SaveError::Stage`] if the stage failed.
+    /// [`SaveError::Full`] if the state does not fit, and [`SaveError::Stage`] if the stage failed.
     fn save(&self, room: &mut [u8]) -> Result<usize, SaveError>;
     /// Resumes from a state that [`Hosted::save`] wrote.
     ///

@@ -1,4 +1,4 @@
-//! Keeps the messages of a process in ordinary memory, for a host without channels.
+//! Holds the messages of a process in ordinary memory, for a host without channels.
 
 use sketchnav_schemas::channels::{self, ChannelSpec};
 use sketchnav_schemas::codes::Process;
@@ -12,8 +12,8 @@ pub trait Tap {
     fn see(&mut self, spec: &'static ChannelSpec, message: &[u8], cells: &[u8]);
 }
 
-/// The newest message of each channel that a process writes or reads. Each message of a channel reuses the memory of an earlier
-/// one. A stage can send its messages here.
+/// The newest message of each channel that a process writes or reads. Each message of a channel reuses the
+/// memory of an earlier one. A stage can send its messages here.
 #[derive(Debug, Clone, Default)]
 pub struct InProcess {
     slots: Vec<Slot>,
@@ -51,7 +51,8 @@ impl InProcess {
         self.slots.iter().find(|slot| slot.spec == spec && slot.seq > 0).map(|slot| &slot.newest)
     }
 
-    /// Keeps a numbered message as the newest of its channel. Messages of channels that this memory does not have are ignored.
+    /// Stores a numbered message as the newest of its channel. Messages of channels that this process does
+    /// not use are ignored.
     pub fn keep(&mut self, spec: &ChannelSpec, message: Owned) {
         if let Some(slot) = self.slots.iter_mut().find(|slot| slot.spec == spec) {
             slot.seq = erased::header(message.bytes()).seq;
@@ -59,12 +60,12 @@ impl InProcess {
         }
     }
 
-    /// Ends the instant. All messages stored so far then belong to an earlier instant.
+    /// Ends the instant, so that all messages stored so far belong to an earlier one.
     pub fn end_instant(&mut self) {
         self.slots.iter_mut().for_each(|slot| slot.is_fresh = false);
     }
 
-    /// Returns a sink that sends into this memory and shows each message to `tap`.
+    /// Returns a sink that stores messages here and shows each of them to `tap`.
     pub fn tapped<'a, T: Tap>(&'a mut self, tap: &'a mut T) -> impl Sink + 'a {
         Tapped { memory: self, tap }
     }

@@ -19,11 +19,11 @@ pub struct Reading<'a> {
 
 /// The messages that a host provides for an instant.
 pub trait Inputs {
-    /// Returns the newest message of a channel, from the instant or an earlier one.
+    /// Returns the newest message of a channel, whether from this instant or an earlier one.
     fn newest(&self, spec: &ChannelSpec) -> Option<Reading<'_>>;
 }
 
-/// The inputs of a step, which are everything that was true at one moment of the world.
+/// The inputs of a step: a snapshot of the world at one instant.
 pub struct Instant<'a> {
     /// Number of the tick.
     pub tick: u64,
@@ -34,21 +34,22 @@ pub struct Instant<'a> {
 }
 
 impl<'a> Instant<'a> {
-    /// Creates the instant of tick number `tick`, for the process of `access`.
+    /// Creates the instant of tick number `tick`, for the process that `access` belongs to.
     pub fn new(access: &'a Access, tick: u64, stamp_ns: u64, inputs: &'a dyn Inputs) -> Self {
         Self { tick, stamp_ns, access, inputs }
     }
 
-    /// Returns the newest message of a sensor, or the message that the step answers, or `None` before the first message. If a
-    /// sensor is slower than the heartbeat, its newest message may be from an earlier instant.
+    /// Returns the newest message of a sensor, or the message that this step responds to. Returns `None`
+    /// before the first message. If a sensor is slower than the heartbeat, its newest message may be from an
+    /// earlier instant.
     ///
     /// # Errors
-    /// [`Denied`] for a channel from which no message can ever come.
+    /// [`Denied`] if the channel can never deliver a message to this process.
     pub fn newest<T: Message>(&self, channel: Channel<T>) -> Result<Option<&'a T>, Denied> {
         Ok(self.reading(channel.spec)?.map(|reading| bytemuck::from_bytes(reading.message)))
     }
 
-    /// Like [`Instant::newest`], but returns `None` unless the message arrived since the previous instant.
+    /// Like [`Instant::newest`], but returns `None` unless the message arrived after the previous instant.
     ///
     /// # Errors
     /// Like [`Instant::newest`].
@@ -68,14 +69,14 @@ impl<'a> Instant<'a> {
     }
 }
 
-/// A message that belongs to no instant.
+/// A message that does not belong to an instant.
 #[derive(Debug, Clone, Copy)]
 pub struct Heard<'a> {
     access: &'a Access,
     spec: &'static ChannelSpec,
     message: &'a [u8],
     cells: &'a [u8],
-    /// How often this message was delivered before, with the process dying each time.
+    /// Number of earlier deliveries of this message, each of which ended in the death of the process.
     pub attempts: u32,
 }
 
@@ -85,21 +86,21 @@ impl<'a> Heard<'a> {
         Self { access, spec, message, cells, attempts: 0 }
     }
 
-    /// Returns the same message, with the number of times that it was delivered before.
+    /// Returns the same message, marked as having been delivered this many times before.
     #[must_use]
     pub fn again(self, attempts: u32) -> Self {
         Self { attempts, ..self }
     }
 
-    /// Returns the message if it is one of this channel.
+    /// Returns the message if it is from this channel.
     ///
     /// # Errors
-    /// [`Denied`] for a channel from which no message can ever be delivered.
+    /// [`Denied`] if the channel can never deliver a message to this process.
     pub fn on<T: Message>(&self, channel: Channel<T>) -> Result<Option<&'a T>, Denied> {
         Ok(self.bytes_on(channel.spec)?.map(bytemuck::from_bytes))
     }
 
-    /// Returns the message as bytes if it is one of this channel. See [`Instant::reading`].
+    /// Returns the message as bytes if it is from this channel. See [`Instant::reading`].
     ///
     /// # Errors
     /// Like [`Heard::on`].
@@ -108,10 +109,11 @@ impl<'a> Heard<'a> {
         Ok((self.spec == spec).then_some(self.message))
     }
 
-    /// Returns the message as an order if it is one, whether from the supervisor, the command line or the pad.
+    /// Returns the message as an order if it is one, no matter whether the supervisor, the command line or
+    /// the pad sent it.
     ///
     /// # Errors
-    /// [`Denied`] for a process that takes no orders.
+    /// [`Denied`] if the process does not take orders.
     pub fn order(&self) -> Result<Option<&'a MissionCommand>, Denied> {
         Ok(self.on(MISSION)?.or(self.on(ORDERS)?))
     }
@@ -129,12 +131,13 @@ impl<'a> Heard<'a> {
 
 /// Access to the last messages that the process sent before it was restarted.
 pub trait Remains {
-    /// Returns a copy of the last message of a channel, or `None` if there is none or the channel has cells.
+    /// Returns a copy of the last message of a channel, or `None` if there is no message or the channel has
+    /// cells.
     fn last(&self, spec: &ChannelSpec) -> Option<Vec<u64>>;
 }
 
 impl dyn Remains + '_ {
-    /// Returns the last message of a channel, or `None` if there is none or the channel has cells.
+    /// Returns the last message of a channel, or `None` if there is no message or the channel has cells.
     pub fn of<T: Message>(&self, channel: Channel<T>) -> Option<T> {
         self.last(channel.spec).map(|message| *bytemuck::from_bytes(bytemuck::cast_slice(&message)))
     }

@@ -1,24 +1,27 @@
-//! A stage is one part of a navigator, written as a pure function from messages to messages, with a state.
+//! Stages are the parts of a navigator, written as pure functions from messages to messages with explicit
+//! state.
 //!
-//! A navigator has three stages. The *sketcher* reads what a person provides, the *localizer* works out the robot's situation, and
-//! the *planner* drives. A stage is declared once, by implementing [`Stage`], and can be hosted in three ways: `sketchnav-runtime`
-//! hosts it as a process over shared memory, and `sketchnav-rehearsal` hosts it in one process without shared memory, or against a
-//! recording. The hosts take care of channels, positions in them, checkpoints, waiting and health.
+//! A navigator consists of three stages. The *sketcher* reads what a person provides, the *localizer* works
+//! out where the robot is, and the *planner* drives. A stage is declared once, by implementing [`Stage`], and
+//! can then be hosted in three ways: `sketchnav-runtime` runs it as a process over shared memory, and
+//! `sketchnav-rehearsal` runs it in a single process without shared memory, or against a recording. The hosts
+//! take care of channels, positions in them, checkpoints, waiting and health.
 //!
-//! - [`Stage`] is the trait that the author of a navigator implements.
-//! - [`Instant`] has the inputs of a step. [`Heard`] is a message that may come at any time. [`Outbox`] creates a stage's messages,
-//!   in the memory that they are sent from.
-//! - [`Navigator`] is three stages under the name by which a mission selects them.
-//! - [`lookout`] is what a page shows of a navigator while it drives, and [`drawn`] what people draw for it on that page.
-//!   [`doubts`] are warnings before the start, and [`account`] is the navigator's report when the run is over.
-//! - [`Hosted`], [`Access`], [`Inputs`], [`Sink`] and [`Remains`] are what a host works with. [`InProcess`] is a host's side in
-//!   ordinary memory.
+//! - [`Stage`] is the trait that you implement to write a navigator.
+//! - [`Instant`] provides the inputs of a step, and [`Heard`] is a message that can arrive at any time.
+//!   [`Outbox`] writes the stage's messages directly into the memory that they are sent from.
+//! - [`Navigator`] combines three stages under the name by which a mission selects them.
+//! - [`lookout`] draws what a page shows of a navigator while it drives, and [`drawn`] interprets drawings
+//!   made on that page. [`doubts`] warns about problems before the start, and [`account`] reports on a run
+//!   once it is over.
+//! - [`Hosted`], [`Access`], [`Inputs`], [`Sink`] and [`Remains`] are the interface for hosts. [`InProcess`]
+//!   implements the host's side in ordinary memory.
 //!
-//! Nothing here opens a channel or a file, reads a clock or draws a random number.
+//! This crate does not open channels or files, read clocks, or draw random numbers.
 //!
 //! # Example: a stage, and one of its steps
 //!
-//! This planner drives straight ahead for a hundred steps. Its host here is ordinary memory, as in a test.
+//! The planner below drives straight ahead for a hundred steps. Its host is ordinary memory, as in a test.
 //!
 //! ```
 //! use serde::Serialize;
@@ -86,5 +89,5 @@ pub use input::{Heard, Inputs, Instant, Reading, Remains};
 pub use navigator::{Files, Make, Navigator, Review, Watch};
 pub use output::{Fill, Outbox, Put, Sink};
 
-/// The reason that a stage cannot continue, such as a parameter, a drawing or a message that it cannot work with.
+/// Why a stage cannot continue, for example because of an invalid parameter, drawing or message.
 pub type StageError = Box<dyn std::error::Error + Send + Sync>;

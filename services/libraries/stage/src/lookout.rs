@@ -1,7 +1,8 @@
-//! The view of a run in progress that a page shows, as drawn by the navigator itself.
+//! What a page shows of a run in progress, as drawn by the navigator itself.
 //!
-//! A [`Lookout`] receives messages and draws a [`Picture`]. It is as pure as a stage, because the pad reads the channels, fits the
-//! picture onto its canvas and sends it to the pages. For a navigator without a lookout, only [`Sensors`] are shown.
+//! A [`Lookout`] receives messages and draws a [`Picture`]. Like a stage, it is pure: the pad reads the
+//! channels, fits the picture onto its canvas and sends it to the pages. If a navigator has no lookout, only
+//! [`Sensors`] are shown.
 
 mod around;
 mod shapes;
@@ -15,8 +16,8 @@ pub use shapes::{Color, Shape, Stroke, thinned};
 
 /// A navigator's view of a run in progress.
 ///
-/// A lookout receives every sensor and the channels of its kind of navigator, provided that the table names the pad among their
-/// readers.
+/// A lookout receives messages from every sensor and from those channels of its kind of navigator that list
+/// the pad among their readers.
 pub trait Lookout {
     /// Receives a message. Implementations should ignore messages of channels that they do not need.
     ///
@@ -34,13 +35,14 @@ pub trait Lookout {
         None
     }
 
-    /// Returns true if the robot may set off. If the robot needs to know where it is, it must know that first.
+    /// Returns true if the robot may set off. A robot that needs to be localized first is not ready until
+    /// then.
     fn is_ready(&self) -> bool {
         true
     }
 
-    /// Returns the places among which a person is asked to choose where the robot is, the likeliest first. The list is empty if the
-    /// robot may be anywhere. Returns `None` while nothing is asked.
+    /// Returns the places among which a person is asked to choose where the robot is, the likeliest first.
+    /// The list is empty if the robot may be anywhere. Returns `None` if there is no question.
     fn question(&self) -> Option<Vec<[f64; 2]>> {
         None
     }
@@ -49,12 +51,13 @@ pub trait Lookout {
     fn draw(&mut self, picture: &mut Picture);
 }
 
-/// The sheet that a lookout draws on. All places and lengths are in the units of the sheet.
+/// The sheet that a lookout draws on. All coordinates and lengths are in the units of the sheet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sheet {
     /// The robot's surroundings in its own axes, in metres ahead and to the left.
     Robot,
-    /// A drawing of this width and height in pixels, with the origin at the lower left and y up. `None` before the size is known.
+    /// A drawing of this width and height in pixels, with the origin at the lower left and y up. `None` while
+    /// the size is unknown.
     Drawing(Option<[u32; 2]>),
 }
 
@@ -63,9 +66,9 @@ pub enum Sheet {
 pub struct Picture {
     /// Shapes, the lowest first.
     pub shapes: Vec<Shape>,
-    /// Shapes that are drawn below the others and seldom change. Given once, they stay until replaced.
+    /// Shapes that are drawn below the others and seldom change. Once given, they stay until replaced.
     pub lasting: Option<Vec<Shape>>,
-    /// Guesses of where the robot is. Given once, they move along with the robot until replaced.
+    /// Guesses of where the robot is. Once given, they move along with the robot until replaced.
     pub particles: Option<Vec<[f64; 2]>>,
     /// Where the robot believes it is in the drawing.
     pub robot: Option<Whereabouts>,
@@ -80,7 +83,7 @@ impl Picture {
     }
 }
 
-/// Where a robot believes it is in a drawing.
+/// A robot's estimate of where it is in a drawing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Whereabouts {
     /// Centre of the robot.
@@ -92,9 +95,9 @@ pub struct Whereabouts {
     pub ellipse: [f64; 3],
     /// Radius of the robot.
     pub radius: f64,
-    /// How sure the robot is of its position.
+    /// How confident the robot is of its position.
     pub tracking: Tracking,
-    /// Measure of the support for this estimate, between 0 and 1, such as a share of the particles.
+    /// Support for this estimate, from 0 to 1, such as a share of the particles.
     pub effective: f64,
 }
 

@@ -1,4 +1,4 @@
-//! A navigator is the set of stages that a mission selects.
+//! A navigator is the set of stages that a mission selects by name.
 
 use sketchnav_schemas::channels::{ChannelSpec, NAVIGATORS};
 use sketchnav_schemas::codes::Process;
@@ -38,8 +38,8 @@ pub type CheckMarkers = fn(&Mission, &[Marker]) -> Result<(), StageError>;
 /// Returns the parameters of a mission's stages.
 pub type InForce = fn(&Mission, &Robot) -> Result<Parameters, StageError>;
 
-/// Three stages under the name by which a mission selects them, and everything that other parts of the system show and report about
-/// them.
+/// Three stages under the name by which a mission selects them, together with what the rest of the system
+/// needs in order to show and report on them.
 ///
 /// [`Navigator::new`] takes the stages. Everything else is set by struct update syntax:
 ///
@@ -57,43 +57,46 @@ pub type InForce = fn(&Mission, &Robot) -> Result<Parameters, StageError>;
 pub struct Navigator {
     /// Name of the navigator in a mission, as in `[navigator] kind = "sketch"`.
     pub kind: &'static str,
-    /// One sentence about what a person provides and what the robot drives by.
+    /// One sentence that says what a person provides and how the robot navigates by it.
     pub about: &'static str,
     /// Possible values of `[navigator] method`, the default first. Empty if there is no choice.
     pub methods: &'static [&'static str],
-    /// Checks the navigator's requirements on mission and robot before anything starts. The loader checks the files that a mission
-    /// names, see [`Mission::navigator_files_mut`].
+    /// Checks what the navigator requires of the mission and the robot before anything starts. The loader
+    /// checks the files that a mission names, see [`Mission::navigator_files_mut`].
     pub check: fn(&Mission, &Robot) -> Result<(), StageError>,
-    /// Checks the navigator's requirements on the markers of a floor. `None` for a navigator that needs no markers.
+    /// Checks what the navigator requires of the markers of a floor. `None` if the navigator does not use
+    /// markers.
     pub check_markers: Option<CheckMarkers>,
-    /// Returns every parameter of the stages as in force in a mission, including defaults.
+    /// Returns the value of every parameter of the stages in a mission, including defaults.
     pub parameters: InForce,
-    /// Channels that the navigator has in addition to those of all navigators, see
+    /// Channels that the navigator adds to those of all navigators, see
     /// [`channels!`](sketchnav_schemas::declare::channels).
     pub channels: &'static [&'static ChannelSpec],
-    /// Topics with standard messages that viewers get from the navigator's channels, see
+    /// Topics with standard messages that are derived from the navigator's channels for viewers, see
     /// [`derived!`](sketchnav_schemas::ros2::derived::derived).
     pub derived: &'static [Derived],
     /// The stages, in the order sketcher, localizer and planner.
     pub stages: [Make; 3],
-    /// Creates what a page shows of the navigator while it drives. `None` if the robot's sensors are enough.
+    /// Creates the view that a page shows of the navigator while it drives. `None` if the robot's sensors are
+    /// enough.
     pub lookout: Option<Watch>,
-    /// Interprets what people draw on that page. `None` for a navigator that people can only watch.
+    /// Interprets drawings made on that page. `None` for a navigator that people can only watch.
     pub drawn: Option<Drawn>,
     /// Finds warnings about the mission's files before the start. `None` if the navigator never has any.
     pub doubts: Option<Doubt>,
-    /// Finds warnings about the navigator's plan before the start. `None` if it plans nothing beforehand.
+    /// Finds warnings about the navigator's plan before the start. `None` if it does not plan ahead.
     pub planned: Option<Planned>,
     /// Finds the drawing in which the robot is localized, for the order `here`. `None` if the navigator uses no drawing.
     pub canvas: Option<FindCanvas>,
-    /// True if an order to resume can name a state of the route from which the robot continues.
+    /// Whether an order to resume may name the state of the route to continue from.
     pub resumes_at_states: bool,
-    /// Creates the navigator's report about a run that is over. `None` if what is reported about every run is enough.
+    /// Creates the navigator's report about a finished run. `None` if the general report is enough.
     pub account: Option<Review>,
 }
 
 impl Navigator {
-    /// Creates a navigator with these stages (sketcher, localizer, planner) and nothing else.
+    /// Creates a navigator with these stages (sketcher, localizer, planner) and without any of the optional
+    /// parts.
     pub const fn new(kind: &'static str, about: &'static str, stages: [Make; 3]) -> Self {
         Self {
             kind,
@@ -115,10 +118,10 @@ impl Navigator {
         }
     }
 
-    /// Creates the stage that `process` hosts, or returns `None` for a process that hosts none.
+    /// Creates the stage that `process` hosts, or returns `None` if the process does not host one.
     ///
     /// # Errors
-    /// Returns an error about what the run's mission or robot lacks for this stage.
+    /// Returns an error if the mission or the robot of the run lacks something that this stage needs.
     pub fn stage(
         &self,
         process: Process,

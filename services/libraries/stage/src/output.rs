@@ -17,17 +17,17 @@ pub struct Put<'a> {
     pub cells: usize,
     /// True if the message repeats the last one of the channel, with the same number. See [`Outbox::repeat`].
     pub is_repeated: bool,
-    /// Fills the message and its cells, which are all zero before. If it fails, nothing is sent.
+    /// Fills in the message and its cells, which are zeroed beforehand. If it fails, nothing is sent.
     pub fill: &'a mut Fill<'a>,
 }
 
-/// The place where a host takes a stage's messages.
+/// Where a stage's messages go. Implemented by hosts.
 pub trait Sink {
-    /// Has the message filled in place, numbers it, sends it and returns its number.
+    /// Lets the message be filled in place, then numbers it, sends it and returns its number.
     ///
     /// # Errors
-    /// Returns an error if the process may not write the channel, or if the channel fails, and any error of `fill`. The message is
-    /// not sent then.
+    /// Returns an error if the process may not write the channel or if the channel fails, and any error of
+    /// `fill`. In these cases, the message is not sent.
     fn put(&mut self, put: Put<'_>) -> Result<u64, StageError>;
 
     /// Returns the number of the last message of a channel, or 0 before the first.
@@ -37,7 +37,8 @@ pub trait Sink {
     fn last(&self, spec: &ChannelSpec) -> Result<u64, Denied>;
 }
 
-/// Creates a stage's messages. Each gets the time and the cause of the instant, or of the message that was delivered.
+/// Sends a stage's messages. Each is stamped with the time and the cause of the instant, or of the message
+/// that was delivered.
 pub struct Outbox<'a> {
     sink: &'a mut dyn Sink,
     header: Header,
@@ -56,7 +57,8 @@ impl<'a> Outbox<'a> {
         Self { is_resuming, ..self }
     }
 
-    /// Sends a message and returns its number. `fill` fills the message in place, which is all zero except for its header.
+    /// Sends a message and returns its number. `fill` fills in the message in place, which is zeroed except
+    /// for its header.
     ///
     /// # Errors
     /// Returns an error if the process may not write the channel, or if the channel fails.
@@ -81,8 +83,8 @@ impl<'a> Outbox<'a> {
         self.put(channel, cells, false, fill)
     }
 
-    /// Like [`Outbox::send_with`], but for a channel whose message is declared at run time, so that `fill` gets bytes. `fill`
-    /// may fail.
+    /// Like [`Outbox::send_with`], but for a channel whose message is declared at run time, so `fill`
+    /// receives bytes and is allowed to fail.
     ///
     /// # Errors
     /// Any error of [`Outbox::send_with`], and any error of `fill`, after which nothing is sent.
@@ -95,8 +97,8 @@ impl<'a> Outbox<'a> {
         self.put_bytes(spec, cells, false, fill)
     }
 
-    /// If the process is resuming after a kill, sends the last message of a channel again, with the same number. This is for
-    /// messages with cells, which are not kept for late readers.
+    /// If the process is resuming after a kill, sends the last message of a channel again, with the same
+    /// number. This is for messages with cells, which are not stored for late readers.
     ///
     /// # Errors
     /// Any error of [`Outbox::send_with`].

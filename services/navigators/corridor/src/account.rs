@@ -1,4 +1,5 @@
-//! Summarizes a run along corridors: the pair of markers, and how many markers the robot remembered.
+//! Summarizes a run along corridors, with the pair of markers and the number of markers that the robot
+//! remembered.
 
 use sketchnav_stage::account::{self, Curve, Summary};
 use sketchnav_stage::{Denied, Heard};

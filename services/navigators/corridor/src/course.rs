@@ -1,10 +1,10 @@
 //! Finds a way ahead through free space, by this project's own method.
 //!
-//! A rolling grid holds everything that is known about the walls. It is filled from laser scans or, for a robot without a
-//! laser, from remembered markers, each of which stands for a piece of the wall it hangs on. On this grid the robot looks for
-//! the reachable point that lies farthest along its direction. If that point is near, the corridor turns or ends, so the robot
-//! looks to both sides and, as a last resort, behind. Path costs rise near walls, which keeps the path in the middle of the
-//! corridor and leads it around people.
+//! A rolling grid holds everything that is known about the walls. It is filled from laser scans or, if the
+//! robot has no laser, from remembered markers, each of which stands for a piece of the wall it hangs on. On
+//! this grid, the robot looks for the reachable point that lies farthest along its direction. If that point
+//! is near, the corridor turns or ends, so the robot looks to both sides and, as a last resort, behind. Paths
+//! cost more near walls, which keeps the robot in the middle of the corridor and leads it around people.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -51,8 +51,8 @@ const ALIGN_MOST_RAD: f64 = 0.35;
 /// How long the robot waits at a closed junction for the requested side to open, in seconds. After that it takes whichever open
 /// side reaches farther.
 const PATIENCE_S: f64 = 3.0;
-/// Walls close a corridor across its whole width. A lane that is free for this much beyond [`CLOSED_M`], in metres, means that
-/// something else is in the way.
+/// Length beyond [`CLOSED_M`], in metres, for which a lane must be free. Walls close a corridor across its
+/// whole width, so a free lane means that something else is in the way.
 const LANE_M: f64 = 1.0;
 /// How long a corridor must have been closed from wall to wall before it counts as ended, in seconds.
 const END_S: f64 = 6.0;
@@ -85,7 +85,7 @@ pub enum Next {
 pub enum Reason {
     /// Driving along the corridor.
     Along,
-    /// Waiting, because something closes the corridor. It may go away.
+    /// Waiting because something blocks the corridor. It may go away.
     Waiting,
     /// Turning around a corner, or into another corridor.
     Turning(Turn),
@@ -100,16 +100,17 @@ struct Guide {
     way_rad: f64,
     /// Position of the robot one step ago.
     last: Point<Odom>,
-    /// Distance covered, dead ends deducted.
+    /// Distance covered, not counting dead ends.
     way: Way,
     /// Distance covered and time passed since the last progress, in metres and in seconds.
     fresh_m: f64,
     stale_s: f64,
-    /// How long the corridor has been closed ahead, in seconds.
+    /// How long the corridor ahead has been blocked, in seconds.
     closed_s: f64,
     /// Number of turns taken or passed.
     turns: usize,
-    /// Whether the robot is still at a junction that counts already. Cleared once both sides are closed again.
+    /// Whether the robot is still at a junction that has already been counted. Cleared once both sides are
+    /// closed again.
     is_junction: bool,
     /// Half the width of the corridor, in metres.
     half_width_m: f64,
@@ -117,7 +118,7 @@ struct Guide {
     changed: Option<Turn>,
 }
 
-/// State that carries over from one step to the next, as read back from a checkpoint.
+/// State that is kept from one step to the next, as read back from a checkpoint.
 #[derive(Debug, Clone, Deserialize)]
 pub struct State {
     guide: Guide,
@@ -125,7 +126,7 @@ pub struct State {
     pursuit: Pursuit,
 }
 
-/// Borrowed counterpart of [`State`], with the same fields, from which a checkpoint is written.
+/// Borrowed counterpart of [`State`] with the same fields, for writing a checkpoint.
 #[derive(Debug, Serialize)]
 pub struct StateView<'a> {
     guide: &'a Guide,
@@ -144,7 +145,7 @@ pub struct Course {
     pursuit: Pursuit,
     local: LocalPlanner,
     path: Vec<Point<Odom>>,
-    /// The scan that is made up from markers.
+    /// The scan that is synthesized from markers.
     markers: Box<LaserScan>,
 }
 
@@ -179,7 +180,7 @@ impl Guide {
 }
 
 impl Course {
-    /// Creates a course at rest that knows nothing of its surroundings yet, with `speed_mps` as its top speed.
+    /// Creates a course at rest, with an empty grid and a top speed of `speed_mps`.
     pub fn new(robot: &Robot, speed_mps: f64) -> Self {
         let [_, half_width_m] = robot.half_extents_m();
         let hard_m = half_width_m + BESIDE_M;
@@ -225,7 +226,7 @@ impl Course {
         self.obstacles.observe(robot, self.footprint_m, robot, &self.markers);
     }
 
-    /// Begins a task. The corridor is taken to lead where the robot is facing.
+    /// Begins a task. The corridor is assumed to lead in the direction that the robot is facing.
     pub fn begin(&mut self, robot: &Pose<Odom>) {
         self.guide = Guide { half_width_m: self.guide.half_width_m, ..Guide::new(robot) };
     }
@@ -250,7 +251,7 @@ impl Course {
         self.pursuit.last()
     }
 
-    /// Returns the state that carries over from one step to the next.
+    /// Returns the state that is kept from one step to the next.
     pub fn state(&self) -> StateView<'_> {
         StateView { guide: &self.guide, obstacles: &self.obstacles, pursuit: &self.pursuit }
     }
@@ -260,8 +261,8 @@ impl Course {
         (self.guide, self.obstacles, self.pursuit) = (state.guide, state.obstacles, state.pursuit);
     }
 
-    /// Drives on for `dt_s` seconds. Junctions are taken as `turns` says. At the end of the corridor the robot stops if
-    /// `stops_at_end` is true; otherwise it turns back.
+    /// Continues driving for `dt_s` seconds, taking junctions according to `turns`. At the end of the
+    /// corridor, the robot stops if `stops_at_end` is true and turns back otherwise.
     pub fn drive(&mut self, robot: &Pose<Odom>, turns: &[Turn], stops_at_end: bool, dt_s: f64) -> Next {
         self.advance(robot.position(), dt_s);
         if self.guide.stale_s > BLOCKED_S {
@@ -360,8 +361,8 @@ impl Course {
         }
     }
 
-    /// Returns true if no lane of the corridor is free for `CLOSED_M + LANE_M`. Next to a person who stands in the corridor, a
-    /// lane is visibly free, even if the robot has no room in it.
+    /// Returns true if no lane of the corridor is free for `CLOSED_M + LANE_M`. Next to a person who stands
+    /// in the corridor, the laser sees a free lane, even if it is too narrow for the robot.
     fn is_closed_by_walls(&self, here: Point<Odom>) -> bool {
         let (sin, cos) = self.guide.way_rad.sin_cos();
         let reach_m = CLOSED_M + LANE_M;
@@ -384,8 +385,9 @@ impl Course {
         self.farthest(here, self.guide.way_rad + from_way_rad).map_or(0.0, |(_, along_m)| along_m)
     }
 
-    /// Returns the point that lies farthest in a direction, path costs deducted, and how far away it is in metres along this
-    /// direction. Only points that have been observed count. Otherwise, free space would seem to extend behind every wall.
+    /// Returns the point that lies farthest in a direction after subtracting path costs, and its distance in
+    /// metres along this direction. Only observed points count. Otherwise, free space would seem to extend
+    /// behind every wall.
     fn farthest(&self, here: Point<Odom>, direction_rad: f64) -> Option<(Point<Odom>, f64)> {
         let (sin, cos) = direction_rad.sin_cos();
         let split = |place: Point<Odom>| {

@@ -4,13 +4,13 @@ use sketchnav_schemas::mission::MissionError;
 use sketchnav_schemas::robot::RobotError;
 use sketchnav_schemas::toml_text::TomlError;
 
-/// Reasons for rejecting a rule file.
+/// Why a rule file is rejected.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RulesError {
-    /// Invalid TOML, an unknown key, or a value of the wrong type.
+    /// The text is not TOML, or has an unknown key or a value of the wrong type.
     #[error("{0}")]
     Toml(#[from] TomlError),
-    /// A rule has an invalid value, or repeats the combination of another rule.
+    /// A rule has an invalid value, or the same combination as another rule.
     #[error("set {set}, rule {rule}: {key}: expected {expected}, found {found:?}")]
     Row {
         /// Number of the rule set, from 1.
@@ -24,7 +24,7 @@ pub enum RulesError {
         /// The value found.
         found: String,
     },
-    /// No rule of a set answers a combination of relations.
+    /// No rule of a set applies to a combination of relations.
     #[error("set {set} ({calculus}): expected a rule for {missing}, found none")]
     Hole {
         /// Number of the rule set, from 1.
@@ -49,7 +49,7 @@ pub enum RulesError {
     Empty,
 }
 
-/// Reasons why a corridor mission cannot be driven.
+/// Why a corridor mission cannot be driven.
 #[derive(Debug, thiserror::Error)]
 pub enum CorridorError {
     /// A key of the mission is invalid.
@@ -74,7 +74,7 @@ pub enum CorridorError {
         /// Why reading failed.
         reason: String,
     },
-    /// The camera or the tick is too slow for the motion of a marker to be seen.
+    /// The camera or the tick is too slow to see the motion of a marker.
     #[error("{key}: expected {least_hz} Hz or more for a method with rules, found {found_hz}")]
     Slow {
         /// Key in the robot's file.
@@ -84,7 +84,7 @@ pub enum CorridorError {
         /// Rate found, in hertz.
         found_hz: f64,
     },
-    /// The robot cannot move sideways, as rules require.
+    /// The rules require sideways motion, which the robot is not capable of.
     #[error(
         "robot {robot:?}: expected drive = \"omnidirectional\" for a method with rules, found \"differential\""
     )]
@@ -103,7 +103,7 @@ pub enum CorridorError {
         /// Number of markers on the floor.
         found: usize,
     },
-    /// The goal of a task is a marker that the floor does not have.
+    /// The goal of a task is a marker that does not exist on the floor.
     #[error(
         "task {task} ({name}).marker: expected the number of a marker of the floor, found {found}; it has {known}"
     )]
@@ -114,7 +114,7 @@ pub enum CorridorError {
         name: String,
         /// Number of the missing marker.
         found: u32,
-        /// Numbers of the floor's markers, as a list in words.
+        /// Numbers of the floor's markers, as a list for people to read.
         known: String,
     },
     /// The robot has neither of the sensors that this method can use.

@@ -1,15 +1,16 @@
-//! Navigation along corridors: the stages of the navigator `corridor`, and the parts they are built from.
+//! Navigation along corridors: the stages of the navigator `corridor` and their building blocks.
 //!
-//! - [`mission`]: the mission keys of this navigator;
-//! - [`sketcher`], [`localizer`], [`planner`]: the stages;
-//! - [`messages`]: their messages and channels;
-//! - [`lookout`]: how a page shows them; [`account`]: the summary of a run;
-//! - [`rules`]: rule files; the methods `qtc-b` and `argd` of Patil 2019 and `combined` drive by them;
-//! - [`perception`]: markers in memory, pairs, relations, and trends from two sightings or from many;
-//! - [`course`], [`way`]: this project's own method: a way ahead through free space, observed by laser or inferred from
-//!   markers, and the distance covered.
+//! - [`mission`]: the mission keys of this navigator.
+//! - [`sketcher`], [`localizer`], [`planner`]: the stages.
+//! - [`messages`]: their messages and channels.
+//! - [`lookout`]: the view that a page shows. [`account`]: the summary of a run.
+//! - [`rules`]: rule files, which the methods `qtc-b` and `argd` of Patil 2019 and `combined` drive by.
+//! - [`perception`]: remembered markers, pairs, relations, and trends from two or more sightings.
+//! - [`course`], [`way`]: this project's own method, which finds a way ahead through free space, as observed
+//!   by a laser or inferred from markers, and measures the distance covered.
 //!
-//! Nothing here knows about clocks, files, channels or maps. Time, messages and configuration arrive as arguments.
+//! This crate does not access clocks, files, channels or maps. Time, messages and configuration are passed as
+//! arguments.
 
 pub mod account;
 pub mod course;

@@ -1,6 +1,6 @@
-//! Trends from many sightings: the slope of a straight line fitted to a marker's distances by least squares. The weight of a
-//! distance decays exponentially with its age, to 1/e after one window. The line has a trend even where two sightings have
-//! none, because they err by more than the marker moves.
+//! Trends from many sightings: the slope of a straight line fitted to a marker's distances by least squares.
+//! The weight of a distance decays exponentially with its age, to 1/e after one window. A line can show a
+//! trend even if two successive sightings do not, because their errors exceed the marker's motion.
 
 use serde::{Deserialize, Serialize};
 
@@ -19,7 +19,8 @@ pub struct Line {
 }
 
 impl Line {
-    /// Adds a distance, measured `age_s` after the last one. After a gap longer than the window, the line starts over.
+    /// Adds a distance measured `age_s` after the last one. After a gap longer than the window, the line
+    /// starts over.
     pub fn add(&mut self, age_s: f64, distance_m: f64, window_s: f64) {
         let Self { weight, times, distances, squares, products, span_s } =
             if age_s > window_s { Self::default() } else { *self };

@@ -1,4 +1,4 @@
-//! The localizer for corridors as a stage: publishes what the markers show, once per tick.
+//! The localizer stage for corridors, which publishes what the markers show, once per tick.
 
 use serde::Serialize;
 use sketchnav_qualitative::argd::Scale;
@@ -23,7 +23,7 @@ impl Localizer {
     /// Creates a localizer with the parameters of the run's mission.
     ///
     /// # Errors
-    /// [`CorridorError`] with the key, if a parameter is invalid.
+    /// [`CorridorError`], which names the key, if a parameter is invalid.
     pub fn new(run: &RunConfig) -> Result<Self, CorridorError> {
         let parameters = parameters(&run.mission)?;
         let scale = scale(&parameters)?;
@@ -35,7 +35,7 @@ impl Localizer {
 /// Returns the parameters that a mission sets for the localizer.
 ///
 /// # Errors
-/// [`MissionError`] with the key, if a parameter is invalid.
+/// [`MissionError`], which names the key, if a parameter is invalid.
 pub fn parameters(mission: &Mission) -> Result<Parameters, MissionError> {
     let parameters = mission.parameters.over(Process::Localizer, &Parameters::default())?;
     let Parameters { memory_s, pair_rate_hz, hold_s, window_s, quantum_mps, .. } = parameters;

@@ -1,4 +1,4 @@
-//! Draws the markers that the robot remembers, and the pair that it goes by, for a page.
+//! Draws the markers that the robot remembers, and the pair that it is using, for a page.
 
 use sketchnav_schemas::robot::Robot;
 use sketchnav_stage::lookout::{self, Around, Color, Picture, Shape, polar};
@@ -18,7 +18,7 @@ pub struct Lookout {
 }
 
 impl Lookout {
-    /// Creates a lookout for this robot, which is at its centre.
+    /// Creates a lookout for this robot.
     pub fn new(robot: &Robot) -> Self {
         Self { around: Around::robot(robot), relations: None }
     }

@@ -1,4 +1,5 @@
-//! Messages and channels of this navigator: the rules to drive by, and the relations of the markers in a corridor.
+//! Messages and channels of this navigator: the rules to drive by, and the robot's relations with the markers
+//! of a corridor.
 
 use sketchnav_schemas::declare::{channels, codes, messages, parts};
 use sketchnav_schemas::geometry::{Odom, Pose};

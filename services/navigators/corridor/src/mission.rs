@@ -27,22 +27,22 @@ const MOST_METRES: f64 = 10_000.0;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
-    /// This project's own method: a way ahead through free space, found by laser and remembered markers.
+    /// This project's own method: finds a way ahead through free space, by laser and remembered markers.
     #[default]
     Corridor,
-    /// Patil 2019: rules by the qualitative trajectories of a pair of markers.
+    /// Patil 2019: applies rules to the qualitative trajectories of a pair of markers.
     QtcB,
-    /// Patil 2019: rules by the distance classes of a pair of markers.
+    /// Patil 2019: applies rules to the distance classes of a pair of markers.
     Argd,
-    /// The rules of `argd` and `qtc-b` together, which Patil 2019 (5.4.3) leaves to later work.
+    /// The rules of `argd` and `qtc-b` combined, which Patil 2019 (5.4.3) leaves to future work.
     Combined,
-    /// This project's own variant of `qtc-b`: the same rules, but with trends over many sightings, so that the error of a
-    /// single sighting does not decide.
+    /// This project's own variant of `qtc-b`, with the same rules but trends over many sightings, so that the
+    /// error of a single sighting is not decisive.
     QtcBSteady,
 }
 
 impl Method {
-    /// Returns the method's name as in [`METHODS`].
+    /// Returns the name of the method, as listed in [`METHODS`].
     pub fn word(self) -> &'static str {
         METHODS[self as usize]
     }
@@ -63,9 +63,9 @@ pub enum Turn {
 /// Conditions that end a task.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Goal {
-    /// The robot has driven this far along the corridor, in metres.
+    /// Drive this far along the corridor, in metres.
     Metres(f64),
-    /// The robot has passed the marker with this number.
+    /// Pass the marker with this number.
     Marker(u32),
     /// The corridor has come to an end.
     End,
@@ -80,7 +80,7 @@ pub struct CorridorTask {
     pub goal: Goal,
     /// Which way to turn at each junction, in order.
     pub turns: Vec<Turn>,
-    /// Whether the robot first turns about on the spot.
+    /// Whether the robot first turns around on the spot.
     pub about: bool,
 }
 
@@ -125,7 +125,7 @@ impl CorridorMission {
     /// Reads and checks the mission keys of this navigator.
     ///
     /// # Errors
-    /// [`MissionError`] with the key and what was expected.
+    /// [`MissionError`], which names the key and what was expected.
     pub fn of(mission: &Mission) -> Result<Self, MissionError> {
         let NavigatorKeys { method, rules_file } = keys("navigator", &mission.navigator.given)?;
         let wrong = |key: String, expected, found: String| MissionError::Value { key, expected, found };

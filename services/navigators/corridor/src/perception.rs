@@ -1,4 +1,5 @@
-//! What the markers show: which are remembered, which two make a pair, how they move and how far away they are.
+//! Interprets markers: which ones to remember, which two form a pair, how they move, and how far away they
+//! are.
 //!
 //! A pair is the nearest marker on the left and the nearest on the right, seen within 0.1 s of each other (Patil 2019, 3.2.2
 //! and 3.2.3). "The marker's ID number is stored until the robot has moved past that particular set of markers" (3.2.2): with
@@ -19,7 +20,7 @@ use crate::messages::{KnownMarker, MAX_KNOWN_MARKERS, PairedMarker, Relations, T
 const PAIRED_NS: u64 = 100_000_000;
 /// Maximum time between the two sightings that make a trend, in nanoseconds.
 const TREND_NS: u64 = 250_000_000;
-/// Minimum rate of pictures and of ticks at which trends can be seen, in hertz.
+/// Minimum rate of images and ticks at which trends can be seen, in hertz.
 pub const LEAST_HZ: f64 = 1e9 / TREND_NS as f64;
 /// Tolerance by which two pictures may be closer together than their period, in nanoseconds, since stamps are rounded.
 const ROUNDING_NS: u64 = 1_000_000;
@@ -32,7 +33,8 @@ const NEWEST: f64 = 0.3;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Parameters {
-    /// A distance that changes by no more than this between two sightings counts as unchanged, in metres (Patil 2019, 3.2.3).
+    /// A distance that changes by no more than this between two sightings counts as unchanged, in metres
+    /// (Patil 2019, 3.2.3).
     pub quantisation_m: f64,
     /// Thresholds of the distance classes, in metres (Patil 2019, 3.2.3).
     pub thresholds_m: [f64; 3],
@@ -40,12 +42,12 @@ pub struct Parameters {
     pub thresholds_are_upper: bool,
     /// How long a marker that is out of view is remembered, in seconds.
     pub memory_s: f64,
-    /// Number of pictures evaluated per second, evenly spaced, or 0 to evaluate every picture.
+    /// Number of images to evaluate per second, evenly spaced, or 0 to evaluate every image.
     pub pair_rate_hz: f64,
-    /// Time, in seconds, for which neither marker of a pair must have been in view before the pair counts as passed. With 0,
-    /// pairs are not held: each picture forms its own.
+    /// Time, in seconds, after which a pair counts as passed if neither of its markers was in view. With 0,
+    /// pairs are not held, and each image forms its own.
     pub hold_s: f64,
-    /// For `qtc-b-steady`: the age at which a sighting has the weight 1/e in a trend, in seconds.
+    /// For `qtc-b-steady`: the age, in seconds, at which the weight of a sighting in a trend is 1/e.
     pub window_s: f64,
     /// For `qtc-b-steady`: the speed up to which a distance counts as unchanged, in metres per second.
     pub quantum_mps: f64,
@@ -71,7 +73,7 @@ impl Default for Parameters {
 pub struct Terms {
     /// The mission's parameters.
     pub parameters: Parameters,
-    /// Scale of distances made from these parameters.
+    /// Scale of distances according to these parameters.
     pub scale: argd::Scale,
     /// Whether trends are computed over many sightings instead of two.
     pub is_steady: bool,
@@ -81,8 +83,8 @@ impl Parameters {
     /// Returns the scale of distances.
     ///
     /// # Errors
-    /// [`sketchnav_qualitative::Error`] if the thresholds do not rise from above 0, or if the quantisation is negative or not a
-    /// number.
+    /// [`sketchnav_qualitative::Error`] if the thresholds are not positive and increasing, or if the
+    /// quantisation is negative or not a number.
     pub fn scale(&self) -> Result<argd::Scale, sketchnav_qualitative::Error> {
         sketchnav_qualitative::Quantisation::distance(self.quantisation_m)?;
         let bound = if self.thresholds_are_upper { argd::Bound::Upper } else { argd::Bound::Lower };
@@ -99,8 +101,8 @@ struct Known {
     seen_ns: u64,
     /// Position at the last sighting, in metres in the robot's frame at that time.
     now_m: [f64; 2],
-    /// Position at the sighting before, in metres in the robot's frame at that time, or `None` if it was too long ago for a
-    /// trend.
+    /// Position at the previous sighting, in metres in the robot's frame at that time, or `None` if it was
+    /// too long ago for a trend.
     before_m: Option<[f64; 2]>,
     /// Recent distances of the marker from the camera.
     line: Line,
@@ -118,7 +120,7 @@ pub struct Perception {
     right: Member,
     /// Numbers of the left and the right marker of the pair that is being held.
     held: Option<[u32; 2]>,
-    /// Time from which the next picture is evaluated.
+    /// Time from which the next image may be evaluated.
     due_ns: u64,
 }
 
@@ -141,7 +143,7 @@ impl Default for Perception {
 }
 
 impl Perception {
-    /// Adds a picture that was taken at `stamp_ns` by a robot at `robot`.
+    /// Adds an image that was taken at `stamp_ns` by a robot at `robot`.
     pub fn see(&mut self, view: &MarkerView, robot: &Pose<Odom>, stamp_ns: u64, terms: &Terms) {
         if !self.is_due(stamp_ns, terms.parameters.pair_rate_hz) {
             return;
@@ -247,7 +249,7 @@ impl Perception {
         self.known.retain(|known| stamp_ns.saturating_sub(known.seen_ns) as f64 * 1e-9 <= memory_s);
     }
 
-    /// Fills in everything but the header of the message to be sent at `stamp_ns`, for a robot at `robot`.
+    /// Fills in everything except the header of the message to be sent at `stamp_ns`, for a robot at `robot`.
     pub fn write(&self, robot: &Pose<Odom>, stamp_ns: u64, relations: &mut Relations) {
         relations.odometry = PoseM::new(robot);
         relations.pairs = self.pairs;
@@ -270,8 +272,8 @@ impl Perception {
 }
 
 impl Member {
-    /// Computes the relations of a marker with the camera, which stands for the robot (Patil 2019, 3.2.3). A marker that was
-    /// not seen just before has no trend.
+    /// Computes the relations of a marker with the camera, which represents the robot (Patil 2019, 3.2.3). A
+    /// marker has no trend unless it was also seen just before.
     fn of(known: &Known, camera_m: [f64; 2], terms: &Terms) -> Self {
         let Terms { parameters, scale, is_steady } = terms;
         let from_camera = |at: [f64; 2]| [at[0] - camera_m[0], at[1] - camera_m[1]];

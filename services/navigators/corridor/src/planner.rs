@@ -1,7 +1,7 @@
-//! The planner for corridors as a stage: drives by rules, or finds a way ahead through free space.
+//! The planner stage for corridors, which drives by rules or finds a way ahead through free space.
 //!
-//! Each message of relations is answered with one command and one status. Rules are applied when a pair of markers is seen.
-//! Between two pairs the last command stays in force (Patil 2019, 3.2).
+//! The planner responds to each message of relations with one command and one status. Rules apply while a
+//! pair of markers is in view. Between two pairs, the last command stays in force (Patil 2019, 3.2).
 
 use std::f64::consts::PI;
 
@@ -41,10 +41,10 @@ const ABOUT_RAD: f64 = 0.01;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Parameters {
-    /// How long a robot that drives by rules may be without a pair of markers before it is lost, in seconds. With 0 it is never
-    /// lost and keeps driving by its last command, as in Patil 2019.
+    /// Time, in seconds, after which a robot that drives by rules is lost if it sees no pair of markers. With
+    /// 0, it is never lost and keeps driving by its last command, as in Patil 2019.
     pub lost_s: f64,
-    /// Top speed of the method `corridor`, in metres per second. Rule files have their own speeds.
+    /// Top speed of the method `corridor`, in metres per second. Rule files define their own speeds.
     pub speed_mps: f64,
 }
 
@@ -58,17 +58,18 @@ impl Default for Parameters {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Attempt {
     start: Pose<Odom>,
-    /// Direction that the robot must face before it drives, in radians in the odometry frame. `None` unless it is turning
-    /// about.
+    /// Direction that the robot must face before it drives, in radians in the odometry frame. `None` unless
+    /// it is turning around.
     about_rad: Option<f64>,
-    /// Number of the pair that was answered last.
+    /// Number of the last pair that the rules were applied to.
     pairs: u64,
-    /// Whether the marker of the goal has been ahead since the last turn.
+    /// Whether the goal marker has been ahead of the robot since the last turn.
     was_ahead: bool,
-    /// Number of turns made at the last step, from which a new turn is recognized.
+    /// Number of turns at the last step, used to detect a new turn.
     turns: u32,
-    /// The last answer of the rules. It stays in force until the next one, even while the robot turns about: without a pair in
-    /// view "no update to the robot's motion can be made" (Patil 2019, figure 5.2).
+    /// The last move that the rules called for. It stays in force until the next one, even while the robot
+    /// turns around: without a pair in view "no update to the robot's motion can be made" (Patil 2019, figure
+    /// 5.2).
     answer: Velocity,
     command: Velocity,
 }
@@ -95,7 +96,8 @@ pub struct Planner {
     remaining_m: f64,
 }
 
-/// State that carries over from one step to the next, for a checkpoint. `C` is the state of the course, owned or borrowed.
+/// State that is kept from one step to the next, for a checkpoint. `C` is the state of the course, owned or
+/// borrowed.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct State<C = course::State> {
     agenda: Standing,
@@ -104,10 +106,10 @@ pub struct State<C = course::State> {
     remaining_m: f64,
 }
 
-/// Checks that a mission and a robot meet the demands of this navigator.
+/// Checks that a mission and a robot meet the requirements of this navigator.
 ///
 /// # Errors
-/// [`CorridorError`] with the key or the sensor, if they do not.
+/// [`CorridorError`], which names the key or the sensor, if they do not.
 pub fn check(mission: &Mission, robot: &Robot) -> Result<(), CorridorError> {
     let read = CorridorMission::of(mission)?;
     parameters(mission)?;
@@ -133,11 +135,11 @@ pub fn check(mission: &Mission, robot: &Robot) -> Result<(), CorridorError> {
     Ok(())
 }
 
-/// Checks that the markers of a floor meet the demands of a mission.
+/// Checks that the markers of a floor meet the requirements of a mission.
 ///
 /// # Errors
-/// - [`CorridorError::Unmarked`] if the method goes by pairs of markers and the floor has fewer than two;
-/// - [`CorridorError::Marker`] if the goal of a task is a marker that the floor does not have.
+/// - [`CorridorError::Unmarked`] if the method depends on pairs of markers and the floor has fewer than two.
+/// - [`CorridorError::Marker`] if the goal of a task is a marker that does not exist on the floor.
 pub fn check_markers(mission: &Mission, markers: &[Marker]) -> Result<(), CorridorError> {
     let read = CorridorMission::of(mission)?;
     // Rules are applied to pairs of markers.
@@ -189,7 +191,7 @@ impl Planner {
     /// Creates the planner of a run from its robot, its tasks and the parameters of its mission.
     ///
     /// # Errors
-    /// [`CorridorError`] with the key or the sensor, if [`check`] fails.
+    /// [`CorridorError`], which names the key or the sensor, if [`check`] fails.
     pub fn new(run: &RunConfig) -> Result<Self, CorridorError> {
         check(&run.mission, &run.robot)?;
         let CorridorMission { method, tasks, .. } = CorridorMission::of(&run.mission)?;
@@ -280,8 +282,9 @@ impl Planner {
         }
     }
 
-    /// Returns true if the robot has passed the marker: it was ahead in the present direction, and is behind now. A turn alone,
-    /// which may also put a marker behind the robot, does not count.
+    /// Returns true if the robot has passed the marker, that is, if the marker was ahead in the current
+    /// direction and is now behind. A turn alone does not count, although it may also put a marker behind the
+    /// robot.
     fn passes(&mut self, id: u32, relations: &Relations, robot: &Pose<Odom>) -> bool {
         let way_rad = match self.method {
             Method::Corridor => self.course.way_rad(),

@@ -1,7 +1,8 @@
-//! Rule files: which move to make for which relations of a pair of markers (Patil 2019, 3.1.3).
+//! Rule files, which say what to do given the relations of a pair of markers (Patil 2019, 3.1.3).
 //!
-//! A file defines named moves and one or more rule sets. A set has a calculus, and exactly one rule for each combination of
-//! relations. Sets are consulted in order until one calls for a sideways move. If none does, the last answer counts.
+//! A file defines named moves and one or more rule sets. A set has a calculus, and exactly one rule for each
+//! combination of relations. Sets are consulted in order until one calls for a sideways move. If none does,
+//! the move of the last set is used.
 
 use std::collections::BTreeMap;
 
@@ -25,7 +26,7 @@ pub const CLASSES: [&str; 3] = ["near", "medium", "far"];
 const MOST_MPS: f64 = 2.0;
 const SIGNS: [char; 3] = ['-', '0', '+'];
 
-/// The velocity with which a rule answers.
+/// The velocity that a rule calls for.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Move {
@@ -55,9 +56,9 @@ impl Move {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Plus {
-    /// Towards, as in the printed rules (Patil 2019, 3.1.3).
+    /// Towards the robot, as in the printed rules (Patil 2019, 3.1.3).
     Towards,
-    /// Away, as in QTC (Van de Weghe 2004) and QSRlib.
+    /// Away from the robot, as in QTC (Van de Weghe 2004) and QSRlib.
     Away,
 }
 
@@ -69,9 +70,9 @@ pub struct Rules {
 
 #[derive(Debug, Clone, PartialEq)]
 enum Set {
-    /// Answers by the signs of marker and robot, each for a marker on the left and for one on the right.
+    /// Moves by the signs of marker and robot, once for a marker on the left and once for one on the right.
     QtcB { plus: Plus, answers: [[Move; 2]; 9] },
-    /// Answers by the distance classes of the left and the right marker.
+    /// Moves by the distance classes of the left and the right marker.
     Argd { answers: [Move; 9] },
 }
 
@@ -110,7 +111,7 @@ impl Rules {
     /// Reads a rule file.
     ///
     /// # Errors
-    /// [`RulesError`] with the set, the rule, and what was expected there.
+    /// [`RulesError`], which names the set, the rule and what was expected.
     pub fn parse(text: &str) -> Result<Self, RulesError> {
         let File { moves, set } = toml_text::read(text)?;
         for (name, Move { forward_mps, left_mps }) in &moves {
@@ -152,8 +153,9 @@ impl Rules {
 }
 
 impl Set {
-    /// Returns the move for a pair, or `None` if its relations are not known yet. With QTC_B each marker's relation is answered
-    /// on its own, one after the other (Patil 2019, 3.2.4). As both answers apply for the same time, the result is their mean.
+    /// Returns the move for a pair, or `None` if its relations are not yet known. With QTC_B, the relation of
+    /// each marker calls for a move of its own, one after the other (Patil 2019, 3.2.4). Since both moves
+    /// apply for the same time, the result is their mean.
     fn answer(&self, left: &PairedMarker, right: &PairedMarker) -> Option<Move> {
         match self {
             Self::QtcB { plus, answers } => {

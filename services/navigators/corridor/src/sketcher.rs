@@ -1,4 +1,4 @@
-//! The sketcher for corridors as a stage: reads and checks the rules of a mission, and sends them once.
+//! The sketcher stage for corridors, which reads and checks the rules of a mission and sends them once.
 
 use serde::Serialize;
 use sketchnav_schemas::mission::Mission;
@@ -21,7 +21,8 @@ impl Sketcher {
     /// Reads and checks the rules.
     ///
     /// # Errors
-    /// [`CorridorError`] with the file, the set and the rule, if the rules cannot be read or are invalid.
+    /// [`CorridorError`], which names the file, the set and the rule, if the rules cannot be read or are
+    /// invalid.
     pub fn new(run: &RunConfig, files: &Files<'_>) -> Result<Self, CorridorError> {
         let text = text(&run.mission, files)?;
         let set_count =

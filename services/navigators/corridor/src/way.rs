@@ -1,7 +1,9 @@
-//! Measures how far a robot has come along a corridor. The distance into a dead end and out of it again is deducted.
+//! Measures how far a robot has advanced along a corridor. The way into a dead end and out of it again does
+//! not count.
 //!
-//! The bends on the way to the robot's position are remembered. A robot on its way back meets them in reverse order. If it
-//! drives past the last one, or turns where there was none, it is on new ground, and the distance grows again.
+//! The bends on the way to the robot's position are remembered. When the robot turns back, it meets them in
+//! reverse order. If it drives past the last one, or turns where there was none, it is on new ground, and the
+//! distance grows again.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,8 +11,8 @@ use crate::mission::Turn;
 
 /// Maximum number of bends remembered. The oldest is forgotten first.
 const MOST_BENDS: usize = 32;
-/// Distance beyond a bend, in metres, at which a robot on its way back has passed it for certain. If the robot were going to
-/// turn, it would have done so by then.
+/// Distance beyond a bend, in metres, at which a robot on its way back must have passed it. If the robot were
+/// going to turn there, it would already have done so.
 const PAST_M: f64 = 2.0;
 /// A turn on the way back is taken for a remembered bend within this distance, in metres.
 const NEAR_M: f64 = 3.0;
@@ -66,9 +68,9 @@ impl Way {
         }
     }
 
-    /// Adds a distance covered while the robot rounds a bend, in metres along the new direction and across it. Along the middle
-    /// of the two corridors the length is their sum. A robot that cuts the corner gets to the same place, so the sum counts for
-    /// it as well.
+    /// Adds a distance covered while the robot rounds a bend, in metres along the new direction and across
+    /// it. Along the centre lines of the two corridors, the length is the sum of both. The sum also counts
+    /// for a robot that cuts the corner, because it ends up in the same place.
     pub fn round(&mut self, along_m: f64, across_m: f64) {
         let (along_m, across_m) = (along_m.abs(), across_m.abs());
         if !self.is_back
@@ -80,7 +82,7 @@ impl Way {
         self.drive(along_m + across_m);
     }
 
-    /// Notes that the robot turns to a side, or back if `turn` is [`Turn::Straight`].
+    /// Records that the robot turns to a side, or back if `turn` is [`Turn::Straight`].
     pub fn turn(&mut self, turn: Turn) {
         self.turns = self.turns.saturating_add(1);
         if turn == Turn::Straight {

@@ -1,10 +1,11 @@
-//! Estimates the probability of arrival by simulating the navigator, and finds the path that maximises it. This part is our
-//! own.
+//! Estimates the probability of arrival by simulating the navigator, and finds the path that maximises it.
+//! The paper has no counterpart of this.
 //!
 //! The map-maker knows both its own errors and the navigator's. It simulates:
-//! 1. each transition on its own, purely geometrically, without and with verification, to estimate how often position errors
-//!    lead to another dot. In a search for the most reliable path, these estimates replace equations 1 and 2. They also show
-//!    where verification pays, which isn't everywhere, since a count may be misread, too;
+//! 1. each transition on its own, purely geometrically, without and with verification, to estimate how often
+//!    position errors lead to another dot. In a search for the most reliable path, these estimates replace
+//!    equations 1 and 2. They also show where verification is worthwhile, which isn't everywhere, since a
+//!    count may be misread as well;
 //! 2. whole journeys with the navigator, for a few candidate plans, including verification, recovery and missed dots. The best
 //!    candidate is kept;
 //! 3. further journeys with that plan, of which the fraction that arrives is the probability that the plan states. These
@@ -40,7 +41,7 @@ const REACH: f64 = 4.0;
 /// Maximum number of dots of a plane that is simulated as a whole. Of a larger plane, only what lies near its paths is simulated.
 const WHOLE: usize = 1_000;
 
-/// The navigator, and the errors that the map-maker takes into account.
+/// The navigator, and the errors that the map-maker accounts for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pilot {
     /// The navigator's settings.
@@ -61,11 +62,11 @@ pub struct Effort {
 }
 
 impl Effort {
-    /// The effort for a plan that will be used, which takes half a second for a hundred dots.
+    /// The effort for a plan that will actually be used. It takes half a second for a hundred dots.
     pub const USUAL: Self = Self { trials: 128, trial_journeys: 128, journeys: 512 };
 }
 
-/// Number of journeys that ended in each way.
+/// Number of journeys by how they ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Tally {
     /// Number of journeys of each kind, in the order of [`Kind::ALL`].
@@ -184,7 +185,8 @@ pub fn disturbed(dots: &[Point], sigma: f64, rng: &mut Pcg64Mcg) -> Result<Plane
     Plane::new(dots.iter().map(|&dot| dot + error(rng, sigma)).collect())
 }
 
-/// Returns the plan with the greatest probability of arrival that this search finds, together with that probability.
+/// Returns the plan with the greatest probability of arrival that this search can find, together with that
+/// probability.
 pub fn most_probable(
     atlas: &Atlas,
     start: Start,
@@ -223,7 +225,8 @@ pub fn most_probable(
 
 /// Distance around roughly estimated paths within which the dots of a large plane are tried, in window sides.
 const TRIED: f64 = 3.0;
-/// Number of trials of a rough estimate, and the number of trials that the prediction of equations 1 and 2 counts for in it.
+/// Number of trials for a rough estimate, and number of trials that the prediction of equations 1 and 2 is
+/// worth in it.
 const ROUGH: u32 = 16;
 const PREDICTED: f64 = 4.0;
 
@@ -271,8 +274,8 @@ pub(crate) fn ranked(
     Ok(tried.into_iter().map(|(_, plan)| plan).collect())
 }
 
-/// Returns paths that may be the most probable ones. They are found with the simulated estimates, with and without a preference
-/// for short paths, with randomly varied estimates, and with equations 1 and 2.
+/// Returns candidates for the most probable path. They are found with the simulated estimates, with and
+/// without a preference for short paths, with randomly varied estimates, and with equations 1 and 2.
 fn candidates(
     atlas: &Atlas,
     estimates: &[Estimate],
@@ -309,8 +312,8 @@ fn candidates(
     Ok(paths)
 }
 
-/// The words that this map-maker plans with. Each has a definite landmark, and together they connect more landmarks than one of
-/// them does.
+/// The words that this map-maker uses in plans. Each has a definite landmark, and together they connect more
+/// landmarks than any of them alone.
 pub const WORDS: [Descriptor; 2] = [Descriptor::Isolated, Descriptor::IsolatedPair];
 
 #[cfg(test)]

@@ -24,7 +24,7 @@ pub struct Atlas {
     pub unreliability: Vec<f32>,
     /// The error model that `unreliability` was computed with.
     pub reliability: Reliability,
-    /// The word that recoveries use to seek the right landmark.
+    /// The word that recoveries use to find the right landmark.
     recovers_by: Descriptor,
     /// For each landmark, a bit for each corner from which a transition begins.
     exits: Vec<u8>,
@@ -91,8 +91,8 @@ impl Atlas {
         Ok(self)
     }
 
-    /// Returns true if a robot on land can drive straight from one position to another without coming close to walls. Above a
-    /// plane, this is always true.
+    /// Returns true if a robot on land can drive straight from one position to another without coming too
+    /// close to walls. Above a plane, this is always true.
     pub fn is_free(&self, from: Point, to: Point) -> bool {
         !self.plane.walls().bar(from, to)
     }

@@ -1,12 +1,15 @@
-//! A navigator with a belief, which is our own. It carries the list of landmarks in place of a map of symbols.
+//! A navigator with a belief, which is our own method. Instead of a map of symbols, it carries the list of
+//! landmarks.
 //!
-//! A custom map says what to do, and not where anything is. A navigator that knows the positions of the landmarks ([`Chart`]) can
-//! work out by itself which of them a movement attains and what its surroundings look like. It keeps the probability of standing
-//! at each of them, and decides after each movement where to go next ([`policy`]).
+//! A custom map says what to do, but not where anything is. A navigator that knows the positions of the
+//! landmarks ([`Chart`]) can work out by itself which of them a movement attains and what the surroundings
+//! look like there. It maintains the probability of being at each of them, and decides after each movement
+//! where to go next ([`policy`]).
 //!
-//! The model of what may happen is that of maps that branch ([`crate::branching::model`]), simulated by the navigator from its
-//! own list. Landmarks are recognised by the same signs: what their words mean, and how many dots there are in each quadrant
-//! around them. The two methods therefore differ in what the navigator carries and remembers, and in nothing else.
+//! The model of possible outcomes is that of branching maps ([`crate::branching::model`]), which the
+//! navigator simulates from its own list. Landmarks are recognised by the same signs: the meanings of words,
+//! and the number of dots in each quadrant. The two methods therefore differ only in what the navigator
+//! carries and remembers.
 
 pub mod policy;
 
@@ -31,10 +34,10 @@ use policy::Policy;
 /// Maximum number of landmarks of a chart. The belief has a number for each.
 pub const MOST_LANDMARKS: usize = 512;
 
-/// The landmarks that a navigator knows.
+/// The landmarks known to a navigator.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chart {
-    /// Position of each landmark. They are kept as single precision numbers, as they are sent.
+    /// Position of each landmark, in single precision as in messages.
     landmarks: Vec<Point>,
     /// Standard deviation of a position on each axis.
     sigma: f64,
@@ -63,8 +66,8 @@ impl Chart {
         self.sigma
     }
 
-    /// Simulates what may happen at each landmark, as many times as `trials` says. `pilot` is the navigator; the error of its map
-    /// is that of the chart.
+    /// Simulates the possible outcomes at each landmark, with `trials` trials. `pilot` is the navigator, and
+    /// the error of its map is that of the chart.
     pub fn model(&self, pilot: &Pilot, trials: u32, seed: u64) -> Result<Model, Error> {
         let mut pilot = *pilot;
         pilot.noise.map_sigma = self.sigma;
@@ -89,21 +92,21 @@ impl Chart {
     }
 }
 
-/// A journey by a chart: where it begins, and where it leads.
+/// A journey by a chart, from its start to its goal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Journey {
     /// Position of the window's centre at the start.
     pub start: Point,
-    /// The landmark to go to, by its number in the chart.
+    /// The goal, as the number of a landmark in the chart.
     pub goal: u16,
 }
 
-/// A chart as the map-maker makes it.
+/// A chart, as produced by the map-maker.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Charted {
     /// The chart.
     pub chart: Chart,
-    /// The dot of the map-maker's plane that each landmark is, in ascending order.
+    /// The dot of the map-maker's plane that corresponds to each landmark, in ascending order.
     pub dots: Vec<DotId>,
 }
 
@@ -147,7 +150,7 @@ impl Charted {
     }
 }
 
-/// Returns a navigator that goes by a chart.
+/// Returns a navigator that uses a chart.
 pub fn navigator(
     chart: &Chart,
     pilot: &Pilot,

@@ -1,8 +1,9 @@
-//! Finds the most probable maps that branch, from the map-maker's model of the navigator's mistakes. This part is our own.
+//! Finds the most probable branching maps, using the map-maker's model of the navigator's mistakes. This
+//! method is our own.
 //!
-//! A straight map is followed blindly, and a single mistake ends the journey. A map that branches says for each landmark which
-//! others the navigator may have attained instead, how to recognise them by their panoramas, and how to continue from them. The
-//! map-maker
+//! A straight map is followed blindly, and a single mistake ends the journey. For each landmark, a branching
+//! map says which others the navigator may have attained instead, how to recognise them by their panoramas,
+//! and how to continue from them. The map-maker
 //! 1. simulates what may happen at each landmark near its paths ([`model`]);
 //! 2. searches for the controller with the greatest probability of arrival ([`policy`]);
 //! 3. writes this controller as a map with few entries and few signs ([`writing`]);
@@ -28,8 +29,8 @@ const REACH: f64 = 1.5;
 /// Maximum number of entries of a map, as a multiple of the straight map's entries.
 const LONGEST: usize = 3;
 
-/// Maximum number of entries of a straight map for which maps that branch are searched for. The search values a place by the
-/// discounted probability of arrival, which vanishes far from the goal.
+/// Maximum number of entries of a straight map for which branching maps are searched. The search values a
+/// place by the discounted probability of arrival, which vanishes far from the goal.
 const LONGEST_STRAIGHT: usize = 120;
 
 /// The weights of the searches. Each yields a map, and all of these maps are compared.
@@ -44,20 +45,20 @@ const WEIGHTS: [Weights; 5] = [
 /// model says about rare mistakes.
 const MODELS: u64 = 2;
 
-/// The words of maps that branch, if the navigator understands them. `*` is included because the closest landmark is often a
+/// The words of branching maps, if the navigator understands them. `*` is included because the closest landmark is often a
 /// safe one.
 const WORDS: [Descriptor; 3] = [Descriptor::Isolated, Descriptor::IsolatedPair, Descriptor::Any];
 
-/// Returns the words of maps that branch that a navigator understands.
+/// Returns the words of branching maps that a navigator understands.
 pub fn words(vocabulary: Vocabulary) -> Vec<Descriptor> {
     WORDS.into_iter().filter(|&word| vocabulary.has(word)).collect()
 }
 
-/// Returns the plan with the greatest probability of arrival among maps that branch and straight ones, together with that
-/// probability. If the straight map has more than 120 entries, it is the only one.
+/// Returns the plan with the greatest probability of arrival among branching and straight maps, together with
+/// that probability. If the straight map has more than 120 entries, no other is considered.
 ///
 /// # Errors
-/// Returns the errors of [`most_probable`].
+/// Any error of [`most_probable`].
 pub fn most_probable_branching(
     atlas: &Atlas,
     start: Start,

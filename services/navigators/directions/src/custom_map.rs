@@ -7,18 +7,20 @@
 //! (Isol, Trajp, (2, NW, Isol), (1, -), -)
 //! ```
 //!
-//! An entry has the form `(D, [B,] [T,] [E,] M)`. `D` is the word for the landmark to seek ([`Descriptor`]). `B` is the compass
-//! bearing of that landmark from the reference, `000` to `359`, by which a robot with an uncertain heading corrects it. `T` is
-//! `Trajp` or `Trajn`: slide along the line from the reference to that landmark, forwards or backwards. Each `E` says what to
-//! do if the attained landmark has a given number of occupied quadrants: `(3, -)` accepts the landmark as right, and
-//! `(4, SW, Isol)` moves it to a corner and seeks again. `M` is the corner to move the attained landmark to. Only the last
-//! entry may have `-` instead, which does nothing.
+//! An entry has the form `(D, [B,] [T,] [E,] M)`. `D` is the word for the landmark to seek ([`Descriptor`]).
+//! `B` is the compass bearing of that landmark from the reference, `000` to `359`, which a robot with an
+//! uncertain heading uses to correct it. `T` is `Trajp` or `Trajn`: slide along the line from the reference
+//! to that landmark, forwards or backwards. Each `E` says what to do if the attained landmark has a given
+//! number of occupied quadrants: `(3, -)` accepts the landmark as right, and `(4, SW, Isol)` moves it to a
+//! corner and seeks again. `M` is the corner to move the attained landmark to. Only the last entry may have
+//! `-` instead, which does nothing.
 //!
 //! A count is the number of occupied quadrants. A navigator on land sees all around, so its maps have the contents of the four
 //! quadrants in order instead of a count: `(none+point+pair+group, SW, Isol)` (8). Of all panoramas of an entry, the one most
 //! similar to the view is used.
 //!
-//! A map may also *branch*, which is our own extension. A number in place of a word is the number of an entry, from 1:
+//! As our own extension, a map may also *branch*. A number in place of a word is the number of an entry, from
+//! 1:
 //!
 //! ```text
 //! (*, SW)
@@ -27,11 +29,12 @@
 //! (Isol, (none+point+pair+none, SW, 3), (point+point+none+none, -), -)
 //! ```
 //!
-//! `(point+none+none+pair, NE, 4)` means that a landmark with this panorama is a different one that the map knows: move it to
-//! the corner NE and continue at entry 4. Two further signs stand for unexpected views: `-` means that there is no landmark for
-//! the word, and `*` stands for every panorama that none of the others resembles. An entry that branches needs no right sign;
-//! without one, `M` is `-`. In a map that branches, any entry may end the journey, and each entry except the first must be
-//! reachable from the previous one or by a branch.
+//! `(point+none+none+pair, NE, 4)` means that a landmark with this panorama is a different one known to the
+//! map: move it to the corner NE and continue at entry 4. Two further signs stand for unexpected views: `-`
+//! means that there is no landmark for the word, and `*` stands for every panorama that does not resemble any
+//! of the others. An entry that branches needs no right sign, and without one, `M` is `-`. In a branching
+//! map, any entry may end the journey, and each entry except the first must be reachable from the previous
+//! one or by a branch.
 //!
 //! Case and white space don't matter, and `#` starts a comment. Commas between entries and brackets around all entries are
 //! optional. [`CustomMap`] is printed in the same form as it is parsed.
@@ -95,7 +98,7 @@ pub enum Sign {
     Count(u8),
     /// The contents of each quadrant, in order.
     Panorama(Signature),
-    /// Every view that none of the entry's other signs resembles: `*`.
+    /// Every view that does not resemble any of the entry's other signs: `*`.
     Other,
     /// No landmark was found for the word: `-`.
     Nothing,
@@ -133,7 +136,7 @@ impl fmt::Display for Sign {
 /// The actions for the possible signs of the attained landmark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Verification {
-    /// The sign of the right landmark, which an entry that branches may lack.
+    /// The sign of the right landmark, which is optional for an entry that branches.
     expected: Option<Sign>,
     /// The actions for all other signs, sorted by sign.
     ways: [Option<(Sign, Way)>; MOST_WAYS],
@@ -173,7 +176,7 @@ pub enum Response {
     Correct,
     /// Recovers from a wrong landmark.
     Recover(Recovery),
-    /// Continues at another entry, because the landmark is a different one that the map knows.
+    /// Continues at another entry, because the landmark is a different one known to the map.
     Branch(Branch),
     /// Gives up, because the landmark is wrong and the map has no recovery for it.
     Lost,
@@ -234,7 +237,7 @@ impl Verification {
         similar.unwrap_or(if says_nothing { Response::Correct } else { Response::Lost })
     }
 
-    /// Returns what to do if there is no landmark for the word, if the map says so.
+    /// Returns what to do if there is no landmark for the word, or `None` if the map does not say.
     pub fn without_landmark(self) -> Option<Way> {
         self.ways().find(|(sign, _)| *sign == Sign::Nothing).map(|(_, way)| way)
     }

@@ -1,8 +1,8 @@
 //! The words for landmarks, and which dot of a view each of them means (Park and Kender 1995, 5.6).
 //!
-//! A word is applied to the *candidates*, which are all dots in the window except the reference landmark. Positions are
-//! relative to that landmark or, as long as there is none, to the window's centre. The map-maker and the navigator use the same
-//! function, so they differ only by their position errors.
+//! A word is applied to the *candidates*, which are all dots in the window except the reference landmark.
+//! Positions are relative to that landmark or, as long as there is none, to the window's centre. The
+//! map-maker and the navigator use the same function, so only their position errors can make them disagree.
 //!
 //! The paper ranks "all the other objects" of a scene. In this implementation, the reference does not take part in the ranking,
 //! because it is known and never a candidate. Ties go to the dot furthest from the reference (5.2), then to the east, then to

@@ -1,6 +1,6 @@
 //! Errors in the input of this crate.
 
-/// The reason why input was rejected. The message of each variant says what was expected and what was found.
+/// Why input was rejected. The message of each variant says what was expected and what was found.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Error {
     /// The plane has no dots.
@@ -146,7 +146,7 @@ pub enum Error {
         from: u32,
         /// The dot from which the goal can be reached that is closest to `from`.
         to: u32,
-        /// The obstacle to a transition from `from` to `to`.
+        /// Why no transition leads from `from` to `to`.
         why: Barrier,
     },
 }
@@ -171,7 +171,7 @@ pub enum Barrier {
         /// Distance between the landmarks, in the plane's unit.
         gap: f64,
     },
-    /// From the first landmark, no word means the second one.
+    /// There is no word for the second landmark as seen from the first.
     Word {
         /// Distance between the landmarks, in the plane's unit.
         gap: f64,

@@ -1,4 +1,4 @@
-//! The experiments of Park and Kender 1995, and some that the paper leaves out, as pure functions of a seed. Each returns a
+//! The experiments of Park and Kender 1995, and some of our own, as pure functions of a seed. Each returns a
 //! table.
 //!
 //! The paper's world has 100 dots on a square with a side of ten windows. The distances in figure 30 imply that in the physical

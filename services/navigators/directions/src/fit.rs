@@ -29,7 +29,7 @@ pub struct Effort {
 impl Effort {
     /// The effort with which the constants were fitted.
     pub const FULL: Self = Self { trials: 20_000 };
-    /// An effort that is small enough for tests.
+    /// An effort for tests.
     pub const QUICK: Self = Self { trials: 2_000 };
 }
 

@@ -101,7 +101,7 @@ impl Corner {
     /// All corners in the order in which a navigator looks around, so that each is next to the one before.
     pub const ROUND: [Self; 4] = [Self::Se, Self::Sw, Self::Nw, Self::Ne];
 
-    /// Returns the direction from the corner into the window, as the signs of x and y.
+    /// Returns the direction from the corner into the window, given by the signs of x and y.
     pub const fn inward(self) -> Point {
         match self {
             Self::Se => Point::new(-1.0, 1.0),
@@ -153,9 +153,9 @@ pub struct Window {
 /// The size of landmarks, and the distances at which a robot on land sees and passes them (Park and Kender 1995, 8). All
 /// lengths are in the plane's unit.
 ///
-/// All landmarks are identical upright cylinders. The robot sees them in all directions up to its range, but not those hidden
-/// by others. It has a landmark *in a corner* when it stands beside that landmark, on the side of the quadrant that it looks
-/// into.
+/// All landmarks are identical upright cylinders. The robot sees them in all directions up to its range,
+/// unless they are hidden by others. It has a landmark *in a corner* when it stands beside that landmark, on
+/// the side of the quadrant that it looks into.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Land {
     /// Radius of a landmark.

@@ -5,26 +5,29 @@
 //! can follow, the *custom map*. The map also tells the navigator how to recognise a mistake and how to recover from it.
 //!
 //! The map-maker uses:
-//! - [`plane`], the dots and their spatial index, and [`generate`], random planes;
-//! - [`isolation`] and [`description`], which dot of a view a word means; [`signature`], what surrounds a dot; [`sight`] and
-//!   [`walls`], what hides a landmark and what blocks the path to it;
-//! - [`parkway`], [`trajectory`] and [`transitions`], which landmark is attained from which, and the sparse matrix of these
-//!   transitions;
-//! - [`reliability`] and [`fit`], equations 1 and 2, and [`recovery`], how errors are detected and corrected;
-//! - [`atlas`] and [`survey`], which combine all of the above; [`path`] and [`plan`], the costs and the best path; [`wording`],
-//!   the words that depend on the path;
-//! - [`pillars`], which finds landmarks on land in a laser scan;
-//! - [`arrival`], the most probable path, found by simulation, and [`branching`], maps that branch; [`belief`], a
-//!   navigator that knows where its landmarks are, in place of a map;
-//! - [`experiments`], both the paper's and our own.
+//! - [`plane`]: the dots and their spatial index. [`generate`]: random planes.
+//! - [`isolation`] and [`description`]: which dot of a view a word means. [`signature`]: the surroundings of
+//!   a dot. [`sight`] and [`walls`]: what hides a landmark and what blocks the path to it.
+//! - [`parkway`], [`trajectory`] and [`transitions`]: which landmark can be attained from which, and the
+//!   sparse matrix of these transitions.
+//! - [`reliability`] and [`fit`]: equations 1 and 2. [`recovery`]: how errors are detected and corrected.
+//! - [`atlas`] and [`survey`]: combine all of the above. [`path`] and [`plan`]: the costs and the best path.
+//!   [`wording`]: the words that depend on the path.
+//! - [`pillars`]: finds landmarks on land in a laser scan.
+//! - [`arrival`]: finds the most probable path by simulation. [`branching`]: branching maps. [`belief`]: a
+//!   navigator that knows the positions of its landmarks instead of a map.
+//! - [`experiments`]: both the paper's and our own.
 //!
-//! The map-maker and the navigator share [`custom_map`], a file that people can read and write. [`navigator`] follows such a
-//! map, and [`traversal`] simulates journeys for trials. [`stages`] has the stages of the navigator `directions`.
+//! The map-maker and the navigator share [`custom_map`], a file that people can read and write. [`navigator`]
+//! follows such a map, and [`traversal`] simulates journeys for trials. [`stages`] contains the stages of the
+//! navigator `directions`.
 //!
-//! **Units and frames.** All lengths are in one unit that the caller chooses; the paper uses millimetres. x points east, y
-//! north. The window never turns on purpose, so its axes are those of the plane except for the helicopter's own errors.
+//! **Units and frames.** All lengths are in one unit that the caller chooses. The paper uses millimetres. x
+//! points east and y north. The window never turns on purpose, so its axes are those of the plane except for
+//! the helicopter's own errors.
 //!
-//! Except for the stages, this crate uses no clock, file, channel or thread, and no source of randomness of its own.
+//! Except for the stages, this crate does not use clocks, files, channels, threads, or a source of randomness
+//! of its own.
 
 pub mod arrival;
 pub mod atlas;

@@ -225,14 +225,14 @@ channels! {
     /// The landmarks that a navigator with a belief knows.
     CHART: Instruction Chart = "chart", Sketcher => [Planner, Pad],
         behind it up to 8 * MOST_LANDMARKS;
-    /// The map-maker's intentions behind the custom maps. No navigator may open this channel.
+    /// The intentions of the map-maker behind the custom maps. No navigator may open this channel.
     ITINERARY: Instruction Itinerary = "itinerary", Sketcher => [Supervisor, Pad],
         behind it up to 8 * MAX_PLANE_DOTS;
     /// The description of the view.
     DESCRIPTION: Situation Description = "description", Localizer => [Planner, Pad];
     /// The state of the journey.
     JOURNEY: Detail Journey = "journey", Planner => [Pad];
-    /// The belief about the landmark at hand.
+    /// The belief about the current landmark.
     WHEREABOUTS: Detail Whereabouts = "whereabouts", Planner => [Pad];
 }
 

@@ -1,9 +1,10 @@
 //! The navigator, which seeks, verifies, adjusts and recovers by a custom map and the view of its window (Park and Kender 1995,
 //! 3, 5.5, 6.3).
 //!
-//! The navigator knows its map and its own window, but nothing about the plane. A step takes the positions of the dots in view,
-//! relative to the window's centre, and returns the velocity of the window in its own axes. It is a function of the state, the
-//! view and the elapsed time, and it doesn't allocate. The state is small and serializable.
+//! The navigator knows its map and its own window, but nothing about the plane. A step takes the positions of
+//! the dots in view, relative to the window's centre, and returns the velocity of the window in its own axes.
+//! It is a function of the state, the view and the elapsed time, and does not allocate. The state is small
+//! and serializable.
 //!
 //! For each entry of the map, the navigator
 //! 1. *describes*: it stands still, looks, and picks the landmark that the word means;
@@ -185,9 +186,9 @@ pub struct Output {
     pub reference: Option<Point>,
     /// Number of entries finished, each with a landmark that was accepted as right.
     pub accepted: u16,
-    /// The landmark of the map that the navigator believes to have accepted last, as the number of its entry. In a straight
-    /// map, this is the entry just finished. In general, it is the entry after which the next entry of the map begins, and the
-    /// last entry stands for the goal.
+    /// The landmark of the map that the navigator believes it has accepted last, as the number of its entry.
+    /// In a straight map, this is the entry just finished. In general, it is the entry after which the next
+    /// entry of the map begins, and the last entry stands for the goal.
     pub meant: u16,
     /// Total number of recoveries, and of branches to any entry other than the next.
     pub recoveries: u16,
@@ -243,7 +244,7 @@ pub struct State<M = Progress> {
     before: Tracks,
 }
 
-/// A navigator with its guide, which is a custom map unless stated otherwise.
+/// A navigator and its guide, which is a custom map unless stated otherwise.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Navigator<G = CustomMap> {
     settings: Settings,
@@ -368,7 +369,7 @@ impl<M> State<M> {
         &self.memory
     }
 
-    /// Records that the window was stopped and won't move until the next step.
+    /// Records that the window was stopped and will not move until the next step.
     pub fn stand_still(&mut self) {
         self.moves_by(Point::default());
     }

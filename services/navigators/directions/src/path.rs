@@ -214,15 +214,16 @@ impl Path {
         self.legs.iter().filter(|leg| leg.transition.movement != Movement::Seek).count()
     }
 
-    /// Returns the sensing cost S (5.3), which is the number of views that the navigator needs for its decisions: one for each
-    /// entry and two more for each trajectory. The paper only refers to an earlier work for this cost; the definition is ours.
+    /// Returns the sensing cost S (5.3), which is the number of views that the navigator needs for its
+    /// decisions: one for each entry and two more for each trajectory. The paper only refers to an earlier
+    /// work for this cost, so the definition is ours.
     pub fn sensing(&self) -> f64 {
         VIEWS * self.entries() as f64 + (VIEWS_OF_A_SLIDE - VIEWS) * self.slides() as f64
     }
 
-    /// Returns the time T of an error-free journey (5.3), in seconds. It is the sum of the time for the distance at full speed,
-    /// for the stops, and for the views. The window stops once for each entry except the last, and once more for each
-    /// trajectory. This definition is ours, too.
+    /// Returns the time T of an error-free journey (5.3), in seconds. It is the sum of the time for the
+    /// distance at full speed, for the stops, and for the views. The window stops once for each entry except
+    /// the last, and once more for each trajectory. This definition, too, is ours.
     pub fn time_s(&self, settings: &Settings) -> f64 {
         let stops = self.legs.len() + self.slides();
         self.distance / settings.speed + stops as f64 * stop_s(settings) + self.sensing() * view_s(settings)

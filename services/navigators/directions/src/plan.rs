@@ -119,7 +119,7 @@ fn bearing_deg(atlas: &Atlas, leg: &Leg) -> Option<u16> {
     (corrects && is_definite).then(|| heading::bearing_deg(way))
 }
 
-/// Prints a plan in the form of figure 30 or, for a map that branches, the successors of each entry.
+/// Prints a plan in the form of figure 30 or, for a branching map, the successors of each entry.
 #[derive(Debug, Clone, Copy)]
 pub struct Itinerary<'a>(&'a Plan);
 

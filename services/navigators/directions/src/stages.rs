@@ -1,13 +1,15 @@
 //! The stages of the navigator `directions`.
 //!
-//! - [`mission`] reads the keys of a mission of this kind; [`settings`] derives from its parameters and its robot what the stages
-//!   need.
-//! - [`sketcher`] is the map-maker, which sees the whole plane as the global camera does ([`survey`]) and writes the custom maps.
+//! - [`mission`] reads the keys of a mission of this kind. [`settings`] derives what the stages need from the
+//!   mission's parameters and robot.
+//! - [`sketcher`] is the map-maker, which sees the whole plane as the global camera does ([`survey`]) and
+//!   writes the custom maps.
 //! - [`localizer`] describes what is in view.
-//! - [`planner`] is the navigator, which has nothing but the custom map and the description. On land, [`guard`] keeps the robot
-//!   away from everything that isn't a landmark.
-//! - [`belief`] is the method without a map: what its map-maker and its navigator send and receive.
-//! - [`mod@reference`] infers from a journey for which landmark of its map the navigator takes the landmark at hand.
+//! - [`planner`] is the navigator, which receives nothing but the custom map and the description. On land,
+//!   [`guard`] keeps the robot away from everything that isn't a landmark.
+//! - [`belief`] is the method without a map: the messages of its map-maker and its navigator.
+//! - [`mod@reference`] infers from a journey which landmark of the map the navigator takes the current one to
+//!   be.
 //! - [`lookout`] draws a journey for the page, and [`account`] reports on a run.
 //!
 //! The messages of the stages are in [`messages`](crate::messages).

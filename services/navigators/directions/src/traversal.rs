@@ -182,7 +182,7 @@ pub enum Kind {
     CannotLocate,
     /// Failure 2: the verification has shown that the navigator is lost.
     Lost,
-    /// Failure 3: the navigator reports success away from the goal.
+    /// Failure 3: the navigator reports success but is not at the goal.
     Astray,
 }
 

@@ -18,6 +18,14 @@ struct Piece {
     half: f64,
 }
 
+/// A straight path with what is closer to it than a limit. Most pieces of a floor are far from it, which their bounding boxes
+/// show.
+#[derive(Debug, Clone, Copy)]
+struct Strip {
+    ends: [Point; 2],
+    limit: f64,
+}
+
 /// The properties of a robot's body and its laser that matter near walls.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Body {
@@ -66,20 +74,22 @@ impl Walls {
 
     /// Returns true if a wall is closer to the straight path than the robot keeps.
     pub fn bar(&self, from: Point, to: Point) -> bool {
-        self.pieces.iter().any(|piece| piece.distance(from, to) < self.body.keeps)
+        let strip = Strip { ends: [from, to], limit: self.body.keeps };
+        self.pieces.iter().any(|piece| strip.contains(piece))
     }
 
     /// Returns true if a wall lies across a straight line.
     pub fn cross(&self, from: Point, to: Point) -> bool {
-        self.pieces.iter().any(|piece| piece.distance(from, to) <= 0.0)
+        let strip = Strip { ends: [from, to], limit: 0.0 };
+        self.pieces.iter().any(|piece| strip.contains(piece))
     }
 
     /// Returns true if the robot touches a wall on a short path without moving away from it.
     pub fn touch(&self, from: Point, to: Point) -> bool {
-        self.pieces.iter().any(|piece| {
-            piece.distance(from, to) < self.body.radius
-                && piece.distance(to, to) <= piece.distance(from, from)
-        })
+        let strip = Strip { ends: [from, to], limit: self.body.radius };
+        self.pieces
+            .iter()
+            .any(|piece| strip.contains(piece) && piece.squared_distance(to) <= piece.squared_distance(from))
     }
 
     /// Returns the part of a landmark's width that walls leave in sight, as the first and the last angle from its middle, in
@@ -92,8 +102,10 @@ impl Walls {
         [mut low, mut high]: [f64; 2],
     ) -> [f64; 2] {
         let distance = landmark.norm();
-        let reach = distance + self.body.merges;
-        let near = self.pieces.iter().filter(|piece| piece.distance(eye, eye) <= reach);
+        // Only what is as near as the landmark, or merges with it, and lies within the angle that it subtends.
+        let reach = (distance + self.body.merges) / half_rad.cos().max(0.1);
+        let strip = Strip { ends: [eye, eye + landmark * (reach / distance)], limit: reach * half_rad.sin() };
+        let near = self.pieces.iter().filter(|piece| strip.contains(piece));
         for ends in near.map(|piece| piece.ends.map(|end| end - eye)) {
             let merges = |side_rad: f64| {
                 range(ends, landmark, side_rad)
@@ -121,16 +133,35 @@ impl Walls {
 }
 
 impl Piece {
-    /// Returns the distance from a straight path to the edge of this piece.
-    fn distance(&self, from: Point, to: Point) -> f64 {
+    /// Returns the square of the distance from a point to the line in the middle of this piece.
+    fn squared_distance(&self, point: Point) -> f64 {
         let [a, b] = self.ends;
+        squared_to_line(point, a, b)
+    }
+}
+
+impl Strip {
+    /// Returns true if some part of a piece is closer to the path than the limit.
+    fn contains(&self, piece: &Piece) -> bool {
+        let ([from, to], [a, b]) = (self.ends, piece.ends);
+        let reach = self.limit + piece.half;
+        let is_apart =
+            |a: f64, b: f64, c: f64, d: f64| a.min(b) - c.max(d) > reach || c.min(d) - a.max(b) > reach;
+        if is_apart(from.x, to.x, a.x, b.x) || is_apart(from.y, to.y, a.y, b.y) {
+            return false;
+        }
         if cross(to - from, a - from) * cross(to - from, b - from) < 0.0
             && cross(b - a, from - a) * cross(b - a, to - a) < 0.0
         {
-            return -self.half;
+            return true;
         }
-        let ends = [to_line(a, from, to), to_line(b, from, to), to_line(from, a, b), to_line(to, a, b)];
-        ends.into_iter().fold(f64::INFINITY, f64::min) - self.half
+        let ends = [
+            squared_to_line(a, from, to),
+            squared_to_line(b, from, to),
+            piece.squared_distance(from),
+            piece.squared_distance(to),
+        ];
+        ends.into_iter().fold(f64::INFINITY, f64::min) <= reach * reach
     }
 }
 
@@ -147,12 +178,12 @@ fn cross(a: Point, b: Point) -> f64 {
     a.x * b.y - a.y * b.x
 }
 
-/// Returns the distance from a point to the nearest point of a line segment.
-fn to_line(point: Point, from: Point, to: Point) -> f64 {
+/// Returns the square of the distance from a point to the nearest point of a line segment.
+fn squared_to_line(point: Point, from: Point, to: Point) -> f64 {
     let along = to - from;
     let share =
         if along.norm_squared() > 0.0 { (point - from).dot(along) / along.norm_squared() } else { 0.0 };
-    (point - from - along * share.clamp(0.0, 1.0)).norm()
+    (point - from - along * share.clamp(0.0, 1.0)).norm_squared()
 }
 
 /// Returns the edges of a piece of furniture, in metres.

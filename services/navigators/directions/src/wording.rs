@@ -12,8 +12,8 @@ use crate::transitions::{Candidates, Movement};
 /// Returns the path with `New` and `Confusable` wherever they apply and the navigator understands them. Dots within `slack` of
 /// the edge of the earlier view are neither certainly new nor certainly old.
 ///
-/// A new landmark is the only one in question, and among confusable landmarks there is no wrong one. By equation 1, both are
-/// therefore as certain as a single candidate.
+/// A new landmark is the only candidate, and among confusable landmarks there is no wrong one. By equation 1,
+/// both are therefore as certain as a single candidate.
 pub fn reworded(atlas: &Atlas, path: &Path, vocabulary: Vocabulary, slack: f64) -> Path {
     let mut reworded = path.clone();
     for index in (0..path.legs.len()).rev() {

@@ -1,4 +1,4 @@
-//! Summarizes a run past landmarks: the objects in view, the belief, and the progress along the route.
+//! Summarizes a run past landmarks, with the objects in view, the belief, and the progress along the route.
 
 use sketchnav_stage::account::{self, Curve, Summary};
 use sketchnav_stage::{Denied, Heard};

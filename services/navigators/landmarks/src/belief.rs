@@ -1,12 +1,14 @@
-//! Estimates the robot's pose in the drawing. This is our own method, used by the default navigator instead of exact matches.
+//! Estimates the robot's pose in the drawing. This is our own method, which the navigator uses by default
+//! instead of exact matches.
 //!
-//! The hidden state is a pose in the drawing and the local stretch of the drawing, which is the number of real metres per drawn
-//! metre. It is tracked by a particle filter (Thrun, Burgard and Fox 2005, table 8.2), whose hypotheses move by odometry. The
-//! observations are relations: the direction and the distance of each object that the robot sees or remembers. Each hypothesis
-//! predicts which drawn outline should be there. People draw objects some decimetres from where they belong, forget some and
-//! draw others too large, so the cost of a relation that fits no outline is bounded.
+//! The hidden state is a pose in the drawing and the local stretch of the drawing, which is the number of
+//! real metres per drawn metre. It is tracked by a particle filter (Thrun, Burgard and Fox 2005, table 8.2)
+//! with odometry as its motion model. The observations are relations, that is, the direction and the distance
+//! of each object that the robot sees or remembers. Each hypothesis predicts which drawn outline should be
+//! there. Because people draw objects some decimetres from where they belong, forget some and draw others too
+//! large, the cost of a relation that fits no outline is bounded.
 //!
-//! An update allocates nothing. The random generator is part of the state.
+//! An update does not allocate. The random generator is part of the state.
 
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -28,14 +30,15 @@ pub struct Believing {
     pub hypotheses: usize,
     /// Standard deviation of drawn outlines from their true positions.
     pub outline_sd_m: DrawnMetres,
-    /// Error of a relation across its direction, as a share of its distance. This models the cone of a sonar.
+    /// Error of a relation perpendicular to its direction, as a share of its distance. This models the cone
+    /// of a sonar.
     pub cone: f64,
-    /// Probability that a relation belongs to something that was not drawn.
+    /// Probability that a relation belongs to an object that was not drawn.
     pub undrawn: f64,
-    /// Probability that a marker is on another object than the person said.
+    /// Probability that a marker is on a different object than stated.
     pub mistaken: f64,
-    /// Number of independent observations that the relations of one update count as. It is small because a drawing repeats the
-    /// same errors.
+    /// Number of independent observations that the relations of one update count as. It is small because the
+    /// errors of a drawing repeat.
     pub independent: f64,
     /// Standard deviation of the position after one driven metre, in drawn metres. It grows with the square root of the
     /// distance.
@@ -47,9 +50,9 @@ pub struct Believing {
     pub stretch_sd: f64,
     /// Standard deviation of the relative error in stretch at the start.
     pub start_stretch_sd: f64,
-    /// Standard deviation of the robot's position from the start of the drawn route, along each axis.
+    /// Standard deviation of the robot's starting position from that of the drawn route, along each axis.
     pub start_sd_m: DrawnMetres,
-    /// Standard deviation of the robot's heading from that of the drawn route at the start, in radians.
+    /// Standard deviation of the robot's starting heading from that of the drawn route, in radians.
     pub start_heading_sd: f64,
 }
 
@@ -81,7 +84,7 @@ impl Believing {
     /// Checks that all numbers are within their ranges.
     ///
     /// # Errors
-    /// [`Error::Number`] with the key of the first number that is not.
+    /// [`Error::Number`], which names the first number that is out of range.
     pub fn check(&self) -> Result<(), Error> {
         let Self { hypotheses, outline_sd_m, cone, undrawn, mistaken, independent, .. } = *self;
         if !(1..=MOST_HYPOTHESES).contains(&hypotheses) {
@@ -156,7 +159,7 @@ pub struct Estimate {
     pub stretch: Stretch,
     /// Spread of the hypotheses: the root mean square of their distances from the position.
     pub spread: DrawnMetres,
-    /// How much of what is seen fits the drawing, from 0 to 1, as a running mean over recent updates.
+    /// How well the observations fit the drawing, from 0 to 1, as a running mean over recent updates.
     pub fit: f64,
 }
 
@@ -182,8 +185,9 @@ impl Belief {
         Self { settings, spare: Vec::with_capacity(count), hypotheses, chance, fit: 1.0 }
     }
 
-    /// Places the robot where a person says it is. The hypotheses are sampled again with the uncertainty of the start. If no
-    /// heading is given, the estimated heading is kept. The estimated stretch is always kept.
+    /// Places the robot where a person says it is. The hypotheses are sampled again with the same uncertainty
+    /// as at the start. If no heading is given, the estimated heading is kept. The estimated stretch is
+    /// always kept.
     pub fn place(&mut self, at: Point<Drawn>, heading_rad: Option<f64>) {
         let Estimate { heading_rad: believed_rad, stretch, .. } = self.estimate();
         let heading_rad = heading_rad.unwrap_or(believed_rad);
@@ -193,13 +197,13 @@ impl Belief {
         self.fit = 1.0;
     }
 
-    /// Reserves the memory that updates need. It must be called after a belief has been read from a checkpoint, which stores
-    /// values but no capacity.
+    /// Reserves the memory that updates need. Call this after reading a belief from a checkpoint, which
+    /// stores values but no capacity.
     pub fn reserve(&mut self) {
         self.spare.reserve_exact(self.hypotheses.len());
     }
 
-    /// Moves the hypotheses by what the robot moved and turned, in real metres and radians.
+    /// Moves the hypotheses by the robot's motion, in real metres and radians.
     pub fn moved(&mut self, moved_m: f64, turned_rad: f64) {
         let settings = self.settings;
         let way = moved_m.abs();
@@ -303,9 +307,9 @@ impl Belief {
     }
 }
 
-/// Returns how well a relation fits the drawing, from 0 to 1. `off` is the distance of the object's expected position from the
-/// outline. Inside the object it is negative, which makes no difference. `square` is the square of the object's distance from
-/// the robot, in square drawn metres.
+/// Returns how well a relation fits the drawing, from 0 to 1. `off` is the distance of the object's expected
+/// position from the outline, and is negative inside the object, which makes no difference. `square` is the
+/// square of the object's distance from the robot, in square drawn metres.
 fn likelihood(DrawnMetres(off): DrawnMetres, square: f64, settings: &Believing) -> f64 {
     let (cone, DrawnMetres(sd)) = (settings.cone * settings.cone * square, settings.outline_sd_m);
     (-0.5 * off * off / (sd * sd + cone)).exp()

@@ -1,15 +1,16 @@
-//! Control: the reactive controller, and its fusion with the command of the path (Chronis 2007, 4.7).
+//! The reactive controller, and its fusion with the command of the path controller (Chronis 2007, 4.7).
 //!
 //! Formula 4.26 is
 //!
 //! α = Σ s / e^μ(x) · w(x) · cos(x π/8), and β the same with the sine,
 //!
-//! with p(x) the proximity in direction x and r the range, both in inches. S₁ = √(α² + β²) is the strength of the avoidance,
-//! and F₁ = atan2(β, α) the direction to avoid. There are two readings of μ: see [`Attenuation`].
+//! where p(x) is the proximity in direction x and r is the range, both in inches. S₁ = √(α² + β²) is the
+//! strength of the avoidance, and F₁ = atan2(β, α) is the direction to avoid. There are two readings of μ:
+//! see [`Attenuation`].
 //!
-//! We read formula 4.27, F₂ = d S₁ r / c + p t, with d = −F₁ in degrees, so that the robot turns away from what it avoids. The
-//! weights of figure 4.25 are lost. According to the text, they are greatest in front, smaller at the sides, and zero in the
-//! rear; see [`WEIGHTS`].
+//! We read formula 4.27, F₂ = d S₁ r / c + p t, with d = −F₁ in degrees, so that the robot turns away from
+//! what it avoids. The weights of figure 4.25 are lost. According to the text, they are greatest in front,
+//! smaller at the sides, and zero in the rear (see [`WEIGHTS`]).
 
 use std::f64::consts::FRAC_PI_8;
 
@@ -30,11 +31,11 @@ pub type Sectors = [f64; DIRECTIONS as usize];
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Attenuation {
-    /// μ = (p − ln(r − 1)) / r, as printed: an object weighs 1.03 s on contact, still 0.38 s at the range of 150 inches,
-    /// and nothing beyond.
+    /// μ = (p − ln(r − 1)) / r, as printed. An object weighs 1.03 s on contact, still 0.38 s at the range of
+    /// 150 inches, and nothing beyond.
     Printed,
-    /// μ = p · ln(r − 1) / r, taking the minus for a product: an object weighs s on contact and s / (r − 1), about 1, at
-    /// the range.
+    /// μ = p · ln(r − 1) / r, taking the minus for a product. An object weighs s on contact and s / (r − 1),
+    /// about 1, at the range.
     Product,
 }
 
@@ -69,8 +70,8 @@ pub struct Controlling {
     pub slow_mps: f64,
     /// Turn rate while an object is very close, in degrees per second.
     pub quick_turn_dps: f64,
-    /// Distance below which an object in front is very close, in metres. The thesis gives no number. Ours is smaller than the
-    /// distance at which the robot stops in front of its goal.
+    /// Distance below which an object in front is very close, in metres. The thesis does not give a number.
+    /// Ours is smaller than the distance at which the robot stops in front of its goal.
     pub close_m: f64,
     /// Distance at which the robot stops in front of its goal, in metres (rule 2).
     pub stop_m: f64,
@@ -97,7 +98,7 @@ impl Controlling {
     /// Checks that all numbers are within their ranges. The logarithm in formula 4.26 needs a range of more than an inch.
     ///
     /// # Errors
-    /// [`Error::Number`] with the key of the first number that is not.
+    /// [`Error::Number`], which names the first number that is out of range.
     pub fn check(&self) -> Result<(), Error> {
         let Self { sensitivity, range_m, normalization, turn_rate_dps, speed_mps, .. } = *self;
         let Self { slow_mps, quick_turn_dps, close_m, stop_m, .. } = *self;
@@ -155,7 +156,7 @@ pub fn sectors(angles_rad: &[f64], ranges_m: &[f64], range_max_m: f64) -> Sector
     sectors
 }
 
-/// Computes what to avoid, by formula 4.26.
+/// Computes the direction to avoid, by formula 4.26.
 pub fn avoidance(sectors: &Sectors, settings: &Controlling) -> Avoidance {
     let range = settings.range_m / INCH_M;
     let (mut alpha, mut beta) = (0.0, 0.0);
@@ -179,8 +180,8 @@ pub fn front_m(sectors: &Sectors) -> f64 {
 /// Behaviour controller with the three cases of 4.7.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Behaviour {
-    /// Direction in which the robot turns away from something very close: 1 for left, −1 for right, 0 for neither. The robot
-    /// keeps turning to the same side until the way is clear.
+    /// Direction in which the robot turns away from something very close: 1 for left, −1 for right, 0 for
+    /// neither. The robot keeps turning to the same side until there is nothing close in front of it.
     escape: i8,
 }
 

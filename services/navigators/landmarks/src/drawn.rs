@@ -1,19 +1,19 @@
-//! Lengths in a drawing, and the driven lengths that they stand for.
+//! Lengths in a drawing, and the driven lengths that correspond to them.
 //!
-//! A drawing is not to scale, so lengths measured in it have a different type from lengths that the robot drives. Only the
-//! [`Stretch`] of the drawing converts between them.
+//! Because a drawing is not to scale, lengths measured in it have a different type from lengths that the
+//! robot drives. Only the [`Stretch`] of the drawing converts between the two.
 
 use std::ops::{Add, Mul, Sub};
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::Point;
 
-/// The frame of a drawing, with x to the right and y up. Its unit is the metre, given the size that the canvas is said to stand
-/// for.
+/// The frame of a drawing, with x to the right and y up. Its unit is the metre, according to the size that
+/// the canvas is declared to have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Drawn;
 
-/// A length as a person drew or stated it, in metres.
+/// A length as drawn or stated by a person, in metres.
 #[derive(Debug, Clone, Copy, Default, PartialEq, PartialOrd, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct DrawnMetres(pub f64);

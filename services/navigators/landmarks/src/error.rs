@@ -1,4 +1,4 @@
-//! Errors in drawings, in routes in words, and in robots.
+//! Errors in drawings, routes in words, and robots.
 
 use sketchnav_schemas::geometry::{self, Point};
 use sketchnav_schemas::mission::MissionError;
@@ -9,7 +9,7 @@ use crate::route::Command;
 /// A position in a drawing, in pixels of its canvas, with x to the right and y up.
 pub type Pixel = Point<geometry::Sketch>;
 
-/// Reasons for rejecting input. Each message names the place of the fault, what was expected and what was found.
+/// Why input is rejected. Each message names the place of the fault, what was expected and what was found.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Error {
     /// A number in a drawing or a parameter is out of range.
@@ -32,7 +32,7 @@ pub enum Error {
         label: String,
         /// Number of objects with this label.
         found: usize,
-        /// The most similar label in the sketch.
+        /// The label in the sketch that is most similar.
         nearest: Option<String>,
     },
     /// The words are not valid UTF-8.
@@ -41,7 +41,7 @@ pub enum Error {
         /// Number of valid bytes before the fault.
         at: usize,
     },
-    /// No stroke of the drawing can be the route.
+    /// No stroke of the drawing qualifies as the route.
     #[error("expected an open line as the route, found {objects} objects and {stray} stray marks")]
     NoRoute {
         /// Number of objects found.
@@ -49,7 +49,7 @@ pub enum Error {
         /// Number of marks discarded as stray.
         stray: usize,
     },
-    /// More than one stroke can be the route.
+    /// More than one stroke qualifies as the route.
     #[error(
         "expected one route, found a second one: stroke {second} at ({:.0}, {:.0}) besides stroke {first}", at.x, at.y
     )]
@@ -90,7 +90,7 @@ pub enum Error {
         /// Position where the route enters the object.
         at: Pixel,
     },
-    /// The robot has to turn where there is nothing to see.
+    /// The robot has to turn at a place where no object is in view.
     #[error(
         "step {step} at ({:.0}, {:.0}): expected an object within {radius_m:.1} m where the robot is to {command}",
         at.x,
@@ -106,7 +106,7 @@ pub enum Error {
         /// Range of the robot's sensors.
         radius_m: f64,
     },
-    /// A route in words could not be read.
+    /// A route in words cannot be read.
     #[error("line {line}, {place}: expected {expected}, found {found:?}{}", nearest.as_ref().map_or(String::new(), |word| format!("; did you mean {word:?}?")))]
     Word {
         /// Number of the line, from 1.
@@ -120,7 +120,7 @@ pub enum Error {
         /// The most similar known word.
         nearest: Option<String>,
     },
-    /// The states of a route are too few or invalid.
+    /// A route has too few states, or an invalid one.
     #[error("expected {expected}, found {found}")]
     States {
         /// Description of a valid route.
@@ -156,7 +156,7 @@ impl std::fmt::Display for WordPlace {
     }
 }
 
-/// Reasons why a landmarks mission cannot be driven.
+/// Why a landmarks mission cannot be driven.
 #[derive(Debug, thiserror::Error)]
 pub enum LandmarksError {
     /// A key of the mission is invalid.
@@ -165,23 +165,23 @@ pub enum LandmarksError {
     /// The robot lacks a sensor.
     #[error(transparent)]
     Robot(#[from] RobotError),
-    /// The robot has no sensor that sees objects.
+    /// The robot does not have a sensor that sees objects.
     #[error("robot {robot:?}: expected one of the sensors [sonar] and [laser] in its file, found neither")]
     Blind {
         /// Name of the robot.
         robot: String,
     },
-    /// The mission names a marker that the world does not have.
+    /// The mission names a marker that does not exist in the world.
     #[error("navigator.markers.{label}: expected a marker of the world, which has {count}, found {found}")]
     Marker {
-        /// Label of the object that the marker is said to be on.
+        /// Label of the object that the marker is supposed to be on.
         label: String,
         /// Number of the marker.
         found: u32,
         /// Number of markers in the world.
         count: usize,
     },
-    /// The robot's ring has too few sonars.
+    /// The robot has too few sonars.
     #[error("robot {robot:?}: sonar.sonars: expected 8 or more, found {found}")]
     Sonars {
         /// Name of the robot.
@@ -189,7 +189,7 @@ pub enum LandmarksError {
         /// Number of sonars in the ring.
         found: u32,
     },
-    /// The file of a sketch or of a route in words could not be read.
+    /// The file of a sketch or of a route in words cannot be read.
     #[error("{key}: {file}: {reason}")]
     File {
         /// Key that names the file.
@@ -207,7 +207,7 @@ pub enum LandmarksError {
         /// The fault in the file.
         cause: Error,
     },
-    /// The instructions received do not come from a sketcher of this build.
+    /// The instructions were not written by a sketcher of this build.
     #[error("landmark_route: {0}")]
     Instructions(String),
 }

@@ -1,9 +1,9 @@
-//! Extraction: turns a sketch into a route of landmark states (Chronis 2007, 4.3, 4.6.1, 4.6.2, figure 4.11).
+//! Turns a sketch into a route of landmark states (Chronis 2007, 4.3, 4.6.1, 4.6.2, figure 4.11).
 //!
-//! 1. [`track`] walks along the drawn route. At each step it records the heading, the turning rate, the command, and each
-//!    object in view, with its place, distance and width.
-//! 2. [`events`] rates what happens around each change of the command by fuzzy rules.
-//! 3. [`states`] chooses the events that define each state, and adds states in the middle of long turns.
+//! 1. [`track`] walks along the drawn route. At each step, it records the heading, the turning rate, the
+//!    command, and the place, distance and width of each object in view.
+//! 2. [`events`] uses fuzzy rules to rate what happens around each change of the command.
+//! 3. [`states`] selects the events that define each state, and adds states in the middle of long turns.
 
 use serde::{Deserialize, Serialize};
 
@@ -17,15 +17,16 @@ pub mod fuzzy;
 pub mod states;
 pub mod track;
 
-/// Parameters of extraction. All lengths are those of the real world, since the thesis takes a sketch as drawn to scale.
+/// Parameters of extraction. All lengths are those of the real world, since the thesis treats sketches as
+/// drawn to scale.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Parameters {
     /// Maximum distance of an object in view, in metres: "the radius of the sensor range" (4.3), 255 inches (4.2). The 150
     /// inches of figure 4.27 are those of the reactive controller: figure 4.29 has relations at 160 and at 295 inches.
     pub sensor_radius_m: f64,
-    /// Side length of the box that stands for the robot, in metres: the Nomad's diameter of 20 inches. It is taken from the
-    /// robot and is not a key of a mission.
+    /// Side length of the box that represents the robot, in metres: the Nomad's diameter of 20 inches. It is
+    /// taken from the robot rather than from a key of the mission.
     #[serde(skip)]
     pub robot_m: f64,
     /// Tolerance of a proximity, in metres: 22 inches to either side (4.3.2).
@@ -43,7 +44,8 @@ pub struct Parameters {
     pub least_steps: usize,
     /// Minimum angle of a turn, in radians. Smaller turns are spurious.
     pub least_turn_rad: f64,
-    /// Number of steps before and after a change of the command within which events belong to it (figure 4.9 is lost).
+    /// Number of steps before and after a change of the command from which events belong to it (figure 4.9 is
+    /// lost).
     pub event_steps: usize,
     /// Minimum difference between a direction of consecutive states, in sixteenths of a turn: 45° (4.6.1).
     pub distinct_directions: u8,
@@ -51,8 +53,8 @@ pub struct Parameters {
     pub additional_states: bool,
 }
 
-/// Conditions that a state imposes on its objects after the most significant one. The thesis prints both variants. In both of
-/// them, all objects have to match.
+/// Conditions that a state imposes on its objects after the most significant one. The thesis prints both
+/// variants. In both of them, every object has to match.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum OtherObjects {
@@ -86,7 +88,7 @@ impl Parameters {
     /// Checks that all numbers are within their ranges.
     ///
     /// # Errors
-    /// [`Error::Number`] with the key of the first number that is not.
+    /// [`Error::Number`], which names the first number that is out of range.
     pub fn check(&self) -> Result<(), Error> {
         let Self { sensor_radius_m, robot_m, proximity_tolerance_m, width_tolerance, .. } = *self;
         let Self { turn_threshold, turn_unit_m, least_turn_rad, .. } = *self;
@@ -111,8 +113,8 @@ impl Parameters {
 /// Extracts the route of a sketch.
 ///
 /// # Errors
-/// - [`Error::Number`] if a parameter is out of range, or an outline has no area;
-/// - [`Error::NothingInView`] if the robot has to turn where no object is in view;
+/// - [`Error::Number`] if a parameter is out of range, or an outline has no area.
+/// - [`Error::NothingInView`] if the robot has to turn where no object is in view.
 /// - [`Error::States`] if the route cannot be driven.
 pub fn extract(sketch: &Sketch, parameters: &Parameters) -> Result<Route, Error> {
     parameters.check()?;

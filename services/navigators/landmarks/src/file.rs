@@ -7,10 +7,10 @@
 //!   "obstacles": [ { "polygon": [[20, 60], [30, 60], [30, 70]], "label": "table" } ] }
 //! ```
 //!
-//! All coordinates are pixels of the canvas: column and row, with row 0 at the top. `canvas` and `strokes` are required. A
-//! polygon in `obstacles` is read as a closed stroke with a label, and `route` as another stroke. Anything else that a pad
-//! writes (`start`, `goals`, the width of its pen) is ignored. What a stroke stands for follows from its shape (see
-//! [`crate::sketch::strokes`]).
+//! All coordinates are pixels of the canvas: column and row, with row 0 at the top. `canvas` and `strokes`
+//! are required. A polygon in `obstacles` is read as a closed stroke with a label, and `route` as another
+//! stroke. Anything else that a pad writes (`start`, `goals`, the width of its pen) is ignored. What a stroke
+//! represents is determined by its shape (see [`crate::sketch::strokes`]).
 
 use serde::Deserialize;
 use serde::de::IgnoredAny;
@@ -60,7 +60,7 @@ struct Obstacle {
 /// Reads a sketch file.
 ///
 /// # Errors
-/// - [`Error::Json`] with line and column, if the file is not a sketch in JSON;
+/// - [`Error::Json`], which gives line and column, if the file is not a sketch in JSON.
 /// - [`Error::Number`] if there are too many strokes, points or labels.
 pub fn read(bytes: &[u8]) -> Result<Drawing, Error> {
     let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);

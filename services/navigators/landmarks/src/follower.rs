@@ -1,13 +1,14 @@
-//! The path controller (Chronis 2007, 4.1, 4.6 to 4.8), which follows a route by matching its states one after the other.
+//! The path controller (Chronis 2007, 4.1, 4.6 to 4.8), which follows a route by matching its states one
+//! after another.
 //!
-//! - Rule 1: the first state is not matched; its command is carried out at once.
+//! - Rule 1: the first state is not matched. Its command is carried out at once.
 //! - Rule 2: the last state is not matched. Once all others are, the robot stops as soon as an object in front is nearer than
 //!   30 inches.
-//! - After it has begun a turn, the robot turns by 30° before it matches again. After a command to move forward, it drives 2
-//!   feet (five of the thesis's cycles).
+//! - After it has begun a turn, the robot turns by 30° before it matches again. After a command to move
+//!   forward, it first drives 2 feet (five of the thesis's cycles).
 //! - If the next state is not matched within twice the expected time, the robot is lost and stops.
 //!
-//! A step allocates nothing. All state is kept in [`Progress`].
+//! A step does not allocate. All state is kept in [`Progress`].
 
 use serde::{Deserialize, Serialize};
 
@@ -23,7 +24,7 @@ use crate::route::{Command, INCH_M, Route, State};
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Following {
-    /// Features that are used in matching.
+    /// Features that are used for matching.
     pub features: Features,
     /// Parameters of the controllers.
     pub control: Controlling,
@@ -37,7 +38,7 @@ impl Following {
     /// Checks that all numbers are within their ranges.
     ///
     /// # Errors
-    /// [`Error::Number`] with the key of the first number that is not.
+    /// [`Error::Number`], which names the first number that is out of range.
     pub fn check(&self) -> Result<(), Error> {
         // Features are switches, so any value is valid.
         let Self { features: _, control, patience, rhythm } = self;
@@ -82,7 +83,7 @@ impl Rhythm {
     /// Checks that all numbers are within their ranges.
     ///
     /// # Errors
-    /// [`Error::Number`] with the key of the first number that is not.
+    /// [`Error::Number`], which names the first number that is out of range.
     pub fn check(&self) -> Result<(), Error> {
         let Self { cycle_s, least_turn_deg, least_way_m } = *self;
         let numbers =
@@ -100,9 +101,9 @@ pub struct Viewed<'a> {
     pub sectors: &'a Sectors,
     /// Time since the last step, in seconds.
     pub time_s: f64,
-    /// Distance moved since the last step according to odometry, in metres.
+    /// Distance moved since the last step, by odometry, in metres.
     pub moved_m: f64,
-    /// Angle turned since the last step according to odometry, in radians, positive to the left.
+    /// Angle turned since the last step, by odometry, in radians, positive to the left.
     pub turned_rad: f64,
 }
 
@@ -167,15 +168,15 @@ impl Follower {
         Ok(Self { route, settings, progress: Progress::default() })
     }
 
-    /// Returns the position along the route, which is all the state of a follower.
+    /// Returns the progress along the route, which is the entire state of a follower.
     pub const fn progress(&self) -> &Progress {
         &self.progress
     }
 
-    /// Resumes from a stored position along the route.
+    /// Resumes from stored progress along the route.
     ///
     /// # Errors
-    /// [`Error::States`] if the position is that of a state the route does not have.
+    /// [`Error::States`] if the progress refers to a state that the route does not have.
     pub fn restore(&mut self, progress: Progress) -> Result<(), Error> {
         if !(1..self.route.states.len()).contains(&progress.next) {
             let found = format!("state {}", progress.next);
@@ -190,7 +191,7 @@ impl Follower {
         &self.route
     }
 
-    /// Returns the features that are used in matching.
+    /// Returns the features that are used for matching.
     pub const fn features(&self) -> Features {
         self.settings.features
     }
@@ -214,7 +215,7 @@ impl Follower {
         matches!(self.progress.ended, Some(Event::Lost(_)))
     }
 
-    /// Continues from a state that has just been matched because a person led the robot there (4.8).
+    /// Resumes from a state that has just been matched because a person took the robot there (4.8).
     ///
     /// # Errors
     /// [`Error::States`] if the route has no such state before its end.
@@ -222,7 +223,7 @@ impl Follower {
         self.restore(Progress { next: state + 1, ..Progress::default() })
     }
 
-    /// Makes a step. Returns the command to the robot, and the event of this step if there was one.
+    /// Takes a step. Returns the command for the robot, and the event of this step, if any.
     pub fn step(&mut self, viewed: &Viewed<'_>) -> (Drive, Option<Event>) {
         let Self { route, settings, progress } = self;
         if progress.ended.is_some() {

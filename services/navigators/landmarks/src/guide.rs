@@ -1,9 +1,10 @@
-//! Our own method of driving along a sketched route: the robot goes by its estimated pose in the drawing, and reports how well
-//! that fits.
+//! Our own method of driving along a sketched route: the robot drives by its estimated pose in the drawing,
+//! and reports how well its observations fit.
 //!
-//! [`crate::locator`] provides the pose. From there, the robot pursues the drawn route (Coulter 1992), while the reactive
-//! controller of Chronis 2007 keeps it away from objects. At the end of the route it drives on to the object there and stops in
-//! front of it. The robot is lost if what it sees no longer fits the drawing, or if it does not find its goal.
+//! [`crate::locator`] provides the pose. From there, the robot pursues the drawn route (Coulter 1992), while
+//! the reactive controller of Chronis 2007 keeps it away from objects. At the end of the route, it drives on
+//! to the object there and stops in front of it. The robot is lost if its observations no longer fit the
+//! drawing, or if it does not find its goal.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Point, wrap_angle};
@@ -29,13 +30,14 @@ pub struct Guiding {
     pub turn_dps: f64,
     /// Factor by which avoidance is stronger than in formula 4.27.
     pub avoid: f64,
-    /// Distance from the end of the route within which an object in front is taken for the goal.
+    /// Distance from the end of the route within which an object in front counts as the goal.
     pub goal_m: DrawnMetres,
-    /// How far beyond the end of the route the robot looks for its goal.
+    /// Distance beyond the end of the route up to which the robot looks for its goal.
     pub beyond_m: DrawnMetres,
-    /// The robot is lost if the share of what it sees that fits the drawing falls below this.
+    /// The robot is lost if the share of its observations that fit the drawing falls below this.
     pub least_fit: f64,
-    /// Maximum ratio of the distance covered to the length of the drawn route. Beyond it, the robot is lost.
+    /// Maximum ratio of the distance covered to the length of the drawn route. If it is exceeded, the robot
+    /// is lost.
     pub most_way: f64,
 }
 
@@ -58,7 +60,7 @@ impl Guiding {
     /// Checks that all numbers are within their ranges.
     ///
     /// # Errors
-    /// [`Error::Number`] with the key of the first number that is not.
+    /// [`Error::Number`], which names the first number that is out of range.
     pub fn check(&self) -> Result<(), Error> {
         let Self { control, ahead_m, turn_dps, avoid, goal_m, beyond_m, least_fit, most_way } = self;
         numbers::within("control", control.check())?;
@@ -80,9 +82,10 @@ impl Guiding {
 pub enum Outcome {
     /// The robot has stopped in front of its goal.
     Arrived,
-    /// The robot has gone too far beyond the end of the drawn route, or too far in all, without meeting its goal.
+    /// The robot has gone too far beyond the end of the drawn route, or too far in total, without reaching
+    /// its goal.
     NoGoal,
-    /// What the robot sees does not fit the drawing.
+    /// The observations do not fit the drawing.
     Lost,
 }
 
@@ -146,8 +149,8 @@ impl Guide {
         self.state = state;
     }
 
-    /// Resumes driving after a person has led the lost robot to a point on its route. The distance that the robot covered on
-    /// the way there does not count.
+    /// Resumes driving after a person has taken the lost robot to a point on its route. The distance covered
+    /// on the way there does not count.
     pub fn look_again(&mut self) {
         if self.state.outcome.is_some_and(|outcome| outcome != Outcome::Arrived) {
             self.state.gone = self.state.along;
@@ -155,8 +158,8 @@ impl Guide {
         }
     }
 
-    /// Moves the guide to the point of the route that is nearest to `at`, where a person says the robot is. If the robot was
-    /// lost, it resumes driving.
+    /// Moves the guide to the point of the route that is nearest to `at`, where a person says the robot is.
+    /// If the robot was lost, it resumes driving.
     pub fn told(&mut self, at: Point<Drawn>) {
         self.state.along = DrawnMetres(plane::nearest_along(&self.route, at));
         self.look_again();
@@ -172,8 +175,8 @@ impl Guide {
         self.lengths[self.lengths.len() - 1]
     }
 
-    /// Returns what the route does at the robot's position, to be shown to people. It turns if it bends by more than 20° within
-    /// the next drawn metre.
+    /// Returns what the route does at the robot's position, for people to see. The route counts as turning if
+    /// it bends by more than 20° within the next drawn metre.
     pub fn command(&self) -> Command {
         if self.state.outcome.is_some() {
             return Command::Stop;
@@ -189,7 +192,7 @@ impl Guide {
         }
     }
 
-    /// Makes a step. Returns the command to the robot, and the outcome if the drive ends in this step.
+    /// Takes a step. Returns the command for the robot, and the outcome if the drive ends in this step.
     pub fn step(&mut self, guided: &Guided<'_>) -> (Drive, Option<Outcome>) {
         if self.state.outcome.is_some() {
             return (Drive::default(), None);

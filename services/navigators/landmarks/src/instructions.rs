@@ -19,7 +19,8 @@ use crate::{file, plane};
 pub struct Instructions {
     /// The sketch, or `None` if the route was given in words.
     pub sketch: Option<Sketch>,
-    /// The landmark states in words. Empty if the sketch yields none and the method does not need them.
+    /// The landmark states in words. Empty if the sketch does not yield any and the method does not need
+    /// them.
     pub words: String,
     /// The markers on objects of the sketch, sorted by number.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -36,13 +37,13 @@ pub struct Marked {
 }
 
 impl Instructions {
-    /// Reads what a person provided: a drawing or a route in words.
+    /// Reads a drawing or a route in words, as provided by a person.
     ///
-    /// The method `belief` does not depend on states. For this method, a turn without an object in view is not an error, and
-    /// the result has no states.
+    /// The method `belief` does not depend on states. With this method, a turn without an object in view is
+    /// therefore not an error, and the result has no states.
     ///
     /// # Errors
-    /// [`Error`] with the place of the fault.
+    /// [`Error`], which gives the place of the fault.
     pub fn of(
         mission: &LandmarksMission,
         bytes: &[u8],
@@ -80,7 +81,7 @@ impl Instructions {
     /// Writes the slice that follows a message.
     ///
     /// # Errors
-    /// [`LandmarksError::Instructions`] if it cannot be written as JSON.
+    /// [`LandmarksError::Instructions`] if it cannot be expressed in JSON.
     pub fn write(&self) -> Result<Vec<u8>, LandmarksError> {
         serde_json::to_vec(self).map_err(|error| LandmarksError::Instructions(error.to_string()))
     }
@@ -88,12 +89,13 @@ impl Instructions {
     /// Returns the landmark states, or `None` if there are none.
     ///
     /// # Errors
-    /// [`Error::Word`] and [`Error::States`], but never for words made by [`Instructions::of`].
+    /// [`Error::Word`] and [`Error::States`], neither of which occurs for words written by
+    /// [`Instructions::of`].
     pub fn route(&self) -> Result<Option<Route>, Error> {
         if self.words.is_empty() { Ok(None) } else { language::read(&self.words).map(Some) }
     }
 
-    /// Returns the length of the route, as drawn or as stated in words, or 0 if it is unknown.
+    /// Returns the length of the route as drawn or as stated in words, or 0 if it is unknown.
     pub fn length(&self) -> DrawnMetres {
         if let Some(sketch) = &self.sketch {
             return DrawnMetres(plane::length(&sketch.route));

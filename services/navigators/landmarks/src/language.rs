@@ -15,12 +15,12 @@
 //! - Surround relations: `around the robot`, `around the robot from left`, `around the robot but for right`.
 //! - Distances: `at most 2 m away`, `at least 2 m away`, `1 to 2 m away`, `about 2 m away` (± 22 inches); `m`, `cm`, `in`,
 //!   `ft`. `at proximity 135` is as in Chronis 2007, figure 4.10: in inches, ± 22.
-//! - Widths: `with width 20 to 70`; `with width 47` means ± 30. A width of 180 is all around.
+//! - Widths: `with width 20 to 70`. `with width 47` means ± 30, and a width of 180 is all around.
 //! - Commands: `move forward` (or `go straight`), `turn left`, `turn right`, `stop`.
-//! - If the first sentence is not about the start, the robot moves forward until the first state. If the last sentence does not
-//!   stop, the robot goes on to the next object and stops there.
+//! - If the first sentence is not about the start, the robot moves forward until the first state. If the last
+//!   sentence does not stop, the robot continues to the next object and stops there.
 //!
-//! Words are not case-sensitive. A name is all the words before `is`, or anything in quotes.
+//! Words are not case-sensitive. A name consists of all the words before `is`, or of anything in quotes.
 
 pub mod print;
 pub mod read;

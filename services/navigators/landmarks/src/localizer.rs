@@ -1,4 +1,5 @@
-//! The localizer for landmarks as a stage: publishes once per tick what the robot sees, and its estimated pose in the sketch.
+//! The localizer stage for landmarks, which publishes once per tick what the robot sees and its estimated
+//! pose in the sketch.
 
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
@@ -59,7 +60,7 @@ impl Localizer {
     /// Creates the localizer of a run from its robot and the parameters of its mission.
     ///
     /// # Errors
-    /// [`LandmarksError`] with the key or the sensor, if the robot or a parameter is unsuitable.
+    /// [`LandmarksError`], which names the key or the sensor, if the robot or a parameter is unsuitable.
     pub fn new(run: &RunConfig) -> Result<Self, LandmarksError> {
         let parameters = Parameters::of(&run.mission)?.localizer;
         let ring = Ring::of(&run.robot)?;
@@ -118,8 +119,9 @@ impl Localizer {
     }
 }
 
-/// Passes the latest measurement of the ring's own sensor to the ring. Returns true if it arrived after the previous instant.
-/// The robot may have other sensors that publish more often, so this is not always the case.
+/// Passes the latest measurement of the ring's own sensor to the ring. Returns true if it arrived after the
+/// previous instant, which is not always the case, because the robot may have other sensors that publish more
+/// often.
 fn sense(ring: &mut Ring, instant: &Instant<'_>) -> Result<bool, Denied> {
     match ring.sensor() {
         RingSensor::Sonar => {

@@ -30,7 +30,7 @@ impl Locating {
     /// Checks that all numbers are within their ranges.
     ///
     /// # Errors
-    /// [`Error::Number`] with the key of the first number that is not.
+    /// [`Error::Number`], which names the first number that is out of range.
     pub fn check(&self) -> Result<(), Error> {
         numbers::within("belief", self.belief.check())?;
         numbers::within("memory", self.memory.check())
@@ -46,7 +46,7 @@ pub struct Returns<'a> {
     pub ranges_m: &'a [f64],
     /// Radius of the ring around the robot's centre, in metres.
     pub ring_m: f64,
-    /// Range from which on a measurement counts as no return, in metres.
+    /// Range from which a measurement counts as no return, in metres.
     pub range_max_m: f64,
 }
 
@@ -95,17 +95,17 @@ impl Locator {
         self.located = located;
     }
 
-    /// Returns the estimate of the robot's pose.
+    /// Returns the estimated pose of the robot.
     pub fn estimate(&self) -> Estimate {
         self.located.belief.estimate()
     }
 
-    /// Returns the positions that are remembered, in the robot's frame.
+    /// Returns the remembered positions, in the robot's frame.
     pub fn places(&self) -> &[Point<Base>] {
         self.located.memory.places()
     }
 
-    /// Places the robot where a person says it is in the drawing, with its heading if that is given.
+    /// Places the robot where a person says it is in the drawing, with its heading if one is given.
     pub fn place(&mut self, at: Point<Drawn>, heading_rad: Option<f64>) {
         self.located.belief.place(at, heading_rad);
     }
@@ -115,7 +115,8 @@ impl Locator {
         self.located.memory.see_markers(seen);
     }
 
-    /// Moves the robot, in real metres and radians, and updates the belief if the sensor has published measurements.
+    /// Moves the robot, in real metres and radians, and updates the belief if the sensor has published
+    /// measurements.
     pub fn step(&mut self, moved_m: f64, turned_rad: f64, returns: Option<&Returns<'_>>) {
         let Located { belief, memory, has_moved } = &mut self.located;
         *has_moved |= moved_m != 0.0 || turned_rad != 0.0;

@@ -1,5 +1,5 @@
-//! Draws a route past landmarks for a page: the sketch, the robot's position along the route, the objects, and the matched
-//! state.
+//! Draws a route past landmarks for a page, with the sketch, the robot's position along the route, the
+//! objects, and the matched state.
 
 use sketchnav_schemas::codes::{Tracking, WALL};
 use sketchnav_schemas::geometry::{Base, Point};

@@ -7,17 +7,17 @@ use crate::drawn::{DrawnMetres, Stretch};
 use crate::error::Error;
 use crate::numbers;
 
-/// Parameters for when the robot gives up waiting for a state.
+/// Parameters that determine when the robot gives up waiting for a state.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Patience {
-    /// Multiple of the expected time after which the robot is lost. The thesis has 2.
+    /// Multiple of the expected time after which the robot is lost. It is 2 in the thesis.
     pub factor: f64,
     /// Expected time for a leg of unknown length, in seconds (ours).
     pub unknown_s: f64,
-    /// Maximum factor, in both directions, by which the time that a leg took changes the estimate for the next one. The
-    /// estimate is "updated depending on the amount of time it took the robot to travel between the previous two QLS's" (4.8),
-    /// but the bound is ours.
+    /// Maximum factor, in both directions, by which the time taken for one leg changes the estimate for the
+    /// next. The estimate is "updated depending on the amount of time it took the robot to travel between the
+    /// previous two QLS's" (4.8), but the bound is ours.
     pub most_stretch: f64,
 }
 
@@ -31,7 +31,7 @@ impl Patience {
     /// Checks that all numbers are within their ranges.
     ///
     /// # Errors
-    /// [`Error::Number`] with the key of the first number that is not.
+    /// [`Error::Number`], which names the first number that is out of range.
     pub fn check(&self) -> Result<(), Error> {
         let Self { factor, unknown_s, most_stretch } = *self;
         numbers::from_0_on(&[("factor", factor), ("unknown_s", unknown_s)])?;
@@ -48,7 +48,7 @@ impl Patience {
 pub struct Waiting {
     /// Time since the last state, in seconds.
     since_s: f64,
-    /// Ratio of the time that the leg between the last two states took to the time it should have taken.
+    /// Ratio of the actual to the expected time for the leg between the last two states.
     stretch: f64,
 }
 
@@ -65,8 +65,8 @@ pub struct Leg {
     pub length: Option<DrawnMetres>,
     /// Speed of the robot, in metres per second.
     pub speed_mps: f64,
-    /// Time for the minimum turn or distance after which the robot matches again (4.7), in seconds. With a shorter estimate,
-    /// the robot would be declared lost before it is allowed to match.
+    /// Time for the minimum turn or distance after which the robot matches again (4.7), in seconds. With a
+    /// shorter estimate, the robot would be declared lost before it was allowed to match.
     pub least_s: f64,
 }
 
@@ -78,18 +78,18 @@ impl Leg {
 }
 
 impl Waiting {
-    /// Lets time pass. Returns true if the robot is lost on this leg.
+    /// Advances the time. Returns true if the robot is lost on this leg.
     pub fn pass(&mut self, time_s: f64, leg: &Leg, patience: &Patience) -> bool {
         self.since_s += time_s;
         self.since_s > patience.factor * self.expected_s(leg, patience)
     }
 
-    /// Returns the expected time of a leg, in seconds, adjusted by the time that the previous leg took.
+    /// Returns the expected time for a leg, in seconds, adjusted by the time that the previous leg took.
     pub fn expected_s(&self, leg: &Leg, patience: &Patience) -> f64 {
         leg.drawn_s().map_or(patience.unknown_s, |drawn_s| drawn_s * self.stretch).max(leg.least_s)
     }
 
-    /// Notes that the state at the end of a leg has been matched.
+    /// Records that the state at the end of a leg has been matched.
     pub fn matched(&mut self, leg: &Leg, patience: &Patience) {
         if let Some(drawn_s) = leg.drawn_s().filter(|drawn_s| *drawn_s > 0.0) {
             let stretch = self.since_s / drawn_s;

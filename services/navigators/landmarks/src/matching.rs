@@ -1,4 +1,4 @@
-//! Matching: decides whether the robot is in the next landmark state of its route (Chronis 2007, 4.6.3 and 4.6.4).
+//! Decides whether the robot is in the next landmark state of its route (Chronis 2007, 4.6.3 and 4.6.4).
 //!
 //! The rules are numbered as in the thesis. Rules 1 and 2 (the first and the last state) are implemented by
 //! [`crate::follower`], and so are the minimum turn and the minimum distance between matches.
@@ -8,17 +8,17 @@ use serde::{Deserialize, Serialize};
 use crate::perception::Seen;
 use crate::route::{DIRECTIONS, Place, Relation, State};
 
-/// Features that are used in matching (Chronis 2007, table 5.1, adds them one by one).
+/// Features that are used for matching (Chronis 2007, table 5.1, adds them one by one).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Features {
-    /// The proximity must be in its range (rule 7).
+    /// The proximity must be within its range (rule 7).
     pub proximity: bool,
-    /// The width must be in its range (rule 8).
+    /// The width must be within its range (rule 8).
     pub width: bool,
-    /// Objects in both neighbouring directions count as an object in the direction between them (4.6.4).
+    /// Objects in both neighbouring directions count as one object in the direction between them (4.6.4).
     pub neighbours: bool,
-    /// A relation that was met in the last cycle and in the two before it still counts (4.6.4).
+    /// A relation that was met in each of the three preceding cycles still counts (4.6.4).
     pub temporal: bool,
 }
 
@@ -35,12 +35,12 @@ pub struct RecentMatches {
 }
 
 impl RecentMatches {
-    /// Takes in what is seen, and returns true if the state is matched (rule 4), that is, if one relation of each object is
-    /// met.
+    /// Processes the objects in view, and returns true if the state is matched (rule 4), that is, if one
+    /// relation of each object is met.
     ///
-    /// A relation is met if it holds now or, with temporal matching, if it held in each of the three preceding cycles. At least
-    /// one must hold now. Objects that the state does not mention are ignored (rule 5). The objects seen have no names, so each
-    /// may be any of the state's objects.
+    /// A relation is met if it holds now or, with temporal matching, if it held in each of the three
+    /// preceding cycles. At least one must hold now. Objects that the state does not mention are ignored
+    /// (rule 5). The objects in view have no names, so each may be any of the state's objects.
     pub fn matches(&mut self, state: &State, seen: &[Seen], features: Features) -> bool {
         let mut now = 0;
         for (i, relation) in state.relations.iter().enumerate() {

@@ -1,4 +1,5 @@
-//! A local memory of objects: sensor returns, kept at their positions by odometry until the robot is far away.
+//! A local memory of objects. Sensor returns are kept at their positions, by odometry, until the robot is far
+//! away.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Base, Odom, Point};
@@ -17,7 +18,8 @@ pub const MARKERS: usize = 32;
 pub struct Remembering {
     /// Distance below which two returns count as the same position, in metres.
     pub apart_m: f64,
-    /// Maximum range of returns that are remembered, in metres. Beyond it, the cone of a sonar is too wide.
+    /// Maximum range of returns that are remembered, in metres. Farther away, the cone of a sonar is too
+    /// wide.
     pub reach_m: f64,
     /// Distance after which a position that is not seen again is forgotten, in metres. Odometry drifts, and drawings are only
     /// accurate locally.
@@ -34,7 +36,7 @@ impl Remembering {
     /// Checks that all numbers are within their ranges.
     ///
     /// # Errors
-    /// [`Error::Number`] with the key of the first number that is not.
+    /// [`Error::Number`], which names the first number that is out of range.
     pub fn check(&self) -> Result<(), Error> {
         let Self { apart_m, reach_m, keep_m } = *self;
         numbers::from_0_on(&[("apart_m", apart_m), ("reach_m", reach_m), ("keep_m", keep_m)])
@@ -124,8 +126,8 @@ impl Memory {
         }
     }
 
-    /// Reserves the memory for all positions and markers. It must be called after reading a checkpoint, which stores values but
-    /// no capacity.
+    /// Reserves the memory for all positions and markers. Call this after reading a checkpoint, which stores
+    /// values but no capacity.
     pub fn reserve(&mut self) {
         self.remembered.reserve_exact(PLACES.saturating_sub(self.remembered.len()));
         self.places.reserve_exact(PLACES.saturating_sub(self.places.len()));

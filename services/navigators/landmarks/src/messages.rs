@@ -1,4 +1,4 @@
-//! Messages and channels of this navigator: the route, what the robot sees along it, and how far it has come.
+//! Messages and channels of this navigator: the route, the objects in view, and the progress along the route.
 
 use sketchnav_schemas::declare::{channels, codes, messages, parts};
 use sketchnav_schemas::geometry::{Odom, Pose};
@@ -168,9 +168,9 @@ channels! {
     /// A route past landmarks.
     LANDMARK_ROUTE: Instruction LandmarkRoute = "landmark_route", Sketcher => [Localizer, Planner, Pad],
         behind it up to MAX_LANDMARK_BYTES;
-    /// What the robot sees of landmarks, and where it is in the sketch.
+    /// The objects in view, and the robot's position in the sketch.
     LANDMARK_VIEW: Situation LandmarkView = "landmark_view", Localizer => [Planner, Pad];
-    /// How far the robot has come along its route.
+    /// Progress along the route.
     LANDMARK_PROGRESS: Detail LandmarkProgress = "landmark_progress", Planner => [Pad];
 }
 

@@ -11,9 +11,10 @@
 //! # desk = [7, 8]
 //! ```
 //!
-//! A mission has one task, the route. Its parameters are those of [`extraction`](crate::extraction::Parameters) in
-//! `[parameters.sketcher]`, those of [`Locating`] and, in a table `perception`, of [`Perceiving`] in `[parameters.localizer]`,
-//! and the tables `states` ([`Following`]) and `belief` ([`Guiding`]) in `[parameters.planner]`.
+//! A mission has one task, which is the route. Its parameters are those of
+//! [`extraction`](crate::extraction::Parameters) in `[parameters.sketcher]`, those of [`Locating`] and, in a
+//! table `perception`, of [`Perceiving`] in `[parameters.localizer]`, and the tables `states` ([`Following`])
+//! and `belief` ([`Guiding`]) in `[parameters.planner]`.
 
 use std::collections::BTreeMap;
 
@@ -41,15 +42,15 @@ pub const METHODS: [&str; 2] = ["belief", "chronis-2007"];
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
-    /// This project's own method: by the robot's estimated pose in the sketch.
+    /// This project's own method: drives by the robot's estimated pose in the sketch.
     #[default]
     Belief,
-    /// Chronis 2007: by matching landmark states.
+    /// Chronis 2007: matches landmark states.
     #[serde(rename = "chronis-2007")]
     Chronis2007,
 }
 
-/// Route description provided by a person.
+/// A description of the route.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Given {
     /// A sketch file, and how to read it.
@@ -107,7 +108,7 @@ impl LandmarksMission {
     /// Reads and checks the mission keys of this navigator.
     ///
     /// # Errors
-    /// [`MissionError`] with the key and what was expected.
+    /// [`MissionError`], which names the key and what was expected.
     pub fn of(mission: &Mission) -> Result<Self, MissionError> {
         let NavigatorKeys { method, drawing, canvas_m, route_step_m, route_file, markers } =
             keys("navigator", &mission.navigator.given)?;
@@ -175,7 +176,7 @@ pub struct LocalizerParameters {
     pub belief: Believing,
     /// Parameters of the memory.
     pub memory: Remembering,
-    /// Parameters for turning ranges into objects.
+    /// Parameters for converting ranges to objects.
     pub perception: Perceiving,
 }
 
@@ -188,7 +189,7 @@ impl LocalizerParameters {
     /// Checks that all numbers are within their ranges.
     ///
     /// # Errors
-    /// [`Error::Number`] with the key of the first number that is not.
+    /// [`Error::Number`], which names the first number that is out of range.
     pub fn check(&self) -> Result<(), Error> {
         self.locating().check()?;
         numbers::within("perception", self.perception.check())
@@ -217,7 +218,7 @@ impl PlannerParameters {
     /// Checks that all numbers are within their ranges.
     ///
     /// # Errors
-    /// [`Error::Number`] with the key of the first number that is not.
+    /// [`Error::Number`], which names the first number that is out of range.
     pub fn check(&self) -> Result<(), Error> {
         let Self { states, belief, blocked_s } = self;
         numbers::within("states", states.check())?;

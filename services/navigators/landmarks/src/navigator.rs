@@ -1,4 +1,5 @@
-//! The navigator that a mission selects: its stages, and everything shown and reported about them.
+//! The navigator that a mission selects, with its stages and everything that is shown and reported about
+//! them.
 
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::mission::Parameters;

@@ -1,14 +1,16 @@
-//! Range checks for numbers that people set. The `check` methods of the parameter structs are built from these.
+//! Range checks for numbers that people set, from which the `check` methods of the parameter structs are
+//! built.
 
 use crate::error::Error;
 
 /// Maximum of any number.
 const MOST: f64 = 1e6;
 
-/// Numbers with the names of their keys.
+/// Numbers and the names of their keys.
 pub type Named<'a> = &'a [(&'a str, f64)];
 
-/// Checks that numbers are above 0, because the code divides by them, or nothing would move without them.
+/// Checks that numbers are above 0, either because the code divides by them or because nothing would move
+/// without them.
 ///
 /// # Errors
 /// [`Error::Number`] with the first number that is not above 0, is NaN, or is greater than 1000000.

@@ -11,7 +11,8 @@ const CELL_M: f64 = 0.1;
 /// Margin of the grid around the drawing, in drawn metres.
 const MARGIN_M: f64 = 3.0;
 
-/// Distance from each cell to the nearest outline and, for each object with a marker, to that object's outline.
+/// Distance from each cell to the nearest outline and, for each object with a marker, to the outline of that
+/// object.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outlines {
     low: Point<Drawn>,

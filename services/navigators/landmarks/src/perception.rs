@@ -1,9 +1,10 @@
-//! Perception: finds objects and their spatial relations with a ring of range sensors (Chronis 2007, 4.4 and 4.5).
+//! Finds objects and their spatial relations with a ring of range sensors (Chronis 2007, 4.4 and 4.5).
 //!
-//! Each return becomes a trapezoid along the axis of its beam, with its small base at the measured range. Adjacent returns that
-//! the robot does not fit between form one object. Each object has a direction or a surround relation, a proximity and a width.
-//! The ring may have any number of sensors at any angles, as long as they go around the robot in order. The many beams of a
-//! laser are first reduced to sixteen by [`crate::control::sectors`]. After the first reading, nothing is allocated.
+//! Each return becomes a trapezoid along the axis of its beam, with its small base at the measured range.
+//! Adjacent returns form one object if the robot does not fit between them. Each object has a direction or a
+//! surround relation, a proximity and a width. The ring may have any number of sensors at any angles, as long
+//! as they are ordered around the robot. The many beams of a laser are first reduced to sixteen by
+//! [`crate::control::sectors`]. After the first reading, nothing is allocated.
 
 use std::f64::consts::{FRAC_PI_8, PI, TAU};
 
@@ -21,15 +22,16 @@ use crate::route::{INCH_M, Place};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Perceiving {
-    /// Diameter of the robot, in metres. The Nomad's is 20 inches. It is taken from the robot and is not a key of a mission.
+    /// Diameter of the robot, in metres. The Nomad's is 20 inches. It is taken from the robot rather than
+    /// from a key of the mission.
     #[serde(skip)]
     pub robot_m: f64,
     /// Distance of the sensors from the robot's centre, in metres. The Nomad's sensors are on its rim. It is taken from the
     /// robot.
     #[serde(skip)]
     pub ring_m: f64,
-    /// Range from which on a measurement counts as no return, in metres: 255 inches for the Nomad (4.2). It is taken from the
-    /// robot.
+    /// Range from which a measurement counts as no return, in metres: 255 inches for the Nomad (4.2). It is
+    /// taken from the robot.
     #[serde(skip)]
     pub range_max_m: f64,
     /// Factor applied to the angle between adjacent returns before their distance is computed. Chronis 2007 uses c = 24 with 16
@@ -55,7 +57,7 @@ impl Perceiving {
     /// Checks that all numbers are within their ranges.
     ///
     /// # Errors
-    /// [`Error::Number`] with the key of the first number that is not.
+    /// [`Error::Number`], which names the first number that is out of range.
     pub fn check(&self) -> Result<(), Error> {
         let Self { robot_m, ring_m, range_max_m, joining, thickness_m } = *self;
         numbers::above_0(&[
@@ -81,7 +83,7 @@ pub struct Seen {
     pub beams: [u16; 2],
 }
 
-/// A ring of range sensors, and the objects it sees.
+/// A ring of range sensors, and the objects in view.
 #[derive(Debug, Clone)]
 pub struct Perception {
     settings: Perceiving,

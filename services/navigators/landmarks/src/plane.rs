@@ -1,4 +1,5 @@
-//! Lines and outlines in the plane: lengths, resampling and crossings. Lengths are in the unit of the points' frame.
+//! Plane geometry of lines and outlines: lengths, resampling and crossings. Lengths are in the unit of the
+//! points' frame.
 
 use sketchnav_schemas::geometry::{Point, encloses};
 

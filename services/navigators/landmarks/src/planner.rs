@@ -1,6 +1,7 @@
-//! The planner for landmarks as a stage: follows landmark states, or the drawn route by the robot's estimated pose.
+//! The planner stage for landmarks, which follows landmark states, or the drawn route by the robot's
+//! estimated pose.
 //!
-//! Each view is answered with the progress along the route, one command and one status.
+//! The planner responds to each view with the progress along the route, one command and one status.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_motion::agenda::{Agenda, Due, Standing};
@@ -39,7 +40,7 @@ const STANDING_MPS: f64 = 0.02;
 enum Driver {
     /// Driving by landmark states.
     States(Follower),
-    /// Driving by a belief. The landmark states, if there are any, are only reported.
+    /// Driving by a belief. Any landmark states are only reported.
     Belief { guide: Guide, sketch: Sketch, route: Option<Route> },
 }
 
@@ -86,10 +87,10 @@ pub struct State {
     driven: Option<Driven>,
 }
 
-/// Checks that a mission and a robot meet the demands of this navigator.
+/// Checks that a mission and a robot meet the requirements of this navigator.
 ///
 /// # Errors
-/// [`LandmarksError`] with the key or the sensor, if they do not.
+/// [`LandmarksError`], which names the key or the sensor, if they do not.
 pub fn check(mission: &Mission, robot: &Robot) -> Result<(), LandmarksError> {
     let given = LandmarksMission::of(mission)?;
     Parameters::of(mission)?;
@@ -103,7 +104,7 @@ pub fn check(mission: &Mission, robot: &Robot) -> Result<(), LandmarksError> {
 /// Checks that a floor has the markers that a mission names.
 ///
 /// # Errors
-/// [`LandmarksError::Marker`] if it lacks one of them.
+/// [`LandmarksError::Marker`] if one of them is missing.
 pub fn check_markers(mission: &Mission, markers: &[Marker]) -> Result<(), LandmarksError> {
     let given = LandmarksMission::of(mission)?;
     let named = given.markers.iter().flat_map(|(label, numbers)| numbers.iter().map(move |one| (label, one)));
@@ -119,7 +120,7 @@ impl Planner {
     /// Creates the planner of a run from its robot, its task and the parameters of its mission.
     ///
     /// # Errors
-    /// [`LandmarksError`] with the key or the sensor, if [`check`] fails.
+    /// [`LandmarksError`], which names the key or the sensor, if [`check`] fails.
     pub fn new(run: &RunConfig) -> Result<Self, LandmarksError> {
         check(&run.mission, &run.robot)?;
         let mission = LandmarksMission::of(&run.mission)?;
@@ -179,8 +180,8 @@ impl Planner {
         self.stop();
     }
 
-    /// Resumes at a person's request: where the robot is or, if `number` is not 0, from the state that the robot was led to
-    /// (4.8). Numbers count from 1 and exclude the last state.
+    /// Resumes at a person's request: from the current position or, if `number` is not 0, from the state that
+    /// the robot was taken to (4.8). Numbers count from 1 and exclude the last state.
     fn resume(&mut self, number: usize) {
         match &mut self.driver {
             Some(Driver::States(follower)) if number > 0 || follower.is_lost() => {

@@ -1,4 +1,5 @@
-//! A ring of ranges around the robot, either from its sonars or from its laser, in as many directions as a belief needs.
+//! A ring of ranges around the robot, from either its sonars or its laser, in as many directions as a belief
+//! needs.
 //!
 //! Ranges are measured from the robot's rim. The beams of a laser are reduced to the nearest return in each of 64 directions. A
 //! range marked as too near becomes the minimum range, and an invalid one becomes no return (REP 117).
@@ -44,7 +45,7 @@ impl Ring {
     /// Creates the ring of a robot from its sonars or, if it has none, from its laser.
     ///
     /// # Errors
-    /// - [`LandmarksError::Blind`] if the robot has neither;
+    /// - [`LandmarksError::Blind`] if the robot has neither.
     /// - [`LandmarksError::Sonars`] if it has too few sonars.
     pub fn of(robot: &Robot) -> Result<Self, LandmarksError> {
         let empty = |count: usize| Vec::with_capacity(count);
@@ -70,7 +71,7 @@ impl Ring {
         }
     }
 
-    /// Returns the sensor that provides the ranges. A robot may have both, of which the ring uses one.
+    /// Returns the sensor that provides the ranges. If the robot has both, the ring uses only one of them.
     pub const fn sensor(&self) -> RingSensor {
         if self.laser.is_some() { RingSensor::Laser } else { RingSensor::Sonar }
     }
@@ -80,7 +81,7 @@ impl Ring {
         self.ring_m
     }
 
-    /// Returns the range from which on a measurement counts as no return, in metres.
+    /// Returns the range from which a measurement counts as no return, in metres.
     pub const fn range_max_m(&self) -> f64 {
         self.range_max_m
     }

@@ -1,7 +1,8 @@
-//! Routes as landmark states: conditions on what the robot sees, and what it does when they hold (Chronis 2007, 4.3.5).
+//! Routes as landmark states, which combine conditions on what the robot sees with what it does when they
+//! hold (Chronis 2007, 4.3.5).
 //!
-//! A state is a condition and a command. The condition joins relations of the same object by OR, and those of different objects
-//! by AND (figure 4.23).
+//! A state is a condition and a command. The condition joins relations of the same object with OR, and those
+//! of different objects with AND (figure 4.23).
 
 use std::fmt;
 
@@ -17,7 +18,7 @@ pub const INCH_M: f64 = 0.0254;
 /// Number of directions around the robot. 0 is in front, 4 left, 8 behind and 12 right (Chronis 2007, figure 4.5).
 pub const DIRECTIONS: u8 = 16;
 
-/// Maximum number of relations in a state. It allows one machine word to hold a bit for each of them.
+/// Maximum number of relations in a state, so that one machine word holds a bit for each of them.
 pub const MAX_RELATIONS: usize = 64;
 
 /// What the robot does after it has matched a state.
@@ -97,12 +98,12 @@ pub struct Range {
 }
 
 impl Range {
-    /// Creates the range around a number, cut off at 0.
+    /// Creates the range around a number, with a lower bound of at least 0.
     pub fn around(middle: f64, tolerance: f64) -> Self {
         Self { low: (middle - tolerance).max(0.0), high: middle + tolerance }
     }
 
-    /// Returns true if the number is in the range, ends included.
+    /// Returns true if the number is in the range, including its ends.
     pub fn contains(self, number: f64) -> bool {
         self.low <= number && number <= self.high
     }
@@ -129,7 +130,7 @@ pub struct Relation {
 /// Maximum distance in a relation, in metres. It is the upper end of "at least 2 m away".
 pub const MOST_M: f64 = 10_000.0;
 
-/// Reasons why a state is in a route.
+/// Why a state is part of a route.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
@@ -157,7 +158,7 @@ pub struct State {
 }
 
 impl State {
-    /// Returns the relations in groups, one for each object. One relation of each group has to hold.
+    /// Returns the relations in groups, one per object. At least one relation of each group has to hold.
     pub fn groups(&self) -> impl Iterator<Item = &[Relation]> {
         self.relations.chunk_by(|a, b| a.object == b.object)
     }
@@ -186,8 +187,8 @@ impl Route {
         self.states.iter().map(&mut add).collect()
     }
 
-    /// Returns the same route with its objects in the order in which the states mention them. Objects that no state mentions
-    /// are left out.
+    /// Returns the same route with its objects in the order in which the states mention them. Objects that no
+    /// state mentions are dropped.
     pub fn normalized(&self) -> Self {
         let mut order: Vec<usize> = Vec::new();
         for relation in self.states.iter().flat_map(|state| &state.relations) {
@@ -207,10 +208,10 @@ impl Route {
     ///
     /// # Errors
     /// [`Error::States`] in the following cases:
-    /// - there are fewer than two states;
-    /// - the last command is not a stop, or another command is;
-    /// - a state has too many relations, or one between start and end has none;
-    /// - a relation names no object of the route.
+    /// - There are fewer than two states.
+    /// - The last command is not a stop, or another command is.
+    /// - A state has too many relations, or one between start and end has none.
+    /// - A relation refers to no object of the route.
     pub fn check(&self) -> Result<(), Error> {
         let wrong = |expected, found: String| Err(Error::States { expected, found });
         let [_, middle @ .., last] = &self.states[..] else {

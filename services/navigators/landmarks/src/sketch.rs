@@ -1,7 +1,7 @@
-//! Sketches: interprets the strokes that a person has drawn (Chronis 2007, 3.3; Bailey 2003).
+//! Interprets the strokes of a sketch (Chronis 2007, 3.3; Bailey 2003).
 //!
-//! A stroke is an object, the route, a deletion or a stray mark, depending on its shape: see [`strokes`]. The result is in
-//! metres, with the route resampled to equal steps, so that it does not matter how fast the person drew.
+//! A stroke is an object, the route, a deletion or a stray mark, depending on its shape (see [`strokes`]).
+//! The result is in metres, with the route resampled to equal steps, so the speed of the pen does not matter.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::Point;
@@ -49,7 +49,8 @@ pub struct Drawing {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Reading {
-    /// Length that the longer side of the canvas stands for, in metres. The PDA's 160 pixels of 5 inches each are 20.32 m.
+    /// Length that the longer side of the canvas represents, in metres. The PDA's 160 pixels of 5 inches each
+    /// are 20.32 m.
     pub canvas_m: f64,
     /// Length of a step along the route, in metres. The default is the robot's diameter of 20 inches.
     pub step_m: f64,
@@ -99,8 +100,8 @@ fn drawn(at: &Pixel, metres_per_pixel: f64) -> Point<Drawn> {
 }
 
 impl Drawing {
-    /// Returns the drawing as a device with fewer pixels would have delivered it, with each point in the middle of its pixel.
-    /// Chronis 2007 has 160 × 160 pixels.
+    /// Returns the drawing as it would come from a device with fewer pixels, with each point in the middle of
+    /// its pixel. Chronis 2007 has 160 × 160 pixels.
     pub fn raster(&self, pixels: u32) -> Self {
         let cell = self.canvas[0].max(self.canvas[1]) / f64::from(pixels);
         let middle = |x: f64| ((x / cell).floor() + 0.5) * cell;
@@ -142,10 +143,10 @@ impl Sketch {
     /// Reads a drawing.
     ///
     /// # Errors
-    /// - [`Error::Number`] if a number of the drawing or of `reading` is out of range;
-    /// - [`Error::NoRoute`], [`Error::SeveralRoutes`] and [`Error::NoObjects`] as for [`strokes::classify`];
-    /// - [`Error::OutlineCrossesItself`], [`Error::ObjectsCross`] and [`Error::RouteThroughObject`] if the outlines or the
-    ///   route are not usable.
+    /// - [`Error::Number`] if a number of the drawing or of `reading` is out of range.
+    /// - [`Error::NoRoute`], [`Error::SeveralRoutes`] and [`Error::NoObjects`] as for [`strokes::classify`].
+    /// - [`Error::OutlineCrossesItself`], [`Error::ObjectsCross`] and [`Error::RouteThroughObject`] if the
+    ///   outlines or the route are not usable.
     pub fn read(drawing: &Drawing, reading: &Reading) -> Result<Self, Error> {
         drawing.check()?;
         for (what, found) in [("canvas_m", reading.canvas_m), ("step_m", reading.step_m)] {
@@ -208,8 +209,8 @@ fn check_outlines(outlines: &[Vec<Pixel>], names: &[String]) -> Result<(), Error
     Ok(())
 }
 
-/// Checks that the route enters no landmark. It may begin or end inside one (from the chair to the desk), but that part has
-/// already been cut off by [`strokes::classify`].
+/// Checks that the route does not enter a landmark. It may begin or end inside one (from the chair to the
+/// desk), but that part has already been cut off by [`strokes::classify`].
 fn check_route(route: &[Pixel], outlines: &[Vec<Pixel>], names: &[String]) -> Result<(), Error> {
     for (from, to) in route.iter().zip(&route[1..]) {
         for (outline, name) in outlines.iter().zip(names) {

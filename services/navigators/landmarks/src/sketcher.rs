@@ -1,4 +1,5 @@
-//! The sketcher for landmarks as a stage: reads and checks the sketch or the words of a mission, and sends them once.
+//! The sketcher stage for landmarks, which reads and checks the sketch or the words of a mission and sends
+//! them once.
 
 use serde::Serialize;
 use sketchnav_schemas::mission::Mission;
@@ -25,7 +26,7 @@ pub struct Sketcher {
 /// Reads and checks the route of a mission, given the size of the robot.
 ///
 /// # Errors
-/// [`LandmarksError`] with the file and the place of the fault.
+/// [`LandmarksError`], which names the file and the place of the fault.
 pub fn understand(
     mission: &Mission,
     robot: &Robot,
@@ -89,7 +90,7 @@ impl Stage for Sketcher {
     }
 }
 
-/// Returns the canvas of a mission's sketch, if the robot locates itself in it, and `None` otherwise.
+/// Returns the canvas of a mission's sketch, or `None` if the robot does not locate itself in it.
 ///
 /// # Errors
 /// [`LandmarksError`] if the sketch cannot be read.

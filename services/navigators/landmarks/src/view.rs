@@ -1,4 +1,4 @@
-//! Conversions between what the robot sees and the messages about it.
+//! Converts between what the robot sees and the messages about it.
 
 use sketchnav_qualitative::hof::Surround;
 use sketchnav_schemas::geometry::Pose;
@@ -57,8 +57,8 @@ pub fn objects(view: &LandmarkView) -> impl Iterator<Item = Seen> + '_ {
     })
 }
 
-/// Returns the state that a message of progress is about: the state that was just matched, if there is one, or else the next
-/// one.
+/// Returns the state that a message of progress is about: the one that was just matched or, if there is none,
+/// the next one.
 pub fn state_of<'a>(route: &'a Route, progress: &LandmarkProgress) -> Option<&'a State> {
     let is_matched = progress.event == LandmarkEvent::Matched.code();
     route.states.get((progress.next as usize).saturating_sub(usize::from(is_matched)))

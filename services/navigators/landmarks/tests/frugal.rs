@@ -1,4 +1,4 @@
-//! Steps of a drive allocate nothing.
+//! Steps of a drive do not allocate.
 
 use sketchnav_landmarks::drawn::DrawnMetres;
 use sketchnav_landmarks::file;

@@ -1,4 +1,5 @@
-//! Times the planning of a new goal in a drawing, of a path around what the laser sees, and the other work of every step.
+//! Times how long it takes to plan a new goal in a drawing, to plan a path around what the laser sees, and to
+//! do the other work of every step.
 
 #[path = "../tests/support/building.rs"]
 mod building;

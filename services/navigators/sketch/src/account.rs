@@ -1,4 +1,5 @@
-//! Charts for the report of a run in a drawing: local scales, effective sample size, and the misfit of the scans.
+//! Charts for the report of a run in a drawing, showing local scales, effective sample size, and the misfit
+//! of the scans.
 
 use sketchnav_stage::account::{self, Curve, Summary};
 use sketchnav_stage::{Denied, Heard};

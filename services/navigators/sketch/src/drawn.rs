@@ -1,4 +1,5 @@
-//! Handles drawings made on the pad: reads their walls for the page, and saves them as missions that can be driven without it.
+//! Handles drawings made on the pad: reads their walls for the page, and saves them as missions that can be
+//! driven without it.
 
 use std::collections::BTreeMap;
 
@@ -15,7 +16,7 @@ use crate::reading::{self, Options, Settings, desk, route_heading_rad};
 /// Time limit for a task, in seconds of simulation time.
 const TIME_LIMIT_S: f64 = 1800.0;
 
-/// The functions by which the pad shows and saves drawings for this navigator.
+/// The functions with which the pad shows and saves drawings for this navigator.
 pub const DRAWN: Drawn = Drawn { walls, keep };
 
 /// Reads the walls with the sketcher's own code, so that the page shows exactly what the sketcher would read. Returns `None` if

@@ -1,12 +1,12 @@
 //! Monte Carlo localization in a sketch, which estimates the pose and two local scales at once (Boniardi et al. 2015, III-A).
 //!
-//! The state of a particle is (x, y, θ, a, b), that is, a pose in the drawing, in pixels, and the scales there, in pixels per
-//! metre, along the walls' direction and across it. An update propagates the particles by the scaled odometry (equation 6), weighs
-//! them by the scan (equations 7 and 8, or the beam model), and resamples them. Between updates, the estimate is dead-reckoned
-//! through its scales.
+//! The state of a particle is (x, y, θ, a, b), which is a pose in the drawing, in pixels, and the scales
+//! there, in pixels per metre, along the walls' direction and across it. An update propagates the particles
+//! by the scaled odometry (equation 6), weighs them by the scan (equations 7 and 8, or the beam model), and
+//! resamples them. Between updates, the estimate is dead-reckoned through its scales.
 //!
-//! The filter uses no clock, no file and no ground truth. It allocates nothing after [`Filter::new`], and the same inputs give the
-//! same bits.
+//! The filter has no access to clocks, files or the ground truth. It does not allocate after [`Filter::new`],
+//! and the same inputs give the same bits.
 
 pub mod adaptive;
 pub mod beam_model;
@@ -67,7 +67,7 @@ const BLIND: f32 = 1.0;
 /// The filter's estimate, after a scan, of where the robot is in the drawing.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Estimate {
-    /// Pose at the mode of the particles. This is never a mean over several modes.
+    /// Pose at the mode of the particles. It is never a mean over several modes.
     pub pose: Pose<Sketch>,
     /// Local scale along the wall direction, in pixels per metre.
     pub scale_a_pxpm: f64,
@@ -103,7 +103,7 @@ pub enum FilterError {
     },
 }
 
-/// Everything in the filter that changes, which is what a checkpoint contains.
+/// All mutable state of the filter, which is what a checkpoint contains.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct State {
     particles: ParticleSet,
@@ -125,11 +125,11 @@ pub struct State {
     covariance: Vec<f64>,
     effective_sample_size: f64,
     confidence: Confidence,
-    /// Where a person says that the robot is. Takes effect with the next scan.
+    /// Where a person has placed the robot. Takes effect with the next scan.
     told: Option<Start>,
 }
 
-/// The localization filter, with the prepared drawing, the state and working memory.
+/// The localization filter, with the prepared drawing, its state and its working memory.
 #[derive(Debug, Clone)]
 pub struct Filter {
     parameters: Parameters,
@@ -197,12 +197,12 @@ impl Filter {
         })
     }
 
-    /// Lends threads to the filter. They only affect how long an update takes, not its result.
+    /// Lends threads to the filter. They affect how long an update takes, but not its result.
     pub fn set_workers(&mut self, workers: Workers) {
         self.workers = workers;
     }
 
-    /// Processes a scan and the odometry of the same time, and returns the estimate of where the robot is now.
+    /// Processes a scan and the odometry of the same time, and returns the estimated pose of the robot.
     pub fn step(&mut self, odometry: &Pose<Odom>, scan: &LaserScan) -> Estimate {
         self.beams.select(scan, &self.mounting, self.parameters.beams);
         self.beam_model.read(&self.beams, self.state.drawing_error);
@@ -221,10 +221,12 @@ impl Filter {
         self.estimate()
     }
 
-    /// Sets where a person says that the robot is. At the next scan, all particles are drawn again around that place.
+    /// Places the robot where a person says it is. At the next scan, all particles are drawn again around
+    /// that place.
     ///
     /// # Errors
-    /// [`FilterError::StartOutside`] if the place is outside the drawing. Nothing changes in that case.
+    /// [`FilterError::StartOutside`] if the place is outside the drawing, in which case the filter does not
+    /// change.
     pub fn tell(&mut self, told: Start) -> Result<(), FilterError> {
         told.check_within(self.size_px)?;
         self.state.told = Some(told);
@@ -241,7 +243,7 @@ impl Filter {
         &self.state
     }
 
-    /// Continues from a checkpoint of a filter with the same drawing and parameters.
+    /// Resumes from a checkpoint of a filter with the same drawing and parameters.
     pub fn restore(&mut self, state: State) {
         if state.started {
             self.weigher.suit(&self.grid, &self.parameters, &state.proportions);
@@ -351,8 +353,9 @@ impl Filter {
         }
     }
 
-    /// Returns the mean log likelihood of a beam at a pose, by the beam model. A scan without any valid beam fits nowhere, so a
-    /// robot that sees nothing counts as lost after a while, however well it was localized before.
+    /// Returns the mean log likelihood of a beam at a pose, by the beam model. A scan without any valid beam
+    /// fits nowhere, so a robot that sees nothing eventually counts as lost, however well it was localized
+    /// before.
     fn fit(&mut self, pose: &ScaledPose) -> f32 {
         if self.beams.is_empty() {
             return self.parameters.lost_below - BLIND;
@@ -394,9 +397,10 @@ impl Filter {
         }
     }
 
-    /// Draws the first particles. Their poses are around the start that the person marked, and their scales around those that the
-    /// first scan suggests. Later, the scales are drawn back to the drawing's mean. Noise of the motion model is added once
-    /// (Boniardi et al. 2015, IV: "sampled according to the state model").
+    /// Draws the first particles. Their poses are around the start that the person marked, and their scales
+    /// around those that the first scan suggests. Later, the scales are pulled back to the drawing's mean.
+    /// Noise of the motion model is added once (Boniardi et al. 2015, IV: "sampled according to the state
+    /// model").
     fn begin(&mut self, odometry: &Pose<Odom>) {
         let (p, start) = (&self.parameters, &self.start);
         let first = start.scaled_pose(&self.grid, &self.frame, &self.beams, self.scale_guess_pxpm, p);
@@ -415,8 +419,9 @@ impl Filter {
         (self.state.odometry, self.state.updated_at, self.state.started) = (at, at, true);
     }
 
-    /// Draws all particles again where a person says that the robot is, as at the start. The drawing's mean scales are left
-    /// unchanged. The scales at the place are those that this scan suggests if the heading is known, and the mean scales otherwise.
+    /// Draws all particles again around the place where a person says the robot is, as at the start. The
+    /// drawing's mean scales do not change. The scales at the place are those that this scan suggests if the
+    /// heading is known, and the mean scales otherwise.
     fn begin_anew_at(&mut self, told: &Start, odometry: &Pose<Odom>) {
         let p = &self.parameters;
         let [a_pxpm, b_pxpm] = self.state.proportions.mean_ln_scales.map(f32::exp);

@@ -1,15 +1,17 @@
-//! Navigation in drawings (Boniardi et al. 2015, 2016): the stages of the navigator `sketch`, and what they are built on.
+//! Navigation in drawings (Boniardi et al. 2015, 2016): the stages of the navigator `sketch` and their
+//! building blocks.
 //!
-//! - [`sketcher`], [`localizer`], [`planner`]: the stages;
-//! - [`messages`]: their messages and channels; [`mission`], [`method`]: the keys of a mission of this kind;
-//! - [`lookout`], [`drawn`]: the page's view of a drive, and drawings made on the page; [`account`]: the charts of a report;
-//! - [`reading`]: turns a picture or strokes into a map and places the start and the tasks in it;
-//! - [`filter`]: Monte Carlo localization of the pose and two local scales in that map;
-//! - [`rooms`]: where a goal lies according to regions joined by doors;
+//! - [`sketcher`], [`localizer`], [`planner`]: the stages.
+//! - [`messages`]: their messages and channels. [`mission`], [`method`]: the keys of a mission of this kind.
+//! - [`lookout`], [`drawn`]: the page's view of a drive, and drawings made on the page. [`account`]: the
+//!   charts of a report.
+//! - [`reading`]: turns a picture or strokes into a map and places the start and the tasks in it.
+//! - [`filter`]: Monte Carlo localization of the pose and two local scales in that map.
+//! - [`rooms`]: locates a goal by regions that are connected by doors.
 //! - [`paths`]: paths through the map and along drawn routes.
 //!
-//! Nothing here uses a clock, a file or a channel, or starts a thread. Time, randomness, configuration and worker threads are
-//! passed in as arguments.
+//! This crate does not access clocks, files or channels, and does not start threads. Time, randomness,
+//! configuration and worker threads are passed as arguments.
 
 pub mod account;
 pub mod derived;

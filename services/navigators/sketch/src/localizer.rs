@@ -1,8 +1,9 @@
-//! The localizer reports where the robot is in a drawing.
+//! The localizer stage, which reports where the robot is in a drawing.
 //!
-//! The localizer answers every tick with one estimate. Once per simulated second, a sample of the particles precedes the estimate.
-//! Instants wait for the sketch, except if people draw during the run. The filter starts over with each new sketch, and on an order
-//! `here` it starts over where a person says the robot is.
+//! The localizer responds to every tick with one estimate. Once per simulated second, it sends a sample of
+//! the particles before the estimate. Instants wait for the sketch, unless people draw during the run. The
+//! filter starts over with each new sketch. On an order `here`, it starts over where a person says the robot
+//! is.
 
 use crate::messages::{ESTIMATE, PARTICLES, Particles, PoseEstimate, SKETCH, SketchMap};
 use crate::mission::SketchMission;
@@ -26,10 +27,10 @@ const PARTICLES_EVERY_NS: u64 = 1_000_000_000;
 /// An error that prevents the localizer from working.
 #[derive(Debug, thiserror::Error)]
 pub enum LocalizerError {
-    /// An error in the mission's part for this navigator.
+    /// The part of the mission for this navigator is invalid.
     #[error(transparent)]
     Mission(#[from] MissionError),
-    /// The robot lacks the laser or the odometry.
+    /// The robot has no laser or no odometry.
     #[error(transparent)]
     Robot(#[from] RobotError),
     /// A parameter or the start is invalid.
@@ -40,10 +41,11 @@ pub enum LocalizerError {
     Cells(#[from] CellsError),
 }
 
-/// Returns the parameters that a mission gives the localizer, and the robot's laser. Checks that the robot has odometry, too.
+/// Returns the localizer's parameters in a mission, and the robot's laser. Also checks that the robot has
+/// odometry.
 ///
 /// # Errors
-/// [`LocalizerError`] with the key of the mission or of the robot file.
+/// [`LocalizerError`], which names the key of the mission or of the robot file.
 pub fn demanded(mission: &Mission, robot: &Robot) -> Result<(Parameters, Laser), LocalizerError> {
     let method = SketchMission::of(mission)?.method;
     let parameters = mission.parameters.over(Process::Localizer, &Parameters::of(method))?;
@@ -52,8 +54,8 @@ pub fn demanded(mission: &Mission, robot: &Robot) -> Result<(Parameters, Laser),
     Ok((parameters, robot.laser()?.clone()))
 }
 
-/// Everything that changes from scan to scan, which is what a checkpoint contains. `F` is the filter's own state, or a reference to
-/// it if the state is only to be written.
+/// Everything that changes from scan to scan, which is what a checkpoint contains. `F` is the filter's own
+/// state, or a reference to it when the state is only written.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct State<F = filter::State> {
     filter: Option<F>,
@@ -79,7 +81,7 @@ pub struct Localizer {
     /// The odometry of the last scan.
     odometry: Option<PoseM>,
     estimate: Option<Estimate>,
-    /// Where the robot was, if that is known better than from the start that the drawing marks.
+    /// Where the robot was, if a better estimate exists than the start marked in the drawing.
     start: Option<Start>,
     /// The start that the drawing marks.
     marked: Option<Start>,
@@ -91,7 +93,7 @@ impl Localizer {
     /// Creates the localizer of a run, with parameters from the mission.
     ///
     /// # Errors
-    /// [`LocalizerError`] with the key of the mission or of the robot file.
+    /// [`LocalizerError`], which names the key of the mission or of the robot file.
     pub fn new(run: &RunConfig) -> Result<Self, LocalizerError> {
         let (parameters, laser) = demanded(&run.mission, &run.robot)?;
         let (drive, seed) = (run.robot.drive, run.seed);
@@ -112,9 +114,10 @@ impl Localizer {
         })
     }
 
-    /// Starts over where a person says the robot is, on an order `here`. The position is as uncertain as the mark of the start. If
-    /// the order gives no heading, the estimate's heading is used, or any heading if the robot is lost. The order is ignored
-    /// outside the drawing, before there is a drawing, and if it was given before the estimate from which this localizer started.
+    /// Starts over where a person says the robot is, on an order `here`. The position is as uncertain as the
+    /// mark of the start. If the order gives no heading, the estimated heading is used, or any heading if the
+    /// robot is lost. The order is ignored if the position is outside the drawing, if there is no drawing
+    /// yet, or if the order was given before the estimate from which this localizer started.
     fn on_order(&mut self, order: &MissionCommand) {
         let is_old = self.too_old_ns.is_some_and(|old_ns| order.header.stamp_ns <= old_ns);
         let Some(here) = order.here().filter(|_| !is_old) else { return };
@@ -238,8 +241,8 @@ impl Stage for Localizer {
         Ok(())
     }
 
-    /// Once a sketch arrives, the filter starts at the robot's pose in the last estimate instead of at the marked start. An
-    /// estimate that still waits for a sketch is not used.
+    /// Once a sketch arrives, the filter starts at the robot's pose in the last estimate instead of at the
+    /// marked start. If an earlier estimate is still waiting for a sketch, it is not used.
     fn recover(&mut self, remains: &dyn Remains) {
         let is_known = |last: &PoseEstimate| last.tracking != Tracking::Waiting.code();
         let Some(last) = remains.of(ESTIMATE).filter(is_known) else { return };

@@ -1,5 +1,5 @@
-//! The page's view of a drive in a drawing: the estimate with its particles, the laser hits as the estimate places them, the
-//! plan, the parts of the drawn outline seen so far, and the robot's question.
+//! The page's view of a drive in a drawing: the estimate with its particles, the laser hits as placed by the
+//! estimate, the plan, the parts of the drawn outline seen so far, and the robot's question.
 
 use sketchnav_schemas::channels::SCAN;
 use sketchnav_schemas::codes::Tracking;

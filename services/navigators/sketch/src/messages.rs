@@ -1,5 +1,5 @@
-//! The messages and channels of the navigator `sketch`: the drawing, the tasks in it, the robot's pose, its plan, and its
-//! question to a person.
+//! The messages and channels of the navigator `sketch`: the drawing, the tasks in it, the robot's pose and
+//! plan, and its question to a person.
 
 use sketchnav_schemas::codes::Tracking;
 use sketchnav_schemas::declare::{channels, codes, messages, parts};
@@ -275,7 +275,8 @@ impl Route {
         &self.tasks[..(self.task_count as usize).min(MAX_TASKS)]
     }
 
-    /// Returns the points of `task`: one for a goal, more for a drawn route. Empty if the task's indices are out of range.
+    /// Returns the points of `task`, which is one for a goal and more for a drawn route. Empty if the task's
+    /// indices are out of range.
     pub fn points(&self, task: &RouteTask) -> impl ExactSizeIterator<Item = Point<Sketch>> + '_ {
         let first = task.first_point as usize;
         let range = first..first.saturating_add(task.point_count as usize);

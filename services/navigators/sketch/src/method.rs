@@ -1,4 +1,4 @@
-//! The methods of the kind `sketch`: this project's own, and the published ones that they are measured against.
+//! The methods of the kind `sketch`: this project's own, and the published ones that they are compared with.
 
 use std::fmt;
 use std::str::FromStr;
@@ -10,12 +10,13 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "&'static str")]
 pub enum Method {
-    /// This project's own. On an open floor, it aligns the outline of what the robot has seen with the outline of the drawing.
-    /// Once the robot has seen rooms, and along drawn routes, it drives like [`Self::Beam`].
+    /// This project's own. On an open floor, it aligns the outline of what the robot has seen with the
+    /// outline of the drawing. Once the robot has seen rooms, and along drawn routes, it drives like
+    /// [`Self::Beam`].
     #[default]
     Outline,
-    /// This project's own. A particle filter that weights beams by how likely their ranges are, given what the drawing shows in
-    /// their direction.
+    /// This project's own. A particle filter that weights beams by how likely their ranges are, given what
+    /// the drawing shows in their direction.
     Beam,
     /// Boniardi et al. 2015, which tracks two local scales.
     Boniardi2015,

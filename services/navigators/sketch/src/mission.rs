@@ -1,4 +1,4 @@
-//! The keys of a mission of kind `sketch`, which give the drawing, the robot's start in it, and the tasks.
+//! The keys of a mission of kind `sketch`, which specify the drawing, the robot's start in it, and the tasks.
 //!
 //! All code reads and writes these keys through [`SketchMission`].
 
@@ -23,7 +23,7 @@ pub const KIND: &str = "sketch";
 /// The part of a mission that is specific to the kind `sketch`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SketchMission {
-    /// Method by which the robot localizes and plans.
+    /// Method of localization and planning.
     pub method: Method,
     /// File name of the drawing, which may be PNG, JPEG, GIF, WebP, BMP, PNM, SVG or strokes in JSON.
     pub drawing: String,
@@ -32,9 +32,9 @@ pub struct SketchMission {
     /// Start in the drawing, in image pixels (column, row; row 0 at the top). May be `None` if the first task is a drawn route,
     /// or if the drawing itself marks the start.
     pub start: Option<[f64; 2]>,
-    /// Heading at the start, in degrees counter-clockwise from "to the right" as one looks at the drawing.
+    /// Heading at the start, in degrees counter-clockwise from "to the right" in the drawing.
     pub start_heading_deg: Option<f64>,
-    /// Named places, in image pixels, in addition to those that are written on the drawing.
+    /// Named places, in image pixels, in addition to those labelled on the drawing.
     pub places: BTreeMap<String, [f64; 2]>,
     /// The tasks, in order.
     pub tasks: Vec<SketchTask>,
@@ -86,8 +86,8 @@ pub enum Aim {
 }
 
 impl Aim {
-    /// Returns the points of the route, or the goal as the only point. A named place has none, because the name alone does not
-    /// say where it is.
+    /// Returns the points of the route, or the goal as the only point. A named place has none, because the
+    /// name alone does not determine its position.
     pub fn points(&self) -> &[[f64; 2]] {
         match self {
             Self::Goal(at) => std::slice::from_ref(at),
@@ -104,7 +104,7 @@ impl Aim {
         }
     }
 
-    /// Returns this aim as the key and value of a task's table.
+    /// Returns this aim as a key and value in a task's table.
     pub fn given(&self) -> toml::Table {
         let (key, value) = match self {
             Self::Goal(at) => ("goal", point(*at)),
@@ -145,11 +145,11 @@ fn point(at: [f64; 2]) -> toml::Value {
 }
 
 impl SketchMission {
-    /// Reads and checks the keys of the kind `sketch`. A mission without tasks is valid, because the tasks come later if people
-    /// draw.
+    /// Reads and checks the keys of the kind `sketch`. A mission without tasks is valid, because the tasks
+    /// come later if people draw.
     ///
     /// # Errors
-    /// [`MissionError`] that names the key and what was expected.
+    /// [`MissionError`], which names the key and what was expected.
     pub fn of(mission: &Mission) -> Result<Self, MissionError> {
         let NavigatorChoice { kind, given } = &mission.navigator;
         check(kind == KIND, || "navigator.kind".into(), "\"sketch\"", || format!("{kind:?}"))?;
@@ -190,8 +190,8 @@ impl SketchMission {
         Ok(())
     }
 
-    /// Returns the table `navigator` for a mission file. The method and the tone of the walls are left out if they have their
-    /// defaults.
+    /// Returns the table `navigator` for a mission file. The method and the tone of the walls are omitted if
+    /// they have their default values.
     pub fn navigator(&self) -> NavigatorChoice {
         let places: toml::Table = self.places.iter().map(|(name, at)| (name.clone(), point(*at))).collect();
         let entries = [
@@ -206,8 +206,9 @@ impl SketchMission {
         NavigatorChoice { kind: KIND.to_owned(), given: given.collect() }
     }
 
-    /// Turns `mission` into one of this kind with these tasks. The tasks take over the `there` of the mission's previous tasks,
-    /// in order. If there are now more tasks than before, `there` is unknown for the additional ones.
+    /// Turns `mission` into one of this kind with these tasks. The tasks take over the `there` of the
+    /// mission's previous tasks, in order. If there are more tasks than before, `there` is unknown for the
+    /// additional ones.
     pub fn write_to(&self, mission: &mut Mission) {
         mission.navigator = self.navigator();
         let mut places = std::mem::take(&mut mission.task).into_iter().map(|task| task.there);

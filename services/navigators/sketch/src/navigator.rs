@@ -1,4 +1,5 @@
-//! The navigator as missions select it, with its stages and everything that pages, viewers and reports show of them.
+//! The navigator that missions select, with its stages and everything that pages, viewers and reports show
+//! about them.
 
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::mission::Parameters;

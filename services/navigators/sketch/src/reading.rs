@@ -1,5 +1,5 @@
-//! Reads drawings, whether they are pictures, photographs of paper, SVG, or strokes. Finds the walls and their direction, and
-//! places the mission's start and goals in the drawing.
+//! Reads drawings, which may be pictures, photographs of paper, SVG, or strokes. Finds the walls and their
+//! direction, and places the mission's start and goals in the drawing.
 //!
 //! ```text
 //! bytes ─encoding→ text ─vector (styles, pictures), raster, strokes→ tones
@@ -9,14 +9,16 @@
 //! DrawnMap + Places ─doubts→ warnings
 //! ```
 //!
-//! Pictures are flipped vertically as they are decoded, so that everything after the decoders works in a single frame,
-//! [`Sketch`](sketchnav_schemas::geometry::Sketch): pixels, y up. Coordinates that people write (in a mission file or as
-//! strokes) are image pixels with row 0 at the top until [`DrawnMap::from_image`] converts them.
+//! Pictures are flipped vertically as they are decoded, so that everything after the decoders uses a single
+//! frame, [`Sketch`](sketchnav_schemas::geometry::Sketch): pixels, y up. Coordinates that people write (in a
+//! mission file or as strokes) are image pixels with row 0 at the top until [`DrawnMap::from_image`] converts
+//! them.
 //!
-//! If people draw while the system runs, their drawings arrive at a [`desk`] rather than in a file.
+//! If people draw while the system runs, their drawings arrive at a [`desk`] instead of in a file.
 //!
-//! Nothing here opens a file, reads a clock or sends a message. The same bytes, options and seed give the same map, bit for
-//! bit. Sources: Boniardi et al. 2015, III-B (directions); Boniardi et al. 2016, IV (canvas, obstacles, drawn routes).
+//! This module does not open files, read clocks or send messages. The same bytes, options and seed give the
+//! same map, bit for bit. Sources: Boniardi et al. 2015, III-B (directions); Boniardi et al. 2016, IV
+//! (canvas, obstacles, drawn routes).
 
 mod bits;
 mod budget;

@@ -1,4 +1,5 @@
-//! The drawing as the localizer and the planner see it, which is a grid of free and wall cells with the direction of the walls.
+//! The drawing as seen by the localizer and the planner: a grid of free and wall cells, and the direction of
+//! the walls.
 
 use sketchnav_schemas::codes::WALL;
 use sketchnav_schemas::geometry::{Point, Sketch};
@@ -33,7 +34,7 @@ impl SketchGrid {
     /// Creates a grid from a message and the cells that follow it.
     ///
     /// # Errors
-    /// [`CellsError`] if there are no cells, or not as many as the size in the message demands.
+    /// [`CellsError`] if there are no cells, or not as many as the size in the message requires.
     pub fn of_map(map: &SketchMap, cells: &[u8]) -> Result<Self, CellsError> {
         let (width, height) = (map.width_px, map.height_px);
         Self::new(width as usize, height as usize, cells, map.wall_direction_rad)

@@ -1,4 +1,5 @@
-//! The sketcher stage. It reads the mission's drawing, or the drawings that people send while the mission runs.
+//! The sketcher stage, which reads the mission's drawing, or the drawings that people send while the mission
+//! runs.
 
 use crate::messages::{ROUTE, Route, SKETCH, SketchMap};
 use crate::mission::SketchMission;
@@ -21,7 +22,8 @@ use crate::task::fill_route;
 /// Number of failed attempts after which a drawing that crashes the sketcher is refused.
 const MAX_ATTEMPTS: u32 = 3;
 
-/// Creates the sketcher of a run. It reads the pad's drawings if people draw, and otherwise the mission's drawing.
+/// Creates the sketcher of a run. It reads the pad's drawings if people draw, and the mission's drawing
+/// otherwise.
 ///
 /// # Errors
 /// [`SketchError`] if a parameter is invalid, or if the drawing cannot be opened.
@@ -34,22 +36,22 @@ pub fn sketcher(run: &RunConfig, files: &Files<'_>) -> Result<Box<dyn Hosted>, S
     Ok(Box::new(FileSketcher { bytes: load(&mission, files)?, mission, options }))
 }
 
-/// Reads the drawing of a run and places its start and tasks in it. What the mission says takes precedence over what the
-/// drawing itself marks.
+/// Reads the drawing of a run and places its start and tasks in it. The mission takes precedence over marks
+/// in the drawing itself.
 ///
 /// # Errors
-/// [`SketchError`] if the drawing is missing, or if [`read`] or [`Intent::place`] refuses it.
+/// [`SketchError`] if the drawing is missing, or if [`read`] or [`Intent::place`] rejects it.
 pub fn understand(run: &RunConfig, files: &Files<'_>) -> Result<(DrawnMap, Places), SketchError> {
     let options = Options::of_mission(&run.mission, run.seed)?;
     let mission = SketchMission::of(&run.mission)?;
     understand_bytes(&mission, &options, &load(&mission, files)?)
 }
 
-/// Returns what a person should know about a drawing before a robot is driven by it. There is nothing to return if people draw
-/// while the mission runs.
+/// Returns what a person should know about a drawing before a robot drives by it. Empty if people draw while
+/// the mission runs.
 ///
 /// # Errors
-/// [`SketchError`] if the drawing cannot be read, or if [`reading::doubts::hopeless`] refuses it.
+/// [`SketchError`] if the drawing cannot be read, or if [`reading::doubts::hopeless`] rejects it.
 pub fn doubts(run: &RunConfig, files: &Files<'_>) -> Result<Doubts, SketchError> {
     if run.pad.draws() {
         return Ok(Doubts::default());
@@ -66,7 +68,8 @@ pub fn doubts(run: &RunConfig, files: &Files<'_>) -> Result<Doubts, SketchError>
     })
 }
 
-/// Returns the size and the scale of the grid that a run's drawing becomes, or `None` if people draw while the mission runs.
+/// Returns the size and the scale of the grid made from a run's drawing, or `None` if people draw while the
+/// mission runs.
 ///
 /// # Errors
 /// [`SketchError`] if the drawing cannot be read.
@@ -127,8 +130,8 @@ fn write_sketch(drawing: &DrawnMap, places: &Places, map: &mut SketchMap, cells:
 
 /// Answers each drawing from the pad with one message, after sending the sketch and the route that follow from it.
 ///
-/// The state contains the drawings accepted so far, which the pad has forgotten, and the answer to the last one. A restarted
-/// sketcher needs both.
+/// The state contains the drawings accepted so far, which the pad no longer has, and the answer to the last
+/// one. A restarted sketcher needs both.
 struct LiveSketcher {
     desk: Desk,
     answer: Option<Answer>,
@@ -138,7 +141,7 @@ struct LiveSketcher {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Answer {
     kind: u32,
-    /// The change that the drawing made, or the reason for refusing it.
+    /// The change that the drawing made, or the reason for rejecting it.
     outcome: Result<Change, String>,
 }
 

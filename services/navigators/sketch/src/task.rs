@@ -6,7 +6,7 @@ use sketchnav_schemas::message::Text;
 
 use crate::messages::{Route, RouteTask};
 
-/// A task: a goal if it has a single point, a drawn route if it has more.
+/// A task, which is a goal if it has a single point and a drawn route if it has more.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Task {
     /// Human-readable name.

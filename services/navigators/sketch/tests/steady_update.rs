@@ -1,4 +1,4 @@
-//! Tests that a running filter allocates nothing, on one thread or on two, and that two threads give the same bits as one.
+//! Tests that a running filter does not allocate, on one thread or on two, and that two threads give the same bits as one.
 
 mod support;
 

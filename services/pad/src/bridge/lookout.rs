@@ -1,5 +1,5 @@
-//! What pages see of a run: its navigator's lookout, with the channels that it hears. If there is no drawing, the
-//! robot's sensors are shown below it.
+//! The view that pages show of a run, drawn by the navigator's lookout from its channels. If there is no
+//! drawing, the robot's sensors are shown below it.
 
 use sketchnav_runtime::{Node, RawReader};
 use sketchnav_schemas::channels::{self, Role};

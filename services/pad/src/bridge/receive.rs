@@ -1,4 +1,4 @@
-//! The messages for the machine, from the channels that every kind of navigator has.
+//! Receives messages for the machine from the channels that are common to all kinds of navigators.
 
 use sketchnav_runtime::{Node, Reader};
 use sketchnav_schemas::channels::{FAULTS, HEALTH, STATUS, UNDERSTOOD};

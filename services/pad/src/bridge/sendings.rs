@@ -1,4 +1,4 @@
-//! Makes sending idempotent, by the page's own names for what it sends and the answers to it.
+//! Makes sending idempotent, using the names that pages give to what they send, and the responses to it.
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;

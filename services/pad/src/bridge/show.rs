@@ -1,5 +1,5 @@
-//! What the bridge puts on the board for the pages: the welcome, the walls, the feed. Of the bridge's state, it only
-//! changes what concerns these pictures.
+//! Puts on the board what pages show: the welcome, the walls and the feed. Of the bridge's state, it only
+//! changes what concerns these.
 
 use std::sync::Arc;
 use std::time::Duration;

@@ -1,4 +1,4 @@
-//! The bridge's part in a study: what its participant may do, and what is kept.
+//! The bridge's part in a study: what its participant may do, and what is recorded.
 
 use std::time::Duration;
 

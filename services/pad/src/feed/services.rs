@@ -11,7 +11,7 @@ use sketchnav_schemas::message::Fault;
 /// simulation time, nanoseconds.
 const SETTLED_NS: u64 = 3_000_000_000;
 
-/// The processes of the system, by their numbers.
+/// The processes of the system, by number.
 #[derive(Debug, Clone)]
 pub struct Services {
     known: BTreeMap<u32, ServiceView>,
@@ -24,7 +24,7 @@ pub struct Services {
 pub struct ServiceView {
     /// Its name.
     pub name: &'static str,
-    /// Whether it is up, as far as is known.
+    /// Whether the process is up, as far as is known.
     pub up: bool,
     /// How often it was restarted.
     pub restarts: u32,
@@ -38,7 +38,7 @@ impl Default for Services {
 }
 
 impl Services {
-    /// Takes a fault or a recovery of a process.
+    /// Processes a fault or a recovery.
     pub fn on_fault(&mut self, fault: &Fault) {
         let Some(service) = self.known.get_mut(&fault.process) else { return };
         match FaultKind::from_code(fault.kind) {
@@ -55,7 +55,8 @@ impl Services {
         }
     }
 
-    /// Counts restarted processes as up when enough time has passed; `now_ns`: simulation time, nanoseconds.
+    /// Counts restarted processes as up once enough time has passed. `now_ns` is the simulation time, in
+    /// nanoseconds.
     pub fn settle(&mut self, now_ns: u64) {
         let settled = self.restarted_ns.extract_if(.., |_, since| now_ns.saturating_sub(*since) > SETTLED_NS);
         for (process, _) in settled {
@@ -70,7 +71,7 @@ impl Services {
         self.known.values().cloned().collect()
     }
 
-    /// The names of the processes that are not up.
+    /// Returns the names of the processes that are not up.
     pub fn down(&self) -> impl Iterator<Item = &'static str> + '_ {
         self.known.values().filter(|service| !service.up).map(|service| service.name)
     }

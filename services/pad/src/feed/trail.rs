@@ -1,4 +1,4 @@
-//! The robot's trail, thinned as it grows.
+//! The robot's trail, which is thinned as it grows.
 
 use std::collections::VecDeque;
 

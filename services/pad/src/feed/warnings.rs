@@ -1,4 +1,4 @@
-//! What people should know, in words.
+//! Warnings for people, in words.
 
 use std::time::Duration;
 
@@ -17,7 +17,7 @@ pub struct Warning {
     pub text: String,
 }
 
-/// How those tasks of this drive ended that did not reach their goal.
+/// How those tasks of the current drive ended that did not reach their goal.
 #[derive(Debug, Clone, Default)]
 pub struct Ends {
     failed: Vec<(u32, Warning)>,
@@ -38,13 +38,13 @@ impl Ends {
         }
     }
 
-    /// Forgets them, because another drive begins.
+    /// Clears the warnings, because another drive begins.
     pub fn clear(&mut self) {
         self.failed.clear();
     }
 }
 
-/// The current warnings about the robot, its tasks, its processes and the link to the driver.
+/// Returns the current warnings about the robot, its tasks, its processes and the link to the driver.
 pub fn warnings(
     status: Option<&MissionStatus>,
     tracking: Option<Tracking>,

@@ -1,8 +1,9 @@
-//! The listener: accepts connections, gives each a time to make its request, and limits how long it stays open.
+//! The listener, which accepts connections, gives each a time limit for its request, and limits how long it
+//! stays open.
 //!
-//! A connection carries one request: each answer closes it, and none stays open to wait for the next. Its head has to
-//! arrive soon, and the rest within some time. A WebSocket has limits of its own from then on. A connection that is
-//! closed before its head has arrived gets the reason (408, 431, 503).
+//! A connection carries one request. It is closed after the response, and none stays open to wait for another
+//! request. The head must arrive soon, and the rest within some time. A WebSocket has limits of its own from
+//! then on. A connection that is closed before its head has arrived receives the reason (408, 431, 503).
 
 use std::io::{Cursor, ErrorKind};
 use std::net::{IpAddr, SocketAddr};

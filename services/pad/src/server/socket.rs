@@ -1,6 +1,6 @@
-//! A page's WebSocket: sends the newest pictures, receives short messages.
+//! A page's WebSocket, which sends the newest pictures and receives short messages.
 //!
-//! Messages are received even while sending waits for a slow link, so that an abort never has to wait.
+//! Messages are received even while sending waits for a slow link, so an abort never has to wait.
 
 use std::time::Duration;
 
@@ -24,8 +24,9 @@ const PING_EVERY: Duration = Duration::from_millis(500);
 /// Messages of the page that wait for the answering task; more are dropped.
 const MAX_WORDS: usize = 32;
 
-/// A page from which nothing arrives for this long is gone, whatever the operating system believes. Its browser answers
-/// every ping. While the page still receives older data, it pings the pad itself.
+/// Time without any data after which a page counts as gone, even if the operating system still considers it
+/// connected. Its browser answers every ping. While the page is still receiving older data, it pings the pad
+/// itself.
 const SILENT: Duration = Duration::from_secs(20);
 /// Messages of a page that are handled at once, and per second after that; the rest waits on its own link.
 const WORDS: [f64; 2] = [200.0, 60.0];

@@ -1,11 +1,12 @@
-//! The folder of a study, the only part of it that touches files.
+//! The folder of a study. Only this module accesses its files.
 //!
 //! ```text
 //! DIR/study.json  place.svg  participants.csv  index.html  recordings/…
 //! DIR/CODE/participant.json  drawing-1.json  path-1.json  drive.json  answers.json  outcome.json  index.html  …
 //! ```
-//! A participant's folder appears with its first file, and each of its records is written once. How far a participant has come
-//! follows from which records are there, so a study can be interrupted anywhere and goes on.
+//! A participant's folder is created with its first file, and each of its records is written once. The
+//! records that exist show how far a participant has come, so a study can be interrupted at any time and
+//! resumed.
 
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
@@ -22,7 +23,7 @@ use super::StudyError;
 use super::record::{Answers, Drive, Facts, Kept, Orientation, Outcome, Participant, Record};
 use crate::draft;
 
-/// What the folder of a study contains besides participants.
+/// What the folder of a study contains in addition to participants.
 pub const OWN: [&str; 5] = ["study.json", "place.svg", "participants.csv", "index.html", "recordings"];
 /// The floor as participants see it before they draw.
 pub const PLACE: &str = OWN[1];
@@ -47,17 +48,18 @@ pub struct Folder {
 /// All participants, and what could not be read.
 #[derive(Debug, Clone, Default)]
 pub struct Everyone {
-    /// The participants whose files can be read, by their codes.
+    /// The participants whose files can be read, by code.
     pub kept: Vec<Kept>,
-    /// What is left out: for each such participant, the file, what was expected and what was found.
+    /// The participants who are left out, each with the file, what was expected and what was found.
     pub left_out: Vec<String>,
 }
 
 impl Folder {
-    /// The folder of this study; a new one if there is nothing yet.
+    /// Opens the folder of this study, or creates it if there is nothing yet.
     ///
     /// # Errors
-    /// [`StudyError::NotWritable`], [`StudyError::Foreign`], [`StudyError::Other`]; as [`Folder::open`].
+    /// [`StudyError::NotWritable`], [`StudyError::Foreign`], [`StudyError::Other`], and any error of
+    /// [`Folder::open`].
     pub fn create(path: &Path, facts: &Facts) -> Result<Self, StudyError> {
         let not_writable = |source| StudyError::NotWritable { path: path.into(), source };
         fs::create_dir_all(path).map_err(not_writable)?;
@@ -83,7 +85,7 @@ impl Folder {
     /// The folder of an existing study.
     ///
     /// # Errors
-    /// [`StudyError::NoStudy`], [`StudyError::Foreign`], [`StudyError::Record`], [`StudyError::File`].
+    /// [`StudyError::NoStudy`], [`StudyError::Foreign`], [`StudyError::Record`], or [`StudyError::File`].
     pub fn open(path: &Path) -> Result<Self, StudyError> {
         let facts =
             read(&path.join(Facts::FILE))?.ok_or_else(|| StudyError::NoStudy { path: path.into() })?;
@@ -101,7 +103,7 @@ impl Folder {
         &self.facts
     }
 
-    /// The picture of the floor; `None` if participants do not see one.
+    /// Returns the picture of the floor, or `None` if participants are not shown one.
     ///
     /// # Errors
     /// [`StudyError::File`].
@@ -113,7 +115,7 @@ impl Folder {
         sketchnav_files::read(&path, LIMIT).map(Some).map_err(|source| StudyError::File { path, source })
     }
 
-    /// The codes of all participants, in order.
+    /// Returns the codes of all participants, in order.
     ///
     /// # Errors
     /// [`StudyError::File`].
@@ -125,7 +127,7 @@ impl Folder {
         Ok(codes)
     }
 
-    /// The participants who have answered.
+    /// Returns the participants who have answered.
     ///
     /// # Errors
     /// [`StudyError::File`].
@@ -134,10 +136,10 @@ impl Folder {
         Ok(codes.filter(|code| self.of(code).join(Answers::FILE).exists()).collect())
     }
 
-    /// The group for the next participant: the smaller one, landscape first.
+    /// Returns the group for the next participant, which is the smaller one, or landscape if both are equal.
     ///
     /// # Errors
-    /// [`StudyError::File`], [`StudyError::Record`].
+    /// [`StudyError::File`] or [`StudyError::Record`].
     pub fn next_sheet(&self) -> Result<Orientation, StudyError> {
         let mut counts = [0, 0];
         for code in self.codes()? {
@@ -153,10 +155,10 @@ impl Folder {
         self.path.join(code)
     }
 
-    /// Makes the folder of a new participant.
+    /// Creates the folder of a new participant.
     ///
     /// # Errors
-    /// [`StudyError::Taken`], [`StudyError::File`].
+    /// [`StudyError::Taken`] or [`StudyError::File`].
     pub fn begin(&self, participant: &Participant) -> Result<(), StudyError> {
         let path = self.of(&participant.code);
         let failed = |source| StudyError::File { path: path.clone(), source };
@@ -173,23 +175,23 @@ impl Folder {
         })
     }
 
-    /// A record of a participant; `None` if it is not there yet.
+    /// Reads a record of a participant. Returns `None` if it does not exist yet.
     ///
     /// # Errors
-    /// [`StudyError::Record`], [`StudyError::File`].
+    /// [`StudyError::Record`] or [`StudyError::File`].
     pub fn read<T: Record>(&self, code: &str) -> Result<Option<T>, StudyError> {
         read(&self.of(code).join(T::FILE))
     }
 
-    /// Writes a record of a participant, which must not be there yet.
+    /// Writes a record of a participant, which must not exist yet.
     ///
     /// # Errors
-    /// [`StudyError::Taken`], [`StudyError::File`].
+    /// [`StudyError::Taken`] or [`StudyError::File`].
     pub fn write<T: Record>(&self, code: &str, record: &T) -> Result<(), StudyError> {
         put_new(&self.of(code).join(T::FILE), record.text().as_bytes())
     }
 
-    /// Writes the next file of a series, `drawing-1.json`, `drawing-2.json` and so on.
+    /// Writes the next file of a series, such as `drawing-1.json`, `drawing-2.json` and so on.
     ///
     /// # Errors
     /// [`StudyError::File`].
@@ -204,7 +206,7 @@ impl Folder {
         put_new(&self.of(code).join(format!("{series}-{number}.{extension}")), bytes)
     }
 
-    /// The number and the name of the last file of a series.
+    /// Returns the number and the name of the last file of a series.
     ///
     /// # Errors
     /// [`StudyError::File`].
@@ -217,7 +219,7 @@ impl Folder {
         Ok(entries(&self.of(code))?.into_iter().filter_map(numbered).max())
     }
 
-    /// Everything that can be read; the rest is named.
+    /// Reads everything that can be read, and lists the rest.
     ///
     /// # Errors
     /// [`StudyError::File`] for the folder itself.
@@ -240,10 +242,10 @@ impl Folder {
     }
 }
 
-/// Checks that a study has written everything in the folder.
+/// Checks that everything in the folder was written by a study.
 ///
 /// # Errors
-/// [`StudyError::Foreign`] with what else is there; [`StudyError::File`].
+/// [`StudyError::Foreign`], which names what else is there, or [`StudyError::File`].
 pub fn check_own(path: &Path) -> Result<(), StudyError> {
     let is_known = |path: &Path| {
         let name = path.file_name().unwrap_or_default();

@@ -1,4 +1,4 @@
-//! What a study keeps: JSON files, each written once.
+//! The records of a study, which are JSON files that are written once each.
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
@@ -9,9 +9,9 @@ use sketchnav_schemas::mission::Place;
 
 /// The version of all these files.
 pub const VERSION: u32 = 1;
-/// Longest code of a participant, characters.
+/// Maximum length of a participant's code, in characters.
 pub const MAX_CODE: usize = 32;
-/// Most characters of a participant's suggestions.
+/// Maximum length of a participant's suggestions, in characters.
 pub const MAX_SUGGESTIONS: usize = 2000;
 /// Ages that people may have, years.
 const AGES: [u8; 2] = [1, 120];
@@ -20,12 +20,12 @@ const MAX_S: f64 = 86_400.0;
 /// Most strokes, undone steps or uses of the eraser.
 const MAX_COUNT: u32 = 1_000_000;
 
-/// A statement that participants rate.
+/// A statement for participants to rate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Statement {
     /// Its key in [`Answers`].
     pub key: &'static str,
-    /// Its wording, which is ours: it asks about what the text of the paper reports.
+    /// The wording of the statement. It is ours, and asks about what the text of the paper reports.
     pub text: &'static str,
     /// What Boniardi et al. 2016, V-A, report about it.
     #[serde(skip)]
@@ -62,10 +62,10 @@ pub const STATEMENTS: [Statement; 6] = [
     Statement { key: "editing", text: "Changing the drawing was easy.", published: "praised, no figure" },
 ];
 
-/// The Likert scale of the paper: the words for 1 to 5.
+/// The Likert scale of the paper, as words for 1 to 5.
 pub const SCALE: [&str; 5] = ["Strongly disagree", "Disagree", "Neutral", "Agree", "Strongly agree"];
 
-/// What is wrong with a file, or with what a page sends.
+/// An error in a file, or in what a page sends.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum RecordError {
     /// Not JSON of the expected form.
@@ -124,22 +124,22 @@ pub trait Record: Serialize + DeserializeOwned {
     }
 }
 
-/// What is studied: the same for all participants.
+/// What is studied, which is the same for all participants.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Facts {
     /// [`VERSION`].
     pub version: u32,
-    /// The mission that provides world, robot and start.
+    /// The mission that provides the world, the robot and the start.
     pub mission: String,
     /// The method by which the robot drives.
     pub method: String,
-    /// Where the robot truly starts: its heading, degrees counter-clockwise from the world's x axis.
+    /// The robot's true heading at its start, in degrees counter-clockwise from the world's x axis.
     pub start_heading_deg: f64,
-    /// Where the robot is to go in the true world; unknown if the mission does not say.
+    /// The robot's goal in the true world, or unknown if the mission does not give one.
     #[serde(default, skip_serializing_if = "Place::is_unknown")]
     pub goal: Place,
-    /// Whether the page shows the floor from above before the drawing.
+    /// Whether the page shows the floor from above before participants draw.
     pub shows_floor: bool,
 }
 
@@ -163,7 +163,7 @@ impl Facts {
     }
 }
 
-/// Which side of a sheet or a screen is up.
+/// The orientation of a sheet or a screen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Orientation {
@@ -174,7 +174,7 @@ pub enum Orientation {
 }
 
 impl Orientation {
-    /// Both, in the order of the paper's groups.
+    /// Both orientations, in the order of the paper's groups.
     pub const ALL: [Self; 2] = [Self::Landscape, Self::Portrait];
 
     /// Its name.
@@ -190,9 +190,10 @@ impl Orientation {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Participant {
-    /// The code that stands for a person: lower-case letters, digits and hyphens. It is also the name of the folder.
+    /// The code that represents a person, made of lower-case letters, digits and hyphens. It is also the name
+    /// of the folder.
     pub code: String,
-    /// Years, if the participant says so.
+    /// Age in years, if the participant gives it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub age: Option<u8>,
     /// The group: how the sheet lies.
@@ -223,17 +224,17 @@ impl Record for Participant {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Measures {
-    /// From the beginning of the map's first stroke to its last change, seconds.
+    /// Time from the beginning of the map's first stroke to its last change, in seconds.
     pub drawing_s: f64,
     /// The same for the path.
     pub path_s: f64,
-    /// Strokes, boxes and shapes that were drawn, including those undone later.
+    /// Number of strokes, boxes and shapes that were drawn, including those undone later.
     pub strokes: u32,
-    /// Steps of the map that were undone.
+    /// Number of steps of the map that were undone.
     pub undone: u32,
     /// How often the eraser changed the map.
     pub erased: u32,
-    /// How the screen was held at the first stroke.
+    /// Orientation of the screen at the first stroke.
     pub screen: Orientation,
 }
 
@@ -257,15 +258,15 @@ impl Measures {
     }
 }
 
-/// A participant's drive, as it begins.
+/// A participant's drive, recorded when it begins.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Drive {
-    /// The drawing's file, in the participant's folder.
+    /// The drawing's file in the participant's folder.
     pub drawing: String,
     /// The path's file there.
     pub path: String,
-    /// The recording: relative to the study's folder if it is in there.
+    /// The recording. The path is relative to the study's folder if the recording is in it.
     pub recording: String,
     /// What the page has measured.
     pub measures: Measures,
@@ -284,7 +285,7 @@ impl Record for Drive {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Answers {
-    /// For each of [`STATEMENTS`], by its key, 1 to 5 on [`SCALE`].
+    /// For each of [`STATEMENTS`], by its key, a rating from 1 to 5 on [`SCALE`].
     pub ratings: BTreeMap<String, u8>,
     /// What could be better, in the participant's words.
     #[serde(default)]
@@ -324,22 +325,23 @@ impl Record for Answers {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Outcome {
-    /// Whether the robot reported that it had arrived and, where the goal is known, truly was there.
+    /// Whether the robot reported that it had arrived and, if the goal is known, truly was there.
     pub success: bool,
-    /// The last state that the planner reported.
+    /// The last state reported by the planner.
     pub state: String,
     /// The planner's reason.
     #[serde(default)]
     pub reason: String,
-    /// Simulation time of the drive, seconds.
+    /// Simulation time of the drive, in seconds.
     pub time_s: f64,
     /// Length of the true path, metres.
     pub path_m: f64,
-    /// From the true position at the end to the goal, metres, if the goal is known.
+    /// Distance from the true position at the end to the goal, in metres, if the goal is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub final_error_m: Option<f64>,
-    /// By how much the drawing is turned against the floor, degrees counter-clockwise: the heading at the start in the drawing,
-    /// minus the true one. It contains the error of the direction in which the participant began the path.
+    /// Rotation of the drawing relative to the floor, in degrees counter-clockwise: the heading at the start
+    /// in the drawing, minus the true one. It includes the error of the direction in which the participant
+    /// began the path.
     pub rotation_deg: f64,
 }
 
@@ -355,7 +357,7 @@ impl Record for Outcome {
     }
 }
 
-/// All that is known about a participant.
+/// Everything that is known about a participant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Kept {
     /// Who it is.

@@ -1,4 +1,4 @@
-//! The participant at the page: how far they have come, what they may do next, and what is kept of it.
+//! The participant at the page: how far they have come, what they may do next, and what is recorded of it.
 
 use serde::{Deserialize, Serialize};
 
@@ -28,13 +28,13 @@ pub enum Stage {
     Done,
 }
 
-/// What a participant tells the study: `{"begin":{…}}`, `{"measures":{…}}` or `{"answers":{…}}`.
+/// What a participant sends to the study: `{"begin":{…}}`, `{"measures":{…}}` or `{"answers":{…}}`.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Told {
     /// Who takes part.
     Begin(Begin),
-    /// What the page has measured; needed before the drive.
+    /// What the page has measured, which is required before the drive.
     Measures(Measures),
     /// The answers, after the drive.
     Answers(Answers),
@@ -56,7 +56,7 @@ pub struct Begin {
 pub struct View {
     /// How far the participant has come.
     pub stage: Stage,
-    /// The participant's code, from [`Stage::Draw`] on.
+    /// The participant's code, starting with [`Stage::Draw`].
     pub code: Option<String>,
     /// How the participant's sheet lies.
     pub sheet: Option<Orientation>,
@@ -66,7 +66,7 @@ pub struct View {
     pub statements: [Statement; STATEMENTS.len()],
     /// The words for 1 to 5.
     pub scale: [&'static str; SCALE.len()],
-    /// Most characters of the suggestions.
+    /// Maximum length of the suggestions, in characters.
     pub suggestions: usize,
 }
 
@@ -77,7 +77,7 @@ struct Now {
     measures: Option<Measures>,
 }
 
-/// A study with the participant at the page, one at a time.
+/// A study with one participant at a time at the page.
 #[derive(Debug)]
 pub struct Sitting {
     folder: Folder,
@@ -117,10 +117,10 @@ impl Sitting {
         }
     }
 
-    /// Goes on with a participant who has begun.
+    /// Resumes with a participant who has already begun.
     ///
     /// # Errors
-    /// [`StudyError`], if the participant's files cannot be read.
+    /// [`StudyError`] if the participant's files cannot be read.
     pub fn resume(&mut self, code: &str) -> Result<(), StudyError> {
         let Some(participant) = self.folder.read::<Participant>(code)? else { return Ok(()) };
         let is_done = self.folder.read::<Answers>(code)?.is_some();
@@ -134,10 +134,11 @@ impl Sitting {
         Ok(())
     }
 
-    /// Begins with a new participant, or goes on with one who was interrupted.
+    /// Begins with a new participant, or resumes with one who was interrupted.
     ///
     /// # Errors
-    /// If the code is invalid, or its participant has finished already; if another participant has not.
+    /// An error if the code is invalid, if its participant has already finished, or if another participant
+    /// has not.
     pub fn begin(&mut self, Begin { code, age }: Begin) -> Result<(), Refusal> {
         let code = code.trim().to_lowercase();
         if let Some(other) = self.code().filter(|other| *other != code) {
@@ -173,7 +174,8 @@ impl Sitting {
         }
     }
 
-    /// Whether the study allows a step: it begins with a participant, and one drawing is driven once.
+    /// Returns true if the study allows a step. A study begins with a participant, and only one drawing is
+    /// driven, once.
     ///
     /// # Errors
     /// With what is required.
@@ -188,7 +190,7 @@ impl Sitting {
         if holds { Ok(()) } else { Err(self.not_now("a participant draws, and the robot drives once")) }
     }
 
-    /// Keeps the drawing that the sketcher has just accepted, or the path in it.
+    /// Stores the drawing that the sketcher has just accepted, or the path in it.
     ///
     /// # Errors
     /// [`Refusal::File`].
@@ -207,7 +209,7 @@ impl Sitting {
     /// Records that the drive begins.
     ///
     /// # Errors
-    /// If the drawing time or what is driven is not known; [`Refusal::File`].
+    /// An error if the drawing time or what is driven is not known, and [`Refusal::File`].
     pub fn drive(&mut self, recording: &str) -> Result<(), Refusal> {
         let Some(now) = self.now.as_mut().filter(|now| now.stage == Stage::Draw) else { return Ok(()) };
         let code = now.participant.code.as_str();
@@ -227,7 +229,7 @@ impl Sitting {
     /// Takes the answers.
     ///
     /// # Errors
-    /// Unless the participant has driven and the answers are complete; [`Refusal::File`].
+    /// An error unless the participant has driven and the answers are complete, and [`Refusal::File`].
     pub fn answer(&mut self, answers: &Answers) -> Result<(), Refusal> {
         answers.check().map_err(malformed)?;
         let not_now = self.not_now("the robot has driven");

@@ -1,9 +1,10 @@
-//! The figures of a study: what Boniardi et al. 2016, V, report, next to the same figures of the participants here. Whatever
-//! nobody has done yet is a dash.
+//! The figures of a study: those that Boniardi et al. 2016, V, report, next to the same figures of the
+//! participants here. Figures without any data yet are shown as a dash.
 //!
-//! The paper does not say what its ± is, and reports neither strokes nor by how much drawings were turned. A drive counts as
-//! successful there if the robot's path in the drawing is homotopic to the drawn one and ends near the goal; here, if the robot
-//! reports that it has arrived and, where the goal is known, truly is there.
+//! The paper does not say what its ± stands for, and reports neither strokes nor by how much drawings were
+//! rotated. In the paper, a drive counts as successful if the robot's path in the drawing is homotopic to the
+//! drawn one and ends near the goal. Here, it counts if the robot reports that it has arrived and, if the
+//! goal is known, truly is there.
 //!
 //! Pure: records in, text out.
 
@@ -11,7 +12,7 @@ use sketchnav_schemas::statistics::{incomplete_beta, interval_of_mean, mean, var
 
 use super::record::{Kept, Measures, Orientation, Outcome, SCALE, STATEMENTS, Statement};
 
-/// A table: the first column names the line.
+/// A table, the first column of which names the line.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
     /// What it shows.
@@ -30,7 +31,7 @@ const PUBLISHED: [usize; 2] = [17, 25];
 /// The limits of the groups of drawing times, minutes.
 const MINUTES: [f64; 3] = [1.0, 2.0, 4.0];
 
-/// All tables, in the order of the page.
+/// Returns all tables, in the order of the page.
 pub fn tables(all: &[Kept]) -> [Table; 5] {
     [overview(all), by_time(all), by_sheet(all), by_rotation(all), answers(all)]
 }
@@ -160,7 +161,7 @@ fn answers(all: &[Kept]) -> Table {
 
 // ---------------------------------------------------------------------------- participants
 
-/// A line for each participant, below its headings: `participants.csv`.
+/// Returns `participants.csv`, with a header and a line for each participant.
 pub fn participants(all: &[Kept]) -> (Vec<String>, Vec<Vec<String>>) {
     let known = ["code", "age", "sheet", "screen", "drawing_s", "path_s", "strokes", "undone", "erased"];
     let judged = ["success", "state", "time_s", "path_m", "final_error_m", "rotation_deg"];
@@ -197,7 +198,7 @@ fn line(kept: &Kept) -> Vec<String> {
     cells
 }
 
-/// The participants as a table of comma-separated values (RFC 4180), in the order of their codes.
+/// Returns the participants as a table of comma-separated values (RFC 4180), in the order of their codes.
 ///
 /// # Errors
 /// Never: it is written to memory.
@@ -279,8 +280,8 @@ fn correlation_of(drives: &[(&Kept, &Measures, &Outcome)]) -> String {
     correlation(&pairs).map_or(NONE.into(), |[r, p]| format!("r = {r:.2}, p = {p:.2}"))
 }
 
-/// Pearson's correlation and the probability of one at least as strong by chance (Student's t); `None` for fewer than three
-/// pairs, or if one of the two never varies.
+/// Returns Pearson's correlation and the probability of one at least as strong by chance (Student's t).
+/// Returns `None` if there are fewer than three pairs, or if one of the two never varies.
 fn correlation(pairs: &[[f64; 2]]) -> Option<[f64; 2]> {
     let column = |k: usize| pairs.iter().map(|pair| pair[k]).collect::<Vec<_>>();
     let [a, b] = [0, 1].map(column);

@@ -1,5 +1,5 @@
-//! The names and bytes that ROS 2's rmw_zenoh writes into Zenoh: keys of topics, liveliness tokens of the graph, attachments
-//! of messages.
+//! The names and bytes that ROS 2's rmw_zenoh uses in Zenoh: keys of topics, liveliness tokens of the graph,
+//! and attachments of messages.
 //!
 //! Source: the design document of rmw_zenoh. In the parts of a token, slashes are replaced by `%`, and so are empty parts.
 
@@ -52,7 +52,7 @@ pub struct Typed<'a> {
 }
 
 impl Node {
-    /// Returns the key under which the messages of a topic travel.
+    /// Returns the key under which the messages of a topic are sent.
     pub fn key(&self, typed: &Typed<'_>) -> String {
         let (domain, topic) = (self.domain, self.full(typed.topic));
         format!("{domain}{topic}/{}/{}", typed.type_name, typed.type_hash)
@@ -120,8 +120,8 @@ pub fn identity(token: &str) -> [u8; 16] {
     twox_hash::XxHash3_128::oneshot(token.as_bytes()).to_le_bytes()
 }
 
-/// Returns the attachment of a message: its number, from 1, the time at which it was sent, in nanoseconds since 1970, and its
-/// publisher's identity.
+/// Returns the attachment of a message, which consists of its number, from 1, the time at which it was sent,
+/// in nanoseconds since 1970, and its publisher's identity.
 pub fn attachment(number: i64, sent_ns: i64, identity: [u8; 16]) -> [u8; ATTACHMENT_BYTES] {
     let mut bytes = [0; ATTACHMENT_BYTES];
     bytes[..8].copy_from_slice(&number.to_le_bytes());
@@ -136,7 +136,8 @@ pub fn publisher_of(attachment: &[u8]) -> PublisherId {
     attachment.get(17..).and_then(|identity| identity.try_into().ok()).unwrap_or_default()
 }
 
-/// Returns the key at which the newest message of a latched topic is queried. The same text is the token that announces it.
+/// Returns the key under which the newest message of a latched topic can be queried. The same text is the
+/// token that announces it.
 ///
 /// Source: the advanced publisher of zenoh-ext, which rmw_zenoh uses. It distinguishes messages by their time stamps.
 pub fn latched(key: &str, session: &str) -> String {

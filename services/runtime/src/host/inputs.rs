@@ -1,5 +1,5 @@
-//! The channels that a stage reads. Instructions and requests are delivered as they arrive. An instant consists of a tick, the
-//! readings that the tick lists, and the message that the step answers.
+//! The channels that a stage reads. Instructions and requests are delivered as they arrive. An instant
+//! consists of a tick, the readings that the tick refers to, and the message that the step responds to.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::channels::{self, ChannelSpec, Role};
@@ -17,7 +17,7 @@ pub(super) struct Positions {
     sensors: Vec<u64>,
     tick: u64,
     trigger: u64,
-    /// The last tick answered before a start without a checkpoint.
+    /// The last tick that got a response before a start without a checkpoint.
     answered: u64,
     /// Time and number of the last request.
     last_request: (u64, u64),
@@ -30,9 +30,9 @@ pub(super) struct Inputs {
     last_request: (u64, u64),
     sensors: Vec<Sensor>,
     ticks: Option<Queue>,
-    /// Queue of the messages that steps answer, if these are not the ticks.
+    /// Queue of the messages that steps respond to, if these are not the ticks.
     triggers: Option<Queue>,
-    /// The last tick answered before a start without a checkpoint.
+    /// The last tick that got a response before a start without a checkpoint.
     answered: u64,
     /// Buffer for [`Inputs::positions`].
     positions: Positions,
@@ -124,8 +124,9 @@ impl Inputs {
         self.last_request
     }
 
-    /// Advances to the next instant if all its parts have arrived. Returns whether it did. Which part arrives first is a matter
-    /// of chance, since a reader that joins late gets the history of each channel when its writer next serves it.
+    /// Advances to the next instant if all its parts have arrived. Returns true if it did. Which part arrives
+    /// first is a matter of chance, since a reader that joins late gets the history of each channel when its
+    /// writer next serves it.
     pub(super) fn next_instant(&mut self, node: &Node) -> Result<bool> {
         let Self { ticks, triggers, answered, sensors, .. } = self;
         let Some(ticks) = ticks else { return Ok(false) };
@@ -178,8 +179,8 @@ impl Inputs {
         self.ticks.as_ref().is_some_and(|ticks| ticks.taken < tick)
     }
 
-    /// Resumes after what a predecessor took. Instructions are delivered again, and the newest reading of each sensor is taken once
-    /// more, because it belongs to the instants that follow.
+    /// Resumes after what the process had taken before the kill. Instructions are delivered again, and the
+    /// newest reading of each sensor is taken once more, because it belongs to the instants that follow.
     pub(super) fn resume(&mut self, positions: &Positions) {
         for (requests, &taken) in self.requests.iter_mut().zip(&positions.requests) {
             requests.taken = taken;
@@ -201,8 +202,8 @@ impl Inputs {
         self.last_request = positions.last_request;
     }
 
-    /// Resumes after the tick `answered` with whatever the channels still have. Earlier requests from the pad are skipped.
-    /// Drawings need not be skipped, because no history keeps them.
+    /// Resumes after the tick `answered` with whatever the channels still contain. Earlier requests from the
+    /// pad are skipped. Drawings need not be skipped, because no history stores them.
     pub(super) fn resume_after(&mut self, answered: u64, node: &Node) -> Result<()> {
         self.answered = answered;
         for requests in self.requests.iter_mut().filter(|requests| is_of_people(requests.reader.spec())) {
@@ -251,8 +252,8 @@ impl Queue {
         Ok(true)
     }
 
-    /// Takes the next message whose tick has arrived. Returns true if both are there. A message without its tick, as after an
-    /// overflow in real time, is skipped, since its readings may be missing, too.
+    /// Takes the next message whose tick has arrived. Returns true if both have arrived. A message without
+    /// its tick, as after an overflow in real time, is skipped, since its readings may be missing as well.
     fn next_with_tick(&mut self, ticks: &mut Self, answered: u64) -> Result<bool> {
         while self.next_after(answered)? {
             if !ticks.advance_to(self.tick())? {

@@ -1,4 +1,4 @@
-//! Summarizes what was converted from a log and what was not, for people and programs.
+//! Summarizes which parts of a log were converted and which were not, for people and programs.
 
 use std::collections::BTreeMap;
 

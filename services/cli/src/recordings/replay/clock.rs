@@ -1,4 +1,4 @@
-//! Computes when a recorded message is due by the clock.
+//! Computes when a recorded message is due by the wall clock.
 
 use std::time::{Duration, Instant};
 
@@ -7,7 +7,7 @@ use super::super::args::Rate;
 /// Range of rates that the keys can set.
 const RATES: std::ops::RangeInclusive<f64> = 1.0 / 64.0..=64.0;
 
-/// Relates recorded time to the clock.
+/// Relates recorded time to the wall clock.
 pub struct Clock {
     rate: Rate,
     /// A recorded time, in nanoseconds, and the moment at which it was played.

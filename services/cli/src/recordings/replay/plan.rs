@@ -1,4 +1,4 @@
-//! Decides which parts of a recording are played, and into which channels, before anything is started.
+//! Determines which parts of a recording to play, and into which channels, before anything is started.
 
 use std::collections::BTreeMap;
 use std::ops::Range;

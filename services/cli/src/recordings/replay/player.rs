@@ -91,8 +91,8 @@ impl<'a> Player<'a> {
         })
     }
 
-    /// Plays until the end or an error. In either case, names the messages that were not played and those that every
-    /// reader rejected.
+    /// Plays until the end or an error. In either case, lists the messages that were not played and those
+    /// that every reader rejected.
     pub fn play(&mut self, supervisor: &mut Supervisor) -> anyhow::Result<End> {
         let end = self.play_all(supervisor);
         self.bar.finish_and_clear();
@@ -296,7 +296,7 @@ struct Answers {
 struct Answer {
     process: Process,
     reader: RawReader,
-    /// The newest tick that the process has answered.
+    /// The newest tick to which the process has responded.
     newest: u64,
     /// How many ticks the process may lag behind.
     window: u64,

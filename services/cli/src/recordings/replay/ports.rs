@@ -150,7 +150,8 @@ impl Ports {
         &self.invalid
     }
 
-    /// Sleeps, and hands earlier messages to readers that have joined. Returns whether the process is asked to end.
+    /// Sleeps, and passes earlier messages to readers that have joined. Returns true if the process was asked
+    /// to end.
     pub fn nap(&self, timeout: Duration) -> Wake {
         let mut wake = Wake::Timeout;
         for (i, node) in self.nodes.values().enumerate() {

@@ -1,4 +1,4 @@
-//! The page of a recording that this project did not write, with its content and the positions in its topics.
+//! The page of a recording by other software, with its content and the positions in its topics.
 
 use std::path::Path;
 

@@ -1,4 +1,5 @@
-//! Forms of markers: how a figure is written, and what is shown of a whole experiment or of the table of a study.
+//! Forms of markers, which determine how a figure is written, and what is shown of a whole experiment or of
+//! the table of a study.
 
 use std::fmt::Write as _;
 
@@ -101,7 +102,7 @@ enum Judgement {
     Truth,
     /// By the robot's own pose in the drawing.
     Sketch,
-    /// By the true final position, whichever path was taken.
+    /// By the true final position, regardless of the path.
     Place,
 }
 
@@ -166,7 +167,7 @@ impl Form {
         Some(Self { style, judgement })
     }
 
-    /// Returns the figure over all tasks driven by a method, or `None` if it was not kept.
+    /// Returns the figure over all tasks driven by a method, or `None` if it is not stored.
     pub fn of_method(self, method: &Method) -> Option<String> {
         match self.style {
             Style::Majority => {
@@ -177,7 +178,7 @@ impl Form {
         }
     }
 
-    /// Returns the figure, or `None` if it was not kept.
+    /// Returns the figure, or `None` if it is not stored.
     pub fn of(self, tally: Tally) -> Option<String> {
         let tally = match self.judgement {
             Judgement::Truth => tally,

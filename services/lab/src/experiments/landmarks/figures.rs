@@ -1,5 +1,5 @@
-//! Figures 5.3 to 5.6 of Chronis 2007, computed from drives without additional states. They show what decides whether a
-//! turn, a sketch or a state succeeds.
+//! Figures 5.3 to 5.6 of Chronis 2007, computed from drives without additional states. They show what
+//! determines whether a turn, a sketch or a state succeeds.
 
 use crate::experiments::landmarks::tables::{Driven, Row};
 use crate::experiments::section::{Form, Mark, Plot, Section};

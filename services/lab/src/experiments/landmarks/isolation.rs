@@ -1,4 +1,5 @@
-//! The `landmark-isolation` suite drives by landmark states without people's errors (Chronis 2007, 5.2.3 and 5.3.1).
+//! The `landmark-isolation` suite drives by landmark states without people's errors (Chronis 2007, 5.2.3 and
+//! 5.3.1).
 
 use serde_json::json;
 use sketchnav_schemas::codes::Process;
@@ -101,9 +102,10 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     })
 }
 
-/// Returns a true sketch with the route of a robot that was guided along the true path by software, "creating an accurate
-/// path" (5.2.3). The robot's odometry is exact, it believes nothing else, and it looks no further ahead than it has to. It
-/// is only driven when the sketch is needed, so listing jobs does not drive it.
+/// Returns a true sketch with the route of a robot that was guided along the true path by software, "creating
+/// an accurate path" (5.2.3). The robot's odometry is exact and its only source of information, and it looks
+/// no further ahead than necessary. It is only driven when the sketch is needed, so listing jobs does not
+/// drive it.
 fn driven_way(folders: &Folders, scene: &Scene, seed: u64) -> Result<Page, EvalError> {
     let guided = trial("guided".into(), String::new(), mission(folders, scene, by_bytes(BELIEF)))?;
     let mut guided = Trial { bytes: Some(true_sketch(scene, &scene.way)), ..guided };

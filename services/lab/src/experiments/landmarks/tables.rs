@@ -1,4 +1,5 @@
-//! Tables 5.2 to 5.6 of Chronis 2007 and its F test, computed from drives and shown beside the published values.
+//! Tables 5.2 to 5.6 of Chronis 2007 and its F test, computed from drives and shown next to the published
+//! values.
 
 use sketchnav_schemas::statistics::{interval_of_mean, mean, variance};
 
@@ -13,7 +14,7 @@ use crate::experiments::variance::{FTest, f_test};
 /// Suffix of the names of trials without additional states.
 pub const BASE: &str = "/base";
 
-/// A reading of what a state says about the objects after its first one.
+/// A reading of what a state requires of the objects after its first one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reading {
     /// Suffix of the names of the reading's trials, before [`BASE`].
@@ -24,7 +25,7 @@ pub struct Reading {
 
 /// Every object has its ranges (figure 4.23).
 pub const STRICT: Reading = Reading { suffix: "", words: "" };
-/// Objects after the first only have their direction (table 4.1).
+/// Objects after the first one only have their direction (table 4.1).
 pub const DIRECTION_ONLY: Reading =
     Reading { suffix: "/direction-only", words: ", objects after the first by direction alone" };
 /// Shown in place of a number that does not exist.

@@ -3,11 +3,12 @@
 //! - The robot has the dimensions and limits given in the thesis: 20 inches wide (4.3.2), 25 inches and up to 105 degrees
 //!   per second (4.7), and sonars from 17 to 255 inches (4.2).
 //! - Sketches are drawn on a PDA, in 160 × 160 whole pixels of 5 inches (4.3.2).
-//! - A sketch yields as many states as the sketch with its number in tables 5.2 and 5.3, and turns widely enough for
-//!   additional states if table 5.4 has a different P with them. A program draws sketches of the scene, like people in more
-//!   or less of a hurry, until one has these counts. It drives none of them before.
-//! - Each sketch is driven five times, with and without additional states, and by both readings of the objects after the
-//!   first.
+//! - A sketch yields as many states as the sketch with its number in tables 5.2 and 5.3, and turns widely
+//!   enough for additional states if table 5.4 gives a different P with them. A program draws sketches of the
+//!   scene, like people in more or less of a hurry, until one has these counts. None of them is driven before
+//!   that.
+//! - Each sketch is driven five times, with and without additional states, and according to both readings of
+//!   the objects after the first.
 
 use sketchnav_deform::scenes::hasty;
 use sketchnav_landmarks::extraction::states::additional_parts;
@@ -86,9 +87,9 @@ fn draw(scene: &Scene, degree: f64, seed: u64) -> Option<(String, Sketch)> {
     Some((file, sketch))
 }
 
-/// Returns the first sketch of a scene with these counts, trying seeds from this one on. Sketches without an object in view
-/// at a turn are skipped. If no sketch has both counts, only the number of states decides: in scene A, five states are too
-/// few for a sketch without a wide turn.
+/// Returns the first sketch of a scene with these counts, trying seeds starting with this one. Sketches
+/// without an object in view at a turn are skipped. If no sketch has both counts, only the number of states
+/// decides: in scene A, five states are too few for a sketch without a wide turn.
 fn sketch(scene: &Scene, degree: f64, seed: u64, wanted: Counts) -> Option<String> {
     let first = |fits: &dyn Fn(Counts) -> bool| {
         let mut drawings = (0..MOST_DRAWINGS).filter_map(|i| draw(scene, degree, seed + i));

@@ -1,9 +1,10 @@
-//! The `landmark-unknowns` suite varies what Chronis 2007 leaves open, one reading at a time, with sketches without errors.
+//! The `landmark-unknowns` suite varies what Chronis 2007 leaves open, one reading at a time, using sketches
+//! without errors.
 //!
-//! Both scenes of the thesis are lost. Here each is rebuilt 30 times: once as in the other suites, and then with
-//! every object except the goal moved at random by up to the tolerance of the relations that the scenes were rebuilt from.
-//! The sketch is the scene itself, in whole pixels of a PDA, with the exact route. Any failure is therefore not due to how
-//! people draw.
+//! Both scenes of the thesis are lost. Here, each is rebuilt 30 times: once as in the other suites, and then
+//! with every object except the goal moved at random by up to the tolerance of the relations from which the
+//! scenes were rebuilt. The sketch is the scene itself, in whole pixels of a PDA, with the exact route.
+//! Failures are therefore not due to how people draw.
 
 use rand::RngExt;
 use sketchnav_deform::scenes::sketch;

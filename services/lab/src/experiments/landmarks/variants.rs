@@ -1,5 +1,6 @@
-//! Variants of extracting states from a sketch, for suites that compare them: with and without additional states, and by
-//! both readings of the objects after the first. Also holds the published results of the variants.
+//! Variants of extracting states from a sketch, for suites that compare them: with and without additional
+//! states, and according to both readings of the objects after the first. The published results of the
+//! variants are included.
 
 use sketchnav_schemas::codes::Process;
 

@@ -98,15 +98,15 @@ impl Reading {
         Self { matches, turn, shift: middle_sketch - turn * middle_world }
     }
 
-    /// Returns the rotation of the drawing relative to the world in degrees, rounded to quarter turns. People draw walls
-    /// parallel to the edges of the paper, and one annotator reads one drawing upside down.
+    /// Returns the rotation of the drawing relative to the world in degrees, rounded to quarter turns. People
+    /// draw walls parallel to the edges of the paper, and one annotator read one drawing upside down.
     pub fn quarter_turns_deg(&self) -> f64 {
         (self.turn.arg().to_degrees() / 90.0).round() * 90.0
     }
 
-    /// Returns the likeliest pair of places of a match, which may have several on either side: the place in the drawing and the
-    /// place in the world (one that `counts` accepts) that agree best with all other matches. The units are those of
-    /// [`Match::sketch`] and [`Match::world`].
+    /// Returns the likeliest pair of places of a match, which may contain several on either side: the place
+    /// in the drawing and the place in the world (one accepted by `counts`) that agree best with all other
+    /// matches. The units are those of [`Match::sketch`] and [`Match::world`].
     pub fn likeliest_pair(
         &self,
         index: usize,

@@ -33,7 +33,7 @@ fn yes() -> bool {
 }
 
 impl Regions {
-    /// Returns the regions that are part of the project.
+    /// Returns the regions that are stored in the repository.
     ///
     /// # Errors
     /// [`EvalError::Data`] if the file is malformed.
@@ -68,15 +68,15 @@ impl Regions {
         self.region[region].enterable
     }
 
-    /// Returns several regions as a single place whose error is measured from `center`. (If two regions overlap at a door, the
-    /// strip of a third of a metre belongs to neither.)
+    /// Returns several regions as a single place whose error is measured from `center`. (If two regions
+    /// overlap at a door, the overlapping strip of a third of a metre belongs to neither.)
     pub fn union(&self, regions: &[usize], center: [f64; 2]) -> Place {
         place(regions.iter().map(|&region| self.region[region].polygon.clone()).collect(), center)
     }
 }
 
-/// Joins polygons into one. Cuts lead from the first corner of the first polygon to each other polygon and back. The
-/// even-odd rule ignores them, since they have no area.
+/// Joins polygons into one. Cuts lead from the first corner of the first polygon to each other polygon and
+/// back. They have no area, so the even-odd rule ignores them.
 fn place(polygons: Vec<Vec<[f64; 2]>>, center: [f64; 2]) -> Place {
     let mut corners: Vec<[f64; 2]> = Vec::new();
     let anchor = polygons[0][0];

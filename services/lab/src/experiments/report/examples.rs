@@ -1,4 +1,4 @@
-//! Chooses the tasks that a report shows as pictures.
+//! Selects the tasks that a report shows as pictures.
 
 use crate::error::EvalError;
 use crate::experiments::jobs::Job;
@@ -21,8 +21,8 @@ pub struct Example {
     pub pictures: Vec<String>,
 }
 
-/// Drives some failures and some successes of the first method again and draws them. The repeated drives are identical to
-/// the bit, so this avoids keeping the logs of thousands of tasks.
+/// Repeats some failures and some successes of the first method and draws them. The repeated drives are
+/// identical bit for bit, so the logs of thousands of tasks need not be kept.
 ///
 /// # Errors
 /// [`EvalError`] if a floor or a drawing cannot be drawn.

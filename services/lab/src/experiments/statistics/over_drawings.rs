@@ -1,5 +1,5 @@
-//! The interval of a success rate over drawings. Drives with the same drawing mostly end alike and are not independent
-//! trials, so the sample is one of drawings, each with several drives.
+//! The interval of a success rate over drawings. Drives with the same drawing mostly end alike and are not
+//! independent trials, so the sample consists of drawings, each with several drives.
 //!
 //! The drawings are resampled with replacement, each with all of its drives, and the interval contains the middle 95 % of
 //! the resulting success rates (A. C. Davison and D. V. Hinkley, Bootstrap Methods and their Application, 1997, section
@@ -22,7 +22,8 @@ const SEED: u64 = 1;
 /// A 95 % interval over drawings.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct OverDrawings {
-    /// Number of drawings. With only one, this is Wilson's interval of its drives and says nothing about other drawings.
+    /// Number of drawings. With only one, this is Wilson's interval of its drives and does not apply to other
+    /// drawings.
     pub drawings: usize,
     /// Lower end, from 0 to 1.
     pub low: f64,

@@ -1,9 +1,10 @@
 //! Logs of real robots, localized in drawings of the buildings that they were recorded in.
 //!
-//! Everything about the robot is real here: the laser, the odometry, the furniture and the people. A map is built of each log
-//! from its corrected poses, and `sketchnav deform` draws it, so that for each pose of the corrected log it is known where it
-//! lies in the drawing. The localizer gets the start, as marked by a person, the scans and the odometry. Nobody navigates by
-//! its estimates, so a localizer that has lost the robot stays lost.
+//! The robot is real: its laser, its odometry, and the furniture and people around it. A map of each log is
+//! built from its corrected poses and drawn by `sketchnav deform`, so for each pose of the corrected log, the
+//! corresponding position in the drawing is known. The localizer receives the start, as marked by a person,
+//! the scans and the odometry. Because the robot does not navigate by its estimates, a localizer that has
+//! lost the robot stays lost.
 
 use std::path::{Path, PathBuf};
 use std::thread::available_parallelism;

@@ -1,4 +1,5 @@
-//! A raster around the robot that says how close each cell is to a wall of the map, and its maxima over blocks of cells.
+//! A raster around the robot that stores how close each cell is to a wall of the map, and maxima over blocks
+//! of cells.
 
 use crate::grid::floor;
 use crate::occupancy::Occupancy;

@@ -32,12 +32,12 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// Returns true if verification makes the transition more probable.
+    /// Returns true if verification increases the probability of the transition.
     pub fn pays(&self) -> bool {
         self.verified > self.plain
     }
 
-    /// Returns the probability with verification if it pays, otherwise without.
+    /// Returns the probability with verification if that is greater, and without verification otherwise.
     pub fn best(&self) -> f64 {
         self.plain.max(self.verified)
     }
@@ -46,7 +46,7 @@ impl Estimate {
 /// Number of times that the search along a slide is extended if it has met nothing, each time by a larger distance.
 const STRIPS: u32 = 4;
 
-/// Estimates the transitions that begin at some landmarks, one after another. The others count as impossible.
+/// Estimates the transitions that begin at some landmarks, one after another. All others count as impossible.
 pub fn estimates(
     atlas: &Atlas,
     pilot: &Pilot,

@@ -1,13 +1,14 @@
-//! The belief about the landmark at hand, and the decision where to go from it.
+//! The belief about the current landmark, and the decision where to go from it.
 //!
-//! The belief is a Bayes filter over the landmarks of the chart. A movement attains each landmark with the probability that the
-//! model gives it, and the surroundings that are then seen weigh it (Thrun, Burgard and Fox, *Probabilistic Robotics*, 2005,
-//! table 8.1).
+//! The belief is a Bayes filter over the landmarks of the chart. Each movement attains landmarks with the
+//! probabilities given by the model, and the surroundings seen there update these (Thrun, Burgard and Fox,
+//! *Probabilistic Robotics*, 2005, table 8.1).
 //!
-//! The decision is by *QMDP* with one step of look-ahead (Littman, Cassandra and Kaelbling, *Learning policies for partially
-//! observable environments*, 1995). Value iteration finds what each movement from each landmark is worth if the navigator always
-//! knew where it is. From a belief, each movement is valued by the beliefs that it may lead to, for every panorama that may be
-//! seen then, and these by QMDP. To say that this is the goal is worth the probability that it is.
+//! Decisions use *QMDP* with one step of look-ahead (Littman, Cassandra and Kaelbling, *Learning policies for
+//! partially observable environments*, 1995). Value iteration computes the value of each movement from each
+//! landmark as if the navigator always knew where it is. The value of a movement from a belief is that of the
+//! beliefs it may lead to, over all panoramas that may be seen there, and QMDP gives the values of those
+//! beliefs. The value of declaring that this is the goal is the probability that it is.
 
 use std::sync::Arc;
 
@@ -42,8 +43,8 @@ const MOST_AFTER: usize = 48;
 const MOST_ACTIONS: usize = 36;
 /// Maximum number of movements of a journey.
 const LONGEST: usize = 60;
-/// Factor by which the value of a movement is multiplied for each time that it was made from the same landmark. The errors of
-/// the map stay as they are, so what has gone wrong once will probably go wrong again.
+/// Factor by which the value of a movement is multiplied each time that it was made from the same landmark.
+/// The errors of the map do not change, so a movement that has gone wrong once will probably go wrong again.
 const AGAIN: f32 = 0.8;
 /// If nothing is worth more than this, the navigator is lost.
 const HOPELESS: f32 = 1e-3;
@@ -55,10 +56,10 @@ type Worths = [f32; MOST_ACTIONS];
 #[derive(Debug, Clone)]
 pub struct Policy {
     model: Arc<Model>,
-    /// How likely the journey begins at each landmark.
+    /// Probability that the journey begins at each landmark.
     prior: Vec<f32>,
     goal: usize,
-    /// What each movement is worth from each landmark, if the navigator always knew where it is.
+    /// Value of each movement from each landmark, if the navigator always knew where it is.
     worths: Vec<Worths>,
 }
 
@@ -69,9 +70,10 @@ pub struct Belief {
     weights: ArrayVec<f32, MOST_LANDMARKS>,
     /// The movement under way, by its number in the model. `None` before the first.
     action: Option<u8>,
-    /// A bit for each movement that has found nothing at the landmark at hand.
+    /// One bit for each movement that found nothing at the current landmark.
     tried: u64,
-    /// The movements made: the landmark that was the most probable one, and the number of the movement in the model.
+    /// The movements made so far: the most probable landmark at that time, and the number of the movement in
+    /// the model.
     made: ArrayVec<(u16, u8), LONGEST>,
     accepted: u16,
     recoveries: u16,

@@ -29,7 +29,7 @@ fn charted(atlas: &Atlas, pilot: &Pilot, trials: u32, seed: u64) -> (Charted, Ar
     (charted, model, journey)
 }
 
-/// With errors of 5 mm, maps that branch arrive on about three of four journeys.
+/// With errors of 5 mm, branching maps arrive on about three of four journeys.
 #[test]
 fn a_belief_arrives_as_often_as_stated_and_knows_when_it_slips() {
     let (mut arrivals, mut recovered) = (0, 0);

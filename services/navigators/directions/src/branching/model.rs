@@ -1,5 +1,5 @@
-//! The map-maker's model of the navigator's mistakes: which dot a movement attains from each dot, and what the surroundings
-//! look like there.
+//! The map-maker's model of the navigator's mistakes: which dots a movement attains from each dot, and what
+//! the surroundings look like there.
 //!
 //! Movements and looks are simulated one by one, purely geometrically. The dots are displaced in each trial, and each look has
 //! errors of its own.
@@ -38,7 +38,7 @@ pub struct Outcome {
     pub nothing: f64,
 }
 
-/// The places of a map, and what may happen between them.
+/// The places of a map, and what can happen between them.
 #[derive(Debug)]
 pub struct Model {
     /// The dots of the model, in ascending order. A dot's number in the model is its index in this list.

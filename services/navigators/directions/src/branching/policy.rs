@@ -1,5 +1,6 @@
-//! Searches for a finite-state controller of the navigator. The controller says what to do at each place where the navigator
-//! believes itself to be, and which place to assume next, given the panorama of the landmark attained.
+//! Searches for a finite-state controller of the navigator. The controller determines what to do at each
+//! place where the navigator believes itself to be, and which place to assume next, given the panorama of the
+//! attained landmark.
 //!
 //! The navigator remembers nothing but the place where it believes itself to be. The map-maker knows where it may be in truth: the
 //! *belief* is the distribution of true places over all simulated journeys that reach this entry. Bounded policy iteration
@@ -20,7 +21,7 @@ pub struct Weights {
     pub nothing: f64,
     /// Cost of moving to a place that the map doesn't contain yet, as a fraction of the place's value.
     pub new_place: f64,
-    /// Minimum fraction of journeys that come to a place. Places with fewer visits are left out of the map.
+    /// Minimum fraction of journeys that visit a place. Places with fewer visits are left out of the map.
     pub least_visits: f64,
 }
 
@@ -122,8 +123,8 @@ impl<'a> Search<'a> {
         search
     }
 
-    /// Resets the values. Initially, nothing is known except that ending at the goal is right. Values therefore grow from
-    /// below, and going around in circles has no value.
+    /// Resets the values. Initially, nothing is known except that ending at the goal is right. Values
+    /// therefore grow from below, and going around in circles is worth nothing.
     fn begin(&mut self) {
         let Policy { nodes, goal, .. } = &mut self.policy;
         nodes.fill(None);

@@ -1,4 +1,4 @@
-//! Tests of maps that branch, on a few worlds.
+//! Tests of branching maps, on a few worlds.
 
 use super::*;
 use crate::custom_map::CustomMap;

@@ -292,7 +292,7 @@ proptest! {
         prop_assert_eq!(postcard::from_bytes::<CustomMap>(&bytes).unwrap(), map);
     }
 
-    /// A slip of the pen in a map that branches: some characters are missing, or others stand in their place.
+    /// A slip of the pen in a branching map: some characters are missing, or others stand in their place.
     #[test]
     fn a_damaged_map_is_read_or_rejected(
         map in branching_map(),

@@ -26,11 +26,11 @@ use crate::traversal::{Noise, Traversal};
 /// The method by which a plan is chosen.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Choice {
-    /// The paper's method, with isolated landmarks and equations 1 and 2.
+    /// The paper's method, which uses isolated landmarks and equations 1 and 2.
     Paper(Objective, Verify),
     /// The greatest probability of arrival, found by simulation.
     Simulated(Effort),
-    /// The greatest probability of arrival, with maps that branch considered as well.
+    /// The greatest probability of arrival when branching maps are considered as well.
     Branching(Effort),
     /// No map: a navigator with a belief, which knows the positions of all landmarks.
     Belief(Effort),
@@ -50,14 +50,15 @@ pub struct Setting {
 }
 
 impl Setting {
-    /// Returns the paper's setting: isolated landmarks, one view per decision, and only position errors.
+    /// Returns the paper's setting: isolated landmarks, one view per decision, and no errors except those of
+    /// positions.
     pub fn of_sigma(sigma: f64) -> Result<Self, Error> {
         let words = Kinds::PAPER.words;
         Ok(Self { window: window()?, words, looks: 1, noise: Noise::of_sigma(sigma) })
     }
 
-    /// Returns a setting with all kinds of errors: of position, missed and false dots, and a helicopter that drifts by 2 mm and
-    /// 1° in 100 mm.
+    /// Returns a setting with all kinds of errors: positions, missed and false dots, and a helicopter that
+    /// drifts by 2 mm and 1° in 100 mm.
     pub fn of_all_errors() -> Result<Self, Error> {
         let noise = Noise {
             misses: 0.02,

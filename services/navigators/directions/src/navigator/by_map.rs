@@ -1,4 +1,5 @@
-//! The custom map as a guide: entry after entry, with what each says about wrong landmarks (Park and Kender 1995, 5.5, 6.3).
+//! The custom map as a guide, which says at each entry what to do about wrong landmarks (Park and Kender
+//! 1995, 5.5, 6.3).
 
 use serde::{Deserialize, Serialize};
 

@@ -1,7 +1,9 @@
-//! What a navigator goes by: it says what to look for, and where to go on from each landmark that the navigator attains.
+//! Guides, which determine what a navigator looks for and where it continues from each landmark that it
+//! attains.
 //!
-//! The navigator itself sees, moves and looks around. A [`Guide`] decides. A custom map is one (see [`by_map`](super::by_map)),
-//! and so is a list of landmarks with a belief about the one at hand ([`crate::belief`]).
+//! The navigator itself sees, moves and looks around, whereas a [`Guide`] makes the decisions. A custom map
+//! is a guide (see [`by_map`](super::by_map)), and so is a list of landmarks with a belief about the current
+//! one ([`crate::belief`]).
 
 use std::fmt::Debug;
 
@@ -98,7 +100,7 @@ pub struct Counts {
     pub entry: u16,
     /// Number of landmarks accepted.
     pub accepted: u16,
-    /// Number of the landmark that the last accepted one is taken for.
+    /// Number of the landmark that the last accepted one is assumed to be.
     pub meant: u16,
     /// Number of recoveries.
     pub recoveries: u16,

@@ -1,4 +1,5 @@
-//! The method `belief` in a mission: the chart that the map-maker sends, the navigator that goes by it, and what it reports.
+//! The method `belief` in a mission: the chart that the map-maker sends, the navigator that uses it, and its
+//! reports.
 
 use std::fmt::Display;
 use std::sync::Arc;
@@ -17,8 +18,8 @@ use crate::navigator::{Navigator, Outcome, Output};
 use crate::path::{Atlas, Measure, Objective, Path, Start, best};
 use crate::plane::DotId;
 
-/// Number of simulations of each movement. The map-maker and the navigator each make the model from the chart, so both take the
-/// same number, and the navigator's is done before its supervisor could take it for stuck.
+/// Number of simulations of each movement. The map-maker and the navigator both compute the model from the
+/// chart, so both use this number. The navigator finishes before its supervisor could take it for stuck.
 const TRIALS: u32 = Effort::USUAL.trials;
 
 /// The chart of a mission, with its journeys.
@@ -28,7 +29,7 @@ pub struct Charts {
     pub charted: Charted,
     /// The journey of each task.
     pub journeys: Vec<Journey>,
-    /// The most reliable path of each task, as a map-maker would plan it. The navigator need not take it.
+    /// The most reliable path of each task, as planned by a map-maker. The navigator may take another one.
     pub paths: Vec<Path>,
     /// The probability of arrival of each task.
     pub probabilities: Vec<f64>,

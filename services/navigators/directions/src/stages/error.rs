@@ -6,7 +6,7 @@ use sketchnav_schemas::robot::RobotError;
 
 use crate::error::Error;
 
-/// The reason why a mission of this kind cannot be run.
+/// Why a mission of this kind cannot be run.
 #[derive(Debug, thiserror::Error)]
 pub enum DirectionsError {
     /// The mission's keys are invalid.
@@ -15,7 +15,7 @@ pub enum DirectionsError {
     /// The robot lacks a sensor.
     #[error(transparent)]
     Robot(#[from] RobotError),
-    /// A file could not be read, or its contents are invalid.
+    /// A file cannot be read, or its contents are invalid.
     #[error("{key}: {file}: {reason}")]
     File {
         /// The mission key that names the file.
@@ -51,7 +51,7 @@ pub enum DirectionsError {
         number: usize,
         /// Name of the task.
         name: String,
-        /// The reason why planning failed.
+        /// Why planning failed.
         cause: Error,
         /// Earlier findings about the files of the run, which may explain the failure.
         notices: Vec<String>,

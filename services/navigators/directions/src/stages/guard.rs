@@ -13,8 +13,8 @@ use sketchnav_schemas::robot::Robot;
 use super::error::DirectionsError;
 use crate::geometry::Point;
 
-/// Angles from a blocked direction at which others are tried, in radians, starting on the side to which the robot already
-/// moves. The last ones lead away from an obstacle that is already too near.
+/// Angles from a blocked direction at which others are tried, in radians, starting on the side to which the
+/// robot is already moving. The last ones lead away from an obstacle that is already too near.
 const ASIDE_RAD: [f64; 9] = [0.0, 0.4, 0.8, 1.2, 1.7, -0.4, -0.8, -1.2, -1.7];
 /// Minimum fraction of the desired velocity at which a direction counts as free.
 const FREE: f64 = 0.5;

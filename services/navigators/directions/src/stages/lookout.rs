@@ -1,7 +1,7 @@
-//! Draws a journey with a custom map for the page. The window with its dots is in the middle of the sheet. Around it lies the
-//! plane as the map-maker sees it, placed as if the navigator were right about its landmark. If the dots in the window don't
-//! coincide with those of the plane, the navigator is wrong. For a navigator with a belief, the landmark is the most probable one,
-//! and the others that it may be at are marked.
+//! Draws a journey with a custom map for the page. The window with its dots is in the middle of the sheet.
+//! Around it is the plane as the map-maker sees it, placed as if the navigator were right about its landmark.
+//! If the dots in the window do not coincide with those of the plane, the navigator is wrong. If the
+//! navigator has a belief, the most probable landmark is used, and the other candidates are marked.
 
 use sketchnav_schemas::robot::Robot;
 use sketchnav_stage::lookout::{self, Around, Color, Picture, Shape};

@@ -54,14 +54,14 @@ pub const METHODS: [&str; 9] =
 /// The criterion by which a path is chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 pub enum Method {
-    /// The probability of arrival, found by simulation. This method is our own.
+    /// The probability of arrival, estimated by simulation. This method is our own.
     #[default]
     #[serde(rename = "arrival")]
     Arrival,
-    /// The probability of arrival, with maps that branch considered as well.
+    /// The probability of arrival when branching maps are considered as well.
     #[serde(rename = "branching")]
     Branching,
-    /// The probability of arrival of a navigator that knows the positions of the landmarks, in place of a map.
+    /// The probability of arrival of a navigator that knows the positions of the landmarks instead of a map.
     #[serde(rename = "belief")]
     Belief,
     /// The shortest distance.

@@ -1,9 +1,10 @@
-//! The navigator as a stage. It follows its guide and uses only what the localizer describes.
+//! The navigator as a stage, which follows its guide and sees only what the localizer describes.
 //!
 //! The guide comes in an instruction ([`Instructed`]). It is a custom map, or a chart of landmarks ([`super::belief`]).
 //!
-//! Every description is answered with one command and one status. If a view is repeated, the navigator continues as before. At
-//! the goal, it moves its window over the landmark so that the next task begins there.
+//! The planner responds to each description with one command and one status. If a view is repeated, the
+//! navigator continues as before. At the goal, it moves its window over the landmark so that the next task
+//! begins there.
 
 use crate::messages::Activity as Code;
 use crate::messages::{DESCRIPTION, DIRECTIONS, Description, JOURNEY, Journey};

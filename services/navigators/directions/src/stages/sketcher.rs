@@ -1,4 +1,5 @@
-//! The map-maker as a stage: it sees the plane as the global camera does, plans, and publishes the custom maps once.
+//! The map-maker as a stage, which sees the plane as the global camera does, plans, and publishes the custom
+//! maps once.
 //!
 //! The map-maker knows a plane only from a picture, in which it finds spots and their centroids and maps them onto the plane by
 //! a perspective transform through known points (Park and Kender 1995, 7.1.1). Its positions therefore have errors of their
@@ -36,18 +37,18 @@ use crate::transitions::Kinds;
 /// The line that separates the maps of two tasks.
 pub const BETWEEN: &str = "---";
 
-/// Everything that the map-maker has made for a mission.
+/// Everything that the map-maker has prepared for a mission.
 #[derive(Debug, Clone)]
 pub struct Made {
     /// The dots at the positions where the map-maker sees them. Empty if the map was written by hand.
     pub dots: Vec<Point>,
     /// The custom map of each task.
     pub maps: Vec<CustomMap>,
-    /// The plan of each task; empty if the map was written by hand, or there is a chart.
+    /// The plan of each task. Empty if the map was written by hand, or if there is a chart.
     pub plans: Vec<Plan>,
     /// Each task's journey, as far as the map-maker knows it.
     pub journeys: Vec<PlannedJourney>,
-    /// The chart, for a navigator with a belief. There are no maps then.
+    /// The chart, if the navigator has a belief, in which case there are no maps.
     pub charts: Option<Charts>,
     /// For each task, the landmarks that its map means. Each has its number in `dots` or, for a map written by hand, its
     /// position in the task's list.

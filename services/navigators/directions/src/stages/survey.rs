@@ -1,4 +1,5 @@
-//! What the map-maker sees before it plans: the dots of a picture, or the landmarks and the walls of a floor plan.
+//! What the map-maker sees before it plans: the dots of a picture, or the landmarks and walls of a floor
+//! plan.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! Rates how significant an event is for a change of the command, by the rules of Chronis 2007, figure 4.8.
+//! Rates the significance of an event for a change of the command, by the rules of Chronis 2007, figure 4.8.
 //!
 //! The membership functions of figure 4.9 are lost, so these are ours (degree over the input, linear between the points):
 //!

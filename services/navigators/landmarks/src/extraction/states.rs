@@ -1,4 +1,4 @@
-//! Chooses the events that define a state (Chronis 2007, 4.3.5, 4.6.1, 4.6.2, figure 4.11).
+//! Selects the events that define a state (Chronis 2007, 4.3.5, 4.6.1, 4.6.2, figure 4.11).
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::route::{Command, Kind, Place, Range, Relation, Route, State, between};
 use crate::sketch::Sketch;
 
-/// Builds the route: the start, a state for each change of the command, additional states, and the end.
+/// Builds the route from the start, a state for each change of the command, additional states, and the end.
 ///
 /// # Errors
 /// [`Error::NothingInView`] if the robot has to turn where no object is in view.
@@ -42,12 +42,13 @@ pub fn route(track: &Track, parameters: &Parameters, sketch: &Sketch) -> Result<
     Ok(Route { objects, states })
 }
 
-/// Chooses the events of a state. They are the most significant ones, as dynamic conditions (4.6.1). As long as the state
-/// resembles the previous one, "add next significant object" (figure 4.11) adds the most significant events of another object.
-/// The first state after the start has no previous state and keeps only the most significant events.
+/// Selects the events of a state: the most significant ones, as dynamic conditions (4.6.1). As long as the
+/// state resembles the previous one, "add next significant object" (figure 4.11) adds the most significant
+/// events of another object. The first state after the start has no previous state and keeps only its most
+/// significant events.
 ///
-/// The object that is added must be another one. Another direction of the same object would be an alternative, so the state
-/// would be met more often instead of less ("a more strict definition", 4.9).
+/// The added object must be a different one. Another direction of the same object would be an alternative, so
+/// the state would be met more often instead of less often ("a more strict definition", 4.9).
 ///
 /// The thesis asks for "at least one object direction at an angle greater than 45 degrees from any of the object directions in
 /// conditions defining the previous QLS". The five decisions of the example in 4.9 are only consistent with this if it means at

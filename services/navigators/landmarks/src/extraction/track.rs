@@ -1,8 +1,9 @@
-//! What the robot would see and do at each step along the drawn route (Chronis 2007, 4.3 to 4.3.4).
+//! Predicts what the robot sees and does at each step along the drawn route (Chronis 2007, 4.3 to 4.3.4).
 //!
-//! The turning rate is "normalized" in the thesis, with a threshold of 0.7, but no unit is given. We read it as degrees per
-//! pixel of the PDA (5 inches). In this unit, the robot's own turn, 10° per second at 25 inches per second, is 2. Turns in the
-//! examples of figure 4.29 (8 to 10 steps for a right angle) are about the same.
+//! The turning rate is "normalized" in the thesis, with a threshold of 0.7, but no unit is given. We
+//! interpret it as degrees per pixel of the PDA (5 inches). In this unit, the robot's own turn, 10° per
+//! second at 25 inches per second, is 2. Turns in the examples of figure 4.29 (8 to 10 steps for a right
+//! angle) are about the same.
 
 use sketchnav_qualitative as qualitative;
 use sketchnav_qualitative::hof::{Force, Grade, Pair, Polygon, Surround, View, Workspace};
@@ -46,16 +47,17 @@ pub struct Step {
     pub sights: Vec<Sight>,
 }
 
-/// A piece of the route with one command.
+/// A stretch of the route with a single command.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Piece {
     /// Command along the piece.
     pub command: Command,
-    /// Absolute angle that the robot turns along the piece, in radians.
+    /// Absolute angle by which the robot turns along the stretch, in radians.
     pub turned_rad: f64,
 }
 
-/// Returns the pieces of a route, from its start. Each begins with a state, and the last one ends with another.
+/// Returns the stretches of a route, from its start. Each begins with a state, and the last one also ends
+/// with a state.
 pub fn pieces(route: &[Point<Drawn>], parameters: &Parameters) -> Vec<Piece> {
     let headings = headings(route);
     let commands = commands(&turning_rates(route, &headings, parameters), &headings, parameters);
@@ -107,7 +109,7 @@ impl Track {
         DrawnMetres(self.steps[..=step].windows(2).map(|pair| pair[0].at.distance(&pair[1].at)).sum())
     }
 
-    /// Returns the absolute angle that the robot turns between two steps, in radians.
+    /// Returns the absolute angle by which the robot turns between two steps, in radians.
     pub fn turned_rad(&self, from: usize, to: usize) -> f64 {
         let turns = self.steps[from..=to].windows(2);
         turns.map(|pair| wrap_angle(pair[1].heading_rad - pair[0].heading_rad)).sum::<f64>().abs()
@@ -136,8 +138,8 @@ fn turning_rates(route: &[Point<Drawn>], headings: &[f64], parameters: &Paramete
     (0..route.len()).map(|i| rate(i.max(1))).collect()
 }
 
-/// Returns the commands, without spurious changes. Figure 4.11 has left and right the other way round than 4.3.4, which says
-/// that left is positive; we follow 4.3.4.
+/// Returns the commands, without spurious changes. Figure 4.11 has left and right swapped with respect to
+/// 4.3.4, which says that left is positive. We follow 4.3.4.
 fn commands(rates: &[f64], headings: &[f64], parameters: &Parameters) -> Vec<Command> {
     let command = |rate: f64| match rate {
         rate if rate > parameters.turn_threshold => Command::Left,

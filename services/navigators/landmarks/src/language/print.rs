@@ -31,11 +31,11 @@ pub(super) const DIRECTION_WORDS: [&str; 16] = [
 pub(super) const RESERVED: [&str; 11] =
     ["a", "an", "the", "another", "is", "and", "or", "then", "when", "after", "at"];
 
-/// Returns the route in words. [`super::read()`] turns the words back into the same route, with its objects in the order in
-/// which they are mentioned.
+/// Returns the route in words. [`super::read()`] converts the words back into the same route, with its
+/// objects in the order in which they are mentioned.
 ///
 /// # Panics
-/// If a relation names no object of the route, which [`Route::check`] rules out.
+/// If a relation refers to no object of the route, which [`Route::check`] rules out.
 pub fn print(route: &Route) -> String {
     let mut text = String::new();
     for state in &route.states {

@@ -17,7 +17,7 @@ const MOST_WIDTH: f64 = 180.0;
 /// Reads a route in words.
 ///
 /// # Errors
-/// - [`Error::Word`] with the line and the word, if the words are not a route;
+/// - [`Error::Word`], which gives the line and the word, if the words are not a route.
 /// - [`Error::States`] if the route cannot be driven.
 pub fn read(text: &str) -> Result<Route, Error> {
     let mut reader = Reader { words: Words::of(text)?, objects: Vec::new() };

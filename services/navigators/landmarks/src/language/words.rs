@@ -1,4 +1,4 @@
-//! Splits a text into words, and keeps their positions for error messages.
+//! Splits a text into words, keeping their positions for error messages.
 
 use sketchnav_schemas::nearest::nearest;
 
@@ -74,7 +74,7 @@ impl Words {
         are_they
     }
 
-    /// Takes the next word, which must be one of `words`, and returns its index in them.
+    /// Takes the next word, which must be one of `words`, and returns its index among them.
     pub fn expect(&mut self, words: &[&str]) -> Result<usize, Error> {
         match words.iter().position(|word| self.peek() == *word) {
             Some(i) => {

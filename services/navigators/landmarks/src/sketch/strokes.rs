@@ -1,11 +1,12 @@
-//! Interprets each stroke by its shape. Chronis 2007, 3.3, names the four classes. The thesis does not say how the PDA's
-//! interface separated them (Bailey 2003), so the rules and numbers are ours:
+//! Interprets each stroke by its shape. Chronis 2007, 3.3, names the four classes. The thesis does not say
+//! how the PDA's interface separated them (Bailey 2003), so the rules and numbers are ours:
 //!
 //! - A stroke smaller than 1.5 % of the canvas is stray.
 //! - A stroke that goes back and forth is a deletion of those earlier strokes that it crosses out. If it crosses out nothing,
 //!   it is stray.
-//! - A stroke whose ends meet around an area is an object. Small loops, as where the ends overshoot, are cut off. Open strokes
-//!   that meet end to end are joined into one, since an object may be drawn one side at a time.
+//! - A stroke whose ends meet around an area is an object. Small loops, such as those where the ends
+//!   overshoot, are cut off. Open strokes that meet end to end are joined, since an object may be drawn one
+//!   side at a time.
 //! - The longest of the other strokes is the route. Strokes of less than a quarter of its length are stray.
 
 use sketchnav_schemas::geometry::{encloses, wrap_angle};
@@ -61,8 +62,8 @@ struct Line {
 /// Classifies the strokes of a drawing.
 ///
 /// # Errors
-/// - [`Error::NoRoute`] if there is no open line;
-/// - [`Error::SeveralRoutes`] if more than one line could be the route;
+/// - [`Error::NoRoute`] if there is no open line.
+/// - [`Error::SeveralRoutes`] if more than one line qualifies as the route.
 /// - [`Error::NoObjects`] if there is no outline.
 pub fn classify(drawing: &Drawing) -> Result<Classified, Error> {
     let canvas = drawing.canvas[0].max(drawing.canvas[1]);
@@ -213,8 +214,8 @@ fn without_loops(points: &[Pixel]) -> Vec<Pixel> {
     outline
 }
 
-/// Returns the outline of a closed line. Resampling may make lines cross that run next to each other, so loops are cut off
-/// twice. If a small outline still crosses itself, it is a blob, of which the hull is used.
+/// Returns the outline of a closed line. Resampling may cause nearly parallel stretches to cross, so loops
+/// are cut off twice. If a small outline still crosses itself, it is a blob, and its convex hull is used.
 fn outline(points: &[Pixel], canvas: f64) -> Vec<Pixel> {
     let outline = without_loops(&resample_outline(&without_loops(points), DENSITY * canvas));
     let [width, height] = plane::extent(&outline);

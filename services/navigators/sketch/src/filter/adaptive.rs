@@ -2,8 +2,9 @@
 //! With this number, the Kullback-Leibler divergence between the distribution of the particles over bins and that of the belief is
 //! at most ε with probability 1 − δ.
 //!
-//! The bins divide x, y and θ, but not the scales, which spread about equally wherever the robot is. Bins of all five dimensions
-//! would contain one particle each, and the bound would always be the maximum. Nothing is allocated after [`SampleSize::new`].
+//! The bins divide x, y and θ, but not the scales, which spread about equally wherever the robot is. With
+//! bins in all five dimensions, each would contain one particle, and the bound would always be the maximum.
+//! Nothing is allocated after [`SampleSize::new`].
 
 use std::f32::consts::TAU;
 
@@ -27,10 +28,10 @@ impl SampleSize {
         Self { bins: Vec::with_capacity(most) }
     }
 
-    /// Returns the number of particles that the belief needs, within the parameters' limits. `set` must have equal weights, as just
-    /// after resampling, because the number of bins that it fills then tells how far the belief is spread. Fox draws one particle
-    /// after the other until there are enough for the bins filled so far, but with systematic resampling all particles exist at
-    /// once.
+    /// Returns the number of particles that the belief needs, within the parameters' limits. `set` must have
+    /// equal weights, as just after resampling, so that the number of bins that it fills reflects the spread
+    /// of the belief. Fox draws one particle after another until there are enough for the bins filled so far,
+    /// but with systematic resampling all particles exist at once.
     pub fn wanted(&mut self, set: &ParticleSet, scale_pxpm: f32, parameters: &Parameters) -> usize {
         let bin_px = parameters.bin_m * scale_pxpm;
         self.bins.clear();

@@ -1,4 +1,5 @@
-//! The beam model gives the likelihood of a scan at a pose with two scales, given what is visible from there.
+//! The beam model, which gives the likelihood of a scan at a pose with two scales, given what is visible from
+//! there.
 //!
 //! Ranges in a drawing are off by a factor, and bearings are off as well: a door may be drawn too narrow or next to its true place,
 //! so that even from the true pose some beams pass where the drawing has a wall. The range r of a beam is therefore explained by
@@ -8,17 +9,18 @@
 //! p(r) = Σ_δ q(δ) p(r | expected range at β + δ),
 //! ```
 //!
-//! which is the proper likelihood of a reading whose error in bearing is unknown. Taking only the best δ, a maximum, would be most
-//! forgiving where most is visible, and would pull the estimate there.
+//! which is the proper likelihood of a reading whose error in bearing is unknown. Using only the best δ, that
+//! is, a maximum, would be most forgiving where most is visible, and would pull the estimate there.
 //!
-//! Around an expected range x, with e = ln(r / x), a reading r is one of three kinds. It is near the expected range (a Laplace
-//! distribution of width w), it is anywhere, or it falls short, because objects that are not drawn set a level below which the
-//! Laplace term does not fall on that side. A beam without return says that the wall is beyond the sensor's range. Once r and x to
-//! the power 1/w are known, the Laplace term is the lesser of (r/x)^(1/w) and (x/r)^(1/w), so that five bearings need no
-//! exponential and no table.
+//! Around an expected range x, with e = ln(r / x), a reading r is one of three kinds. It is near the expected
+//! range (a Laplace distribution of width w), it is anywhere, or it falls short because of objects that are
+//! not drawn, which set a level below which the Laplace term does not fall on that side. A beam without
+//! return means that the wall is beyond the sensor's range. Once r and x to the power 1/w are known, the
+//! Laplace term is the lesser of (r/x)^(1/w) and (x/r)^(1/w), so that five bearings need no exponential and
+//! no table.
 //!
-//! The width w depends on the author: a surveyed map is off by the size of its cells, a drawing from memory by a quarter. The
-//! filter learns the width while driving ([`learned`]).
+//! The width w depends on who drew: a surveyed map is off by the size of its cells, a drawing from memory by
+//! a quarter. The filter learns the width while driving ([`learned`]).
 
 use fearless_simd::{f32x16, prelude::*};
 
@@ -30,7 +32,7 @@ use super::parameters::Parameters;
 
 /// Multiple of the sensor's maximum range up to which rays are followed. Everything beyond is treated alike.
 pub const LOOK_BEYOND: f32 = 1.5;
-/// Thickness of the thickest wall that a robot may be believed to stand in, in metres of the local metric.
+/// Thickness, in metres of the local metric, of the thickest wall in which the robot may be estimated to be.
 pub const LEAVE_WALL_M: f32 = 0.4;
 /// Number of bearings at which the drawing is compared with a reading.
 const BEARINGS: usize = 5;
@@ -57,13 +59,13 @@ pub fn expected_range(grid: &Grid, beams: &Beams, i: usize, place_px: [f32; 2], 
 
 /// Maximum error of the ranges, as |ln(measured / expected)|. Greater errors are capped.
 const MOST_ERROR: f32 = 0.5;
-/// Rates at which the believed error rises and falls, as a share per update. It falls slowly because a drawing with one corridor
-/// that happens to fit is not a map.
+/// Rates at which the estimated error rises and falls, as a share per update. It falls slowly, because a
+/// drawing with one corridor that happens to fit is not a map.
 const ERROR_RISES: f32 = 0.1;
 const ERROR_FALLS: f32 = 0.02;
 
-/// Returns the believed error of a drawing, which is the typical |ln(measured / expected)|, after an update in which the error
-/// `seen` was measured.
+/// Returns the estimated error of a drawing, which is the typical |ln(measured / expected)|, after an update
+/// in which the error `seen` was measured.
 pub fn learned(believed: f32, seen: f32) -> f32 {
     let follow = if seen > believed { ERROR_RISES } else { ERROR_FALLS };
     believed + follow * (seen.min(MOST_ERROR) - believed)
@@ -147,7 +149,7 @@ impl BeamModel {
         }
     }
 
-    /// Reads the beams of a scan, for a drawing that is believed to have the error `error`.
+    /// Reads the beams of a scan, for a drawing with the estimated error `error`.
     pub fn read(&mut self, beams: &Beams, error: f32) {
         let [least, largest] = self.widths;
         // Squaring the error makes maps stand out from drawings that happen to fit for a while.
@@ -172,9 +174,9 @@ impl BeamModel {
         }
     }
 
-    /// Returns the factor by which a scan counts more than it would in a drawing by hand, depending on how much more exact this
-    /// drawing is believed to be. In an exact drawing, the remaining errors are those of the sensor, which are independent between
-    /// beams.
+    /// Returns the factor by which a scan counts more than it would in a hand drawing, depending on how much
+    /// more accurate this drawing is estimated to be. In an accurate drawing, the remaining errors are those
+    /// of the sensor, which are independent between beams.
     pub fn exactness(&self) -> f32 {
         (self.widths[1] / self.width).sqrt()
     }

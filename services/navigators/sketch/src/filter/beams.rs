@@ -24,7 +24,7 @@ impl From<&Laser> for Mounting {
 /// Minimum range of a valid reading, in metres.
 pub const SHORTEST_M: f32 = 0.05;
 
-/// An even selection of a scan's valid beams, as one array per property.
+/// An even selection of a scan's valid beams, with one array per property.
 #[derive(Debug, Clone, Default)]
 pub struct Beams {
     /// Directions in the robot's axes, in radians.
@@ -48,7 +48,7 @@ pub struct Beams {
 }
 
 impl Beams {
-    /// Creates buffers for `capacity` beams, so that [`Self::select`] allocates nothing.
+    /// Creates buffers for `capacity` beams, so that [`Self::select`] does not allocate.
     pub fn with_capacity(capacity: usize) -> Self {
         let room = || Vec::with_capacity(capacity.min(MAX_BEAMS));
         Self {
@@ -74,8 +74,8 @@ impl Beams {
         self.range_m.is_empty()
     }
 
-    /// Selects at most `wanted` beams of `scan`, evenly spread, and leaves out the invalid ones (NaN, or too near). Beams that did
-    /// not return (+∞, or no less than the maximum range) are kept and marked as such.
+    /// Selects at most `wanted` beams of `scan`, evenly spread, and drops the invalid ones (NaN, or too
+    /// near). Beams that did not return (+∞, or no less than the maximum range) are kept and marked as such.
     pub fn select(&mut self, scan: &LaserScan, mounting: &Mounting, wanted: usize) {
         self.clear();
         self.origin_m = [mounting.x_m, mounting.y_m];

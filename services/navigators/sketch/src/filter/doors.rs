@@ -1,13 +1,15 @@
 //! Widens doors to their usual width.
 //!
-//! A person who draws a door leaves a gap in a wall. The gap is only a symbol: its position matters, but its width does not, and
-//! hasty hands leave it narrow. If the width were taken literally, the scale of the drawing would seem smaller there than it is,
-//! and the robot would drive past the right door. Gaps in walls that are narrower than a door are therefore widened before the
-//! filter uses the drawing, as far as the walls next to them allow.
+//! A person who draws a door leaves a gap in a wall. The position of the gap matters, but its width is only
+//! symbolic and, when drawn in haste, often too narrow. If the width were taken literally, the scale of the
+//! drawing would seem smaller there than it is, and the robot would drive past the right door. Before the
+//! filter uses the drawing, gaps in walls that are narrower than a door are therefore widened as far as the
+//! walls next to them allow.
 //!
 //! Some passages stay as drawn:
 //!
-//! - passages that do not open out on both sides, such as a corridor or a door along a wall that runs on past it;
+//! - passages that do not open out on both sides, such as a corridor, or a door along a wall that continues
+//!   past it;
 //! - passages through walls that are thicker than about half the gap;
 //! - slips of the pen;
 //! - gaps within a door's width of a narrower one.
@@ -119,9 +121,9 @@ impl Side {
         self.end + self.away * along + turned(self.away) * beside
     }
 
-    /// Returns how much of its wall this side gives to the gap, in pixels and at most `missing_px`. It gives no more than a share
-    /// of the wall's length up to the wall's end or the next wall. It gives nothing if the wall is shorter than the gap is wide,
-    /// because such a wall is a post.
+    /// Returns how much of its wall this side gives to the gap, in pixels and at most `missing_px`. It gives
+    /// no more than a share of the wall's length up to the wall's end or the next wall. If the wall is
+    /// shorter than the gap is wide, it is a post and gives nothing.
     fn yields_px(&self, sketch: &SketchGrid, missing_px: f32) -> f32 {
         let is_wall = |along: f32, beside: i32| {
             let [x, y] = self.at(along, beside as f32).map(|v| v.round() as i64).into();

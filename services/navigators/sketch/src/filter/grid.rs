@@ -1,18 +1,19 @@
 //! The drawing in the form that the filter queries for the distance to the nearest wall and for the range along a beam.
 //!
-//! A drawing of millions of pixels is reduced until it fits into a cache. A cell is a wall if any of its pixels is, so that no wall
-//! gets a hole. Rays jump from box to box: a free cell whose nearest wall is `r` cells away (chessboard distance) lies at the
-//! centre of a square with sides of `2r − 1` free cells, and a ray may go to the edge of that square at once. Jumps are exact, so
-//! the result is that of a walk from cell to cell.
+//! A drawing of millions of pixels is reduced until it fits into a cache. A cell is a wall if any of its
+//! pixels is, so that walls never get holes. Rays jump from box to box: a free cell whose nearest wall is `r`
+//! cells away (chessboard distance) lies at the centre of a square with sides of `2r − 1` free cells, and a
+//! ray can go to the edge of that square at once. Jumps are exact, so the result is the same as when walking
+//! from cell to cell.
 //!
-//! The grid does not know the scale. The length of the direction vector determines the unit of a result.
+//! The grid does not know the scale. Results are in units of the direction vector's length.
 
 use crate::sketch::SketchGrid;
 
 /// Number of steps of the stored Euclidean distance per cell.
 const STEPS_PER_CELL: f32 = 2.0;
 
-/// The reduced drawing, with distances. A ring of wall runs around it.
+/// The reduced drawing, with distances, surrounded by a ring of wall.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid {
     /// Width and height of the drawing, in pixels.
@@ -54,9 +55,9 @@ impl Grid {
         self.free_radius.iter().map(|&radius| radius == 0)
     }
 
-    /// Returns the distance from each cell to the nearest surface of a wall, in steps of half a cell, row by row from the bottom
-    /// and including the ring. Within a wall the distance grows again, because a laser measures the surface of a pillar and not its
-    /// inside.
+    /// Returns the distance from each cell to the nearest surface of a wall, in steps of half a cell, row by
+    /// row from the bottom and including the ring. Within a wall the distance grows again, because a laser
+    /// measures the surface of a pillar rather than its inside.
     pub fn distance_steps(&self) -> &[u8] {
         &self.distance
     }
@@ -79,10 +80,10 @@ impl Grid {
         self.free_radius[at] == 0
     }
 
-    /// Returns the t, at most `t_max`, at which the ray (x, y) + t·(dx, dy), all in pixels, enters a wall. A ray that starts in a
-    /// wall leaves it first if it can do so by `t_leave`; otherwise the result is 0. A drawn line only shows where a person's hand
-    /// went, so a robot that is believed to stand on the line sees the rooms next to it. No robot stands inside a pillar,
-    /// however.
+    /// Returns the t, at most `t_max`, at which the ray (x, y) + t·(dx, dy), all in pixels, enters a wall. A
+    /// ray that starts in a wall leaves it first if it can do so by `t_leave`. Otherwise, the result is 0.
+    /// Since a drawn line is only as accurate as the hand that drew it, a robot whose estimate lies on the
+    /// line sees the rooms next to it. No robot is inside a pillar, however.
     #[inline]
     pub fn cast(&self, from_px: [f32; 2], direction_px: [f32; 2], t_leave: f32, t_max: f32) -> f32 {
         let ([x_px, y_px], [dx_px, dy_px]) = (from_px, direction_px);

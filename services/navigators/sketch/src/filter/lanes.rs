@@ -1,8 +1,8 @@
 //! Mathematical functions for the filter's inner loops, on sixteen numbers at once.
 //!
-//! Every operation here is one that IEEE 754 rounds exactly, so there are no fused multiply-adds, estimated reciprocals or library
-//! calls. The order of operations is fixed, too, so every set of vector instructions gives the same bits. The coefficients are from
-//! Cody and Waite 1980 and from Cephes.
+//! Every operation here is one that IEEE 754 rounds exactly, so there are no fused multiply-adds, estimated
+//! reciprocals or library calls. The order of operations is fixed as well, so every set of vector
+//! instructions gives the same bits. The coefficients are from Cody and Waite 1980 and from Cephes.
 
 use fearless_simd::{f32x16, i32x16, prelude::*};
 

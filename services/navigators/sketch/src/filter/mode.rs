@@ -1,5 +1,5 @@
-//! Finds the densest place of the particle set. The result is never a mean over several places, since the robot is certainly not
-//! between two modes.
+//! Finds the densest place of the particle set. The result is never a mean over several places, because the
+//! robot is never between two modes.
 
 use fearless_simd::{Level, dispatch, f32x16, prelude::*};
 
@@ -86,8 +86,8 @@ impl Candidates {
     }
 }
 
-/// Finds the mode of `set`. Near `last`, the robot's last believed pose, the density is multiplied by `hysteresis`, so that the
-/// estimate does not alternate between two equal rivals.
+/// Finds the mode of `set`. Near `last`, the robot's previous estimated pose, the density is multiplied by
+/// `hysteresis`, so that the estimate does not alternate between two equal rivals.
 pub fn find_mode(set: &ParticleSet, kernel: &Kernel, last: Option<&ScaledPose>, hysteresis: f32) -> Mode {
     let mut candidates = Candidates::of(set);
     candidates.weigh(Level::new(), set, kernel);

@@ -1,5 +1,5 @@
-//! The evolution of the state (Boniardi et al. 2015, equation 6) applies odometry through the local metric, and Gamma noise to the
-//! scales.
+//! The evolution of the state (Boniardi et al. 2015, equation 6), which applies odometry through the local
+//! metric and Gamma noise to the scales.
 //!
 //! Noise that grows with the distance travelled depends on the drive. An omnidirectional drive has independent errors ahead, to the
 //! left and in its heading. A differential drive does not slide sideways. It turns, rolls and turns again, with an error in each
@@ -44,7 +44,7 @@ pub struct Terrain<'a> {
     pub proportions: Proportions,
 }
 
-/// The proportions of the drawing as a whole, as the first scan suggests them.
+/// The proportions of the drawing as a whole, as suggested by the first scan.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Proportions {
     /// Mean scales of the drawing, as (ln a, ln b).
@@ -66,9 +66,9 @@ impl Proportions {
         [mean_a + anisotropy, mean_b - anisotropy]
     }
 
-    /// Draws the stretch of the whole drawing that a particle assumes. Most particles assume none, but a share of
-    /// `anisotropic_share` assumes a part of the stretch at the place of the first scan. Most drawings are in proportion except at
-    /// single places, yet some are a strip from end to end.
+    /// Draws the stretch of the whole drawing that a particle assumes. Most particles assume none, but a
+    /// share of `anisotropic_share` assumes a part of the stretch at the place of the first scan. Most
+    /// drawings are in proportion except in a few places, yet some are stretched from end to end.
     pub(super) fn anisotropy(&self, p: &Parameters, rng: &mut Pcg64Mcg) -> f32 {
         let is_anisotropic = p.anisotropic_share > 0.0 && rng.random::<f32>() < p.anisotropic_share;
         if is_anisotropic { self.first_anisotropy * rng.random::<f32>() } else { 0.0 }
@@ -121,8 +121,8 @@ impl Spread {
     }
 }
 
-/// Moves every particle by `motion` and noise, through the scales that the particle had before. Reduces the weight of particles
-/// that cross a drawn wall.
+/// Moves every particle by `motion` and noise, through the particle's scales before the motion. Reduces the
+/// weight of particles that cross a drawn wall.
 pub fn propagate(
     set: &mut ParticleSet,
     motion: &Motion,
@@ -155,8 +155,8 @@ pub fn propagate(
     }
 }
 
-/// Perturbs each particle with probability `share`. Position, heading and scales get wide noise, so that the set can recover a
-/// place that it had given up. No particle is moved into a wall.
+/// Perturbs each particle with probability `share`. Position, heading and scales get wide noise, so that the
+/// set can recover a place that it had given up. No particle is moved into a wall.
 pub fn perturb(
     set: &mut ParticleSet,
     share: f32,

@@ -1,9 +1,9 @@
-//! Encloses the drawn building. A robot that starts inside stays inside, so no particle may be outside the building, however well
-//! the scan would fit there.
+//! Encloses the drawn building. A robot that starts inside stays inside, so no particle may be outside the
+//! building, however well the scan would fit there.
 //!
-//! People leave their outlines open, for an entrance or in haste. Outside is therefore whatever a square brush can reach from
-//! beyond the edge of the sheet, and the brush is as wide as the widest opening that counts as closed (a morphological opening of
-//! the surroundings).
+//! People leave outlines open, for an entrance or in haste. Outside is therefore everything that a square
+//! brush can reach from beyond the edge of the sheet, where the brush is as wide as the widest opening that
+//! counts as closed (a morphological opening of the surroundings).
 
 use std::ops::Range;
 
@@ -13,8 +13,9 @@ use super::bits::Bits;
 use super::parameters::Parameters;
 use crate::sketch::SketchGrid;
 
-/// Returns the drawing with everything outside the building as wall, if the building's longer side is `building_size_m` long. Returns
-/// `None` if its outline is open, or if `inside` lies outside the sheet.
+/// Returns the drawing with everything outside the building turned into wall, assuming that the building's
+/// longer side is `building_size_m` long. Returns `None` if its outline is open, or if `inside` lies outside
+/// the sheet.
 pub fn closed(sketch: &SketchGrid, inside: Point<Sketch>, building_size_m: f64) -> Option<SketchGrid> {
     let [width, height] = [sketch.width(), sketch.height()].map(|px| px as f64);
     let gap_px = f64::from(Parameters::default().outline_gap_m) * width.max(height) / building_size_m;
@@ -22,8 +23,8 @@ pub fn closed(sketch: &SketchGrid, inside: Point<Sketch>, building_size_m: f64) 
     is_on_sheet.then(|| enclosed(sketch, inside, gap_px as f32)).flatten()
 }
 
-/// Returns the drawing with everything outside the building as wall. Openings of up to `gap_px` count as closed. Returns `None` if
-/// `inside` turns out to be outside, which means that the outline is open.
+/// Returns the drawing with everything outside the building turned into wall. Openings of up to `gap_px`
+/// count as closed. Returns `None` if `inside` turns out to be outside, which means that the outline is open.
 pub fn enclosed(sketch: &SketchGrid, inside: Point<Sketch>, gap_px: f32) -> Option<SketchGrid> {
     let outside = outside(sketch, gap_px);
     let (column, row) = (inside.x.floor() as usize, inside.y.floor() as usize);

@@ -8,11 +8,11 @@ use sketchnav_schemas::message::MAX_BEAMS;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Likelihood {
-    /// Equation (7) of Boniardi et al. 2015, which has the scaled end points in a likelihood field and Laplace terms on the virtual
-    /// scales of equation (8).
+    /// Equation (7) of Boniardi et al. 2015, with the scaled end points in a likelihood field and Laplace
+    /// terms on the virtual scales of equation (8).
     Field,
-    /// A beam model that compares measured ranges with ray-cast ones by the logarithm of their ratio. Beams without return count,
-    /// too.
+    /// A beam model that compares measured ranges with ray-cast ones by the logarithm of their ratio. Beams
+    /// without return count as well.
     Beam,
 }
 
@@ -42,7 +42,8 @@ pub enum StartScales {
 pub struct Parameters {
     /// Maximum number of particles, 16 to 100 000.
     pub particles: usize,
-    /// Minimum number of particles if their number adapts to the belief (Fox 2003). With 0, there are always `particles`.
+    /// Minimum number of particles if their number adapts to the belief (Fox 2003). With 0, the number is
+    /// always `particles`.
     pub least_particles: usize,
     /// Maximum Kullback-Leibler divergence ε of the particles' distribution from the belief.
     pub kld_error: f32,
@@ -52,8 +53,9 @@ pub struct Parameters {
     pub beams: usize,
     /// Method by which the likelihood of a scan is computed.
     pub likelihood: Likelihood,
-    /// Number of independent beams that all beams of a scan together count as in a drawing by hand, since the beams of a scan are
-    /// not independent. In a more exact drawing they count as more, by the square root of the ratio of the widths.
+    /// Number of independent beams that all beams of a scan together count as in a hand drawing, since the
+    /// beams of a scan are not independent. In a more accurate drawing they count as more, by the square root
+    /// of the ratio of the widths.
     pub independent_beams: f32,
     /// Distance travelled after which a scan is used, in metres.
     pub update_distance_m: f64,
@@ -89,8 +91,9 @@ pub struct Parameters {
     /// Maximum opening, in metres by the drawing's extent, up to which the drawn outline counts as closed. The robot stays within a
     /// closed outline. With 0, it may always leave.
     pub outline_gap_m: f32,
-    /// Width of a door, in metres by the drawing's extent, towards which narrower gaps in walls are widened. With 0, no gap is
-    /// widened. Must be less than `outline_gap_m`, because a widened door would otherwise make the outline an open one.
+    /// Width of a door, in metres by the drawing's extent, towards which narrower gaps in walls are widened.
+    /// With 0, no gap is widened. Must be less than `outline_gap_m`, because otherwise a widened door would
+    /// open the outline.
     pub door_width_m: f32,
 
     /// Minimum spread of the start position, in metres.
@@ -101,30 +104,31 @@ pub struct Parameters {
     pub start_log_scale_spread: f32,
     /// Method by which the scales are estimated from the first scan.
     pub start_scales: StartScales,
-    /// Share of the two scales' difference in the first scan that is believed, from 0 to 1.
+    /// Share of the two scales' difference in the first scan that is taken at face value, from 0 to 1.
     pub start_anisotropy: f32,
     /// Share of the particles that assume the whole drawing to be stretched, each by its own part of the stretch at the place of
     /// the first scan. The others assume that the drawing as a whole is in proportion.
     pub anisotropic_share: f32,
     /// Extent of a typical building, in metres. Together with the extent of the drawing, it gives a guess of the scale.
     pub building_size_m: f32,
-    /// Share of the drawing's mean scale that comes from `building_size_m` rather than from the first scan, from 0 to 1 (geometric
-    /// mean). The first scan alone is not reliable, because it samples a single place and people draw places at very different
-    /// scales. If the first scan sees nothing, the whole scale comes from `building_size_m`.
+    /// Share of the drawing's mean scale that comes from `building_size_m` rather than from the first scan,
+    /// from 0 to 1 (geometric mean). The first scan alone is not reliable, because it samples a single place
+    /// and people draw places at very different scales. If the first scan sees nothing, the scale comes from
+    /// `building_size_m` alone.
     pub start_size_share: f32,
 
     /// Standard deviation of the likelihood field, in metres.
     pub field_sigma_m: f32,
-    /// Share of readings that the drawing does not explain.
+    /// Share of readings that are not explained by the drawing.
     pub field_random: f32,
     /// Width of the Laplace terms on the virtual scales, as a share of the mean scale (λ and ν of equation 7). With 0, there are no
     /// such terms.
     pub field_scale_width: f32,
 
-    /// Width of the Laplace distribution of ln(measured / expected) for a drawing by hand.
+    /// Width of the Laplace distribution of ln(measured / expected) for a hand drawing.
     pub hit_width: f32,
-    /// Width of that distribution for a surveyed map. The width for the drawing at hand is between the two and is learned while
-    /// driving.
+    /// Width of that distribution for a surveyed map. The width for the current drawing is between the two
+    /// and is learned while driving.
     pub least_hit_width: f32,
     /// Share of readings at the expected range.
     pub z_hit: f32,
@@ -239,10 +243,10 @@ impl Parameters {
         }
     }
 
-    /// Returns parameters that follow equations 2 to 8 of Boniardi et al. 2015 as written. Values that the paper does not give were
-    /// chosen as its authors say that they chose theirs (Boniardi et al. 2016, V-B): those of odometry and sensor with the true
-    /// floor plan as the drawing, and the variances of the scales as a compromise between following the drawing and avoiding false
-    /// matches.
+    /// Returns parameters that follow equations 2 to 8 of Boniardi et al. 2015 as written. Values that the
+    /// paper does not give were chosen in the way its authors describe (Boniardi et al. 2016, V-B): those of
+    /// odometry and sensor with the true floor plan as the drawing, and the variances of the scales as a
+    /// compromise between following the drawing and avoiding false matches.
     pub fn paper() -> Self {
         Self {
             // Not given.
@@ -313,7 +317,8 @@ impl Parameters {
     /// Checks every value.
     ///
     /// # Errors
-    /// [`ParameterError`] for the first invalid parameter, with the key, what was expected and what was found.
+    /// [`ParameterError`] for the first invalid parameter, which gives the key, what was expected and what
+    /// was found.
     pub fn check(&self) -> Result<(), ParameterError> {
         let counts = [
             ("particles", "16 to 100000", self.particles, 16..=100_000),

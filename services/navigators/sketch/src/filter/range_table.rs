@@ -1,4 +1,5 @@
-//! A table of the visible range from everywhere in every direction, which the beam model looks up thousands of times per update.
+//! A table of the visible range from every cell in every direction, which the beam model looks up thousands
+//! of times per update.
 //!
 //! The table has an entry for each cell of the reduced drawing and each of [`DIRECTIONS`] directions, which is the logarithm of the
 //! range to the first wall, in a byte. The table is filled by parallel lines that sweep over the drawing (`sweep.rs`). An entry is
@@ -14,9 +15,9 @@ use super::range_code::{DIRECTIONS, NEVER, PER_OCTAVE, SHORTEST_LOG2};
 use super::sweep::{SQUARE, Sweep, Views, Walls, transpose_bytes, transposed};
 use fearless_simd::{Level, dispatch, prelude::*, u8x16};
 
-/// Maximum number of cells in the table of a drawing. The ranges fill 32 MB, and the distances out of walls as much again if
-/// everything is wall. A table of 200,000 cells has thicker walls and narrower doors: with it, the filter got lost in 11 of 40
-/// drives through a wobbly drawing, and with this one in none.
+/// Maximum number of cells in the table of a drawing. The ranges fill 32 MB, and the distances out of walls
+/// as much again if everything is wall. A table of 200,000 cells has thicker walls and narrower doors. With
+/// it, the filter got lost in 11 of 40 drives through a wobbly drawing, and with this one in none.
 pub const RANGE_TABLE_CELLS: usize = 500_000;
 /// Row of distances for the ring around the drawing. There is no way out of the ring.
 const OUTSIDE: u32 = 1;

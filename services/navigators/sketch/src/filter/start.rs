@@ -1,5 +1,6 @@
-//! The start of the filter, from the pose at which a person says that the robot is and from the scales that the first scan
-//! suggests. Once the filter runs, nothing here has an effect, unless a person says again where the robot is.
+//! The start of the filter, given the pose at which a person has placed the robot and the scales suggested by
+//! the first scan. Once the filter is running, none of this has an effect, unless a person places the robot
+//! again.
 
 use std::f64::consts::PI;
 
@@ -18,7 +19,7 @@ use super::particles::ParticleSet;
 use super::scales::{ScaledPose, least_squares, trimmed_means};
 use crate::sketch::SketchGrid;
 
-/// The pose at which a person says that the robot is.
+/// The pose at which a person has placed the robot.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Start {
     /// Pose in the drawing.

@@ -1,7 +1,7 @@
-//! The threads that do the filter's work, which are either just the calling thread or a pool that the host passed in.
+//! The threads that do the filter's work: either just the calling thread, or a pool that the host passed in.
 //!
-//! Nothing here starts a thread. Work is divided into blocks whose bounds do not depend on the number of threads, so results do not
-//! depend on it either.
+//! This module never starts threads. Work is divided into blocks whose bounds do not depend on the number of
+//! threads, so neither do the results.
 
 use std::sync::Arc;
 

@@ -1,8 +1,9 @@
-//! The chart that joins the drawing and the metres around the robot (Boniardi et al. 2015, equations 2 and 3).
+//! The chart that relates the drawing to the metres around the robot (Boniardi et al. 2015, equations 2 and
+//! 3).
 //!
-//! Near the estimated pose, the drawing is an affine image of the floor. It is turned by the heading, and stretched by a along the
-//! walls' direction φ and by b across it. The chart is valid for a few metres around the robot, because the drawing has a different
-//! scale farther away.
+//! Near the estimated pose, the drawing is an affine image of the floor, turned by the heading and stretched
+//! by a along the walls' direction φ and by b across it. The chart is only valid for a few metres around the
+//! robot, because the drawing has a different scale farther away.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Odom, Point, Pose, Sketch};

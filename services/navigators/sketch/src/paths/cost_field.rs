@@ -1,10 +1,10 @@
-//! The global connectivity planner (Boniardi et al. 2015, III-C), which computes the cost of reaching the goal from every place in
-//! the drawing.
+//! The global connectivity planner (Boniardi et al. 2015, III-C), which computes the cost of reaching the
+//! goal from every place in the drawing.
 //!
-//! One run of Dijkstra's algorithm from the goal serves the whole drive, because a path is a descent from wherever the robot is.
-//! Paths near drawn walls cost more, so that they keep to the middle of corridors and doors. Paths through drawn walls cost far
-//! more, so that one is taken only if the drawing shows no other. A large drawing is planned on a coarser grid, in which a cell is
-//! a wall if any of its pixels is.
+//! One run of Dijkstra's algorithm from the goal is enough for the whole drive, because a path is a descent
+//! from the robot's current position. Paths near drawn walls cost more, which keeps them in the middle of
+//! corridors and doors. Paths through drawn walls cost far more, so they are only taken if the drawing shows
+//! no other. A large drawing is planned on a coarser grid, in which a cell is a wall if any of its pixels is.
 //!
 //! Lengths and costs are in pixels, because the drawing's metric is unknown away from the robot.
 
@@ -19,7 +19,7 @@ const MAX_CELLS: usize = 160_000;
 /// Maximum number of points of a path.
 pub const MAX_PATH: usize = 8192;
 
-/// A place where a passage in the drawing turned out to be shut.
+/// A place where a passage in the drawing turned out to be blocked.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Blockage {
     /// Centre of the blockage.
@@ -62,8 +62,8 @@ impl CostField {
         Self { columns, rows, pixels_per_cell, wall, clearance_px, weight, frontier, goal: None }
     }
 
-    /// Computes the cost-to-go to `goal`, or to the free place nearest to it. `scale_pxpm` is the scale that converts the
-    /// parameters' metres to pixels, and `blocked` are passages known to be shut.
+    /// Computes the cost-to-go to `goal`, or to the free place nearest to it. `scale_pxpm` is the scale that
+    /// converts the parameters' metres to pixels, and `blocked` lists the passages known to be blocked.
     pub fn solve(
         &mut self,
         goal: Point<Sketch>,

@@ -32,9 +32,9 @@ pub struct Parameters {
     pub local_inflation_radius_m: f64,
     /// Time, in seconds, for which the robot remembers obstacles that it no longer sees.
     pub obstacle_memory_s: f64,
-    /// Share of the robot's top speed that is used.
+    /// Share of the robot's top speed to use.
     pub speed_share: f64,
-    /// Share of the robot's top turn rate that is used.
+    /// Share of the robot's top turn rate to use.
     pub turn_share: f64,
     /// Time without moving, in seconds, after which the robot is stuck. It is proportionally longer for a robot whose speed limit
     /// is below half a metre per second.
@@ -44,8 +44,8 @@ pub struct Parameters {
     /// Time without getting closer to the goal, in seconds, after which the robot is stuck. It is longer for a slow robot, like
     /// `stuck_time_s`.
     pub no_progress_time_s: f64,
-    /// Length of a path, in metres. A robot that drives around one place for as long as this path takes at its top speed is stuck,
-    /// whatever the estimate says.
+    /// Length of a path, in metres. A robot that has driven around one place for as long as this path takes
+    /// at its top speed is stuck, regardless of the estimate.
     pub circling_path_m: f64,
     /// Distance from where it started, in metres, within which the robot counts as driving around one place.
     pub circling_radius_m: f64,
@@ -53,21 +53,23 @@ pub struct Parameters {
     pub recoveries: u32,
     /// Maximum number of recoveries during one task.
     pub recoveries_per_task: u32,
-    /// Multiple of the time that the drawn path plus `astray_m` takes, at half a metre per second or the robot's speed limit if
-    /// that is lower. A robot that is under way for longer counts as lost, because it cannot be where the estimate says.
+    /// Multiple of the time that the drawn path plus `astray_m` takes, at half a metre per second or the
+    /// robot's speed limit if that is lower. A robot that is under way for longer counts as lost, because it
+    /// cannot be where the estimate says.
     pub astray_factor: f64,
     /// Length, in metres, that is added to the drawn path before it is multiplied by `astray_factor`.
     pub astray_m: f64,
-    /// Doubt about an arrival above which the robot looks around before it believes the arrival. The doubt is minus the mean log
-    /// likelihood of a beam, plus half the logarithm of one plus the number of times that the estimate jumped.
+    /// Doubt about an arrival above which the robot looks around before it accepts the arrival. The doubt is
+    /// minus the mean log likelihood of a beam, plus half the logarithm of one plus the number of times that
+    /// the estimate jumped.
     pub look_above: f64,
-    /// Doubt about an arrival above which the robot counts as lost after it has looked around.
+    /// Doubt about an arrival above which the robot counts as lost even after it has looked around.
     pub doubt_above: f64,
-    /// True if goals are found from the outline of what was seen.
+    /// True if goals are located by the outline of what was seen.
     pub by_outline: bool,
-    /// Minimum share of the area that the largest part of what was seen must have once passages as narrow as doors are closed, for
-    /// each assumed width of doors. Below this share, the floor consists of rooms and the robot drives by the filter instead of by
-    /// the outline.
+    /// Minimum share of the area that the largest part of what was seen must have once passages as narrow as
+    /// doors are closed, for each assumed width of doors. Below this share, the floor consists of rooms, and
+    /// the robot drives by the filter instead of by the outline.
     pub least_open_share: f64,
     /// Typical size of a building, in metres, from which the initial scale of the drawing's outline follows.
     pub building_size_m: f64,
@@ -75,17 +77,17 @@ pub struct Parameters {
     pub goal_hidden_share: f64,
     /// Additional weight of the walls around the goal when outlines are aligned, as a multiple of the ordinary weight.
     pub goal_emphasis: f64,
-    /// Amount by which the best alignment with the goal elsewhere must cost more than the best alignment for an arrival to be
-    /// believed. With 0, every arrival is believed.
+    /// Amount by which the best alignment with the goal elsewhere must cost more than the best alignment for
+    /// an arrival to be accepted. With 0, every arrival is accepted.
     pub rival_margin: f64,
     /// Minimum distance, in metres, at which a goal counts as elsewhere.
     pub rival_away_m: f64,
-    /// Maximum number of times to look where a rival places the goal.
+    /// Maximum number of times to look at the place where a rival puts the goal.
     pub rival_looks: u32,
-    /// Maximum amount by which the best rival may cost more for a person to be asked where the robot is, once the rival's place was
-    /// looked at. With 0, nobody is asked. Without a pad, there is nobody to answer.
+    /// Maximum amount by which the best rival may cost more for a person to be asked where the robot is, once
+    /// the rival's place was looked at. With 0, or without a pad, nobody is asked.
     pub ask_margin: f64,
-    /// Time, in seconds, that the robot waits for an answer before it believes the arrival.
+    /// Time, in seconds, that the robot waits for an answer before it accepts the arrival.
     pub ask_patience_s: f64,
     /// Distance beyond the footprint's padding, in metres, that paths through the map keep from walls.
     pub map_clearance_m: f64,
@@ -162,9 +164,9 @@ impl Parameters {
         }
     }
 
-    /// Returns parameters for planning as described in Boniardi et al. 2015, III-C. Values that the paper leaves open (the radius
-    /// ρ, the distance from walls, the speeds) are those of this project's methods, so that the methods differ only in what defines
-    /// them. Every arrival is believed.
+    /// Returns parameters for planning as described in Boniardi et al. 2015, III-C. Values that the paper
+    /// leaves open (the radius ρ, the distance from walls, the speeds) are those of this project's methods,
+    /// so that the methods differ only in what defines them. Every arrival is accepted.
     pub fn paper() -> Self {
         Self { look_above: NEVER, doubt_above: NEVER, ..Self::default() }
     }
@@ -185,7 +187,7 @@ impl Parameters {
     /// Checks every value.
     ///
     /// # Errors
-    /// [`ParameterError`] with the first key that has an invalid value.
+    /// [`ParameterError`], which names the first key with an invalid value.
     pub fn check(&self) -> Result<(), ParameterError> {
         let positive = [
             ("arrival_radius_m", self.arrival_radius_m),

@@ -1,4 +1,5 @@
-//! Follows a drawn route (Boniardi et al. 2016, III-A), that is, determines where the robot is on the route and where to go next.
+//! Follows a drawn route (Boniardi et al. 2016, III-A) by determining where the robot is on the route and
+//! where to go next.
 //!
 //! The route Π is stored as evenly spaced waypoints. The robot's place k(t) on the route is the waypoint at half the arc length of
 //! the sub-path that lies in the local window W(x, r_L). If the route crosses itself, the window contains several pieces of it, and
@@ -12,8 +13,8 @@ use super::chart::Chart;
 
 /// Maximum number of waypoints of a route.
 pub const MAX_WAYPOINTS: usize = 4096;
-/// Distance along the route, in window radii, from the part that was visited within which a piece of the route must start to count
-/// as the next one. The limit keeps a robot that is driven off its route from skipping a loop.
+/// Maximum distance along the route, in window radii, between the visited part and the next piece of the
+/// route that may count. This limit keeps a robot that is driven off its route from skipping a loop.
 const LONGEST_JUMP: f64 = 3.0;
 
 /// A drawn route, and the robot's progress along it.

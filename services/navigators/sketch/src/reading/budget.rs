@@ -1,8 +1,9 @@
 //! Limits on the work that a drawing may cause.
 //!
-//! Drawings come from strangers, and files of a few lines have kept the sketcher busy for hours or filled the memory: with a
-//! filter of a billion octaves, masks within masks, or half a million strokes. All work is therefore counted before it is done,
-//! in *steps* of about a nanosecond. This does not depend on a clock, so a drawing is accepted on every machine or on none.
+//! Drawings come from strangers, and files of a few lines have kept the sketcher busy for hours or exhausted
+//! the memory: a filter with a billion octaves, nested masks, or half a million strokes. All work is
+//! therefore counted before it is done, in *steps* of about a nanosecond. Since no clock is involved, a
+//! drawing is accepted on every machine or on none.
 
 /// Maximum number of steps for painting a drawing. A plan of 20,000 strokes takes less than a twentieth of this.
 pub(crate) const MOST_STEPS: f64 = 3e9;

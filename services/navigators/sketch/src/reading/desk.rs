@@ -1,10 +1,10 @@
-//! Accepts or refuses the drawings that arrive from the pad one after another.
+//! Accepts or rejects the drawings that arrive from the pad.
 //!
-//! A drawing is either a sketch or a set of marks in the sketch. The first marks after a sketch place the robot: it starts
-//! where the route starts and faces along it (Boniardi et al. 2016, IV). Later marks leave the robot where it is, unless they
-//! contain a start. A drawing that is refused changes nothing.
+//! A drawing is either a sketch or a set of marks in the sketch. The first marks after a sketch place the
+//! robot: it starts where the route starts and faces along it (Boniardi et al. 2016, IV). Later marks leave
+//! the robot where it is, unless they contain a start. A rejected drawing changes nothing.
 //!
-//! Drawings are parsed and checked just like files. Nothing here opens a channel or a file.
+//! Drawings are parsed and checked just like files. This module does not open channels or files.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::codes::DrawingKind;
@@ -18,7 +18,7 @@ use super::file::read;
 use super::places::{Intent, Places};
 use super::settings::Options;
 
-/// Name that error messages use for a drawing that is not in a file.
+/// Name that error messages use for a drawing that does not come from a file.
 pub const NAME: &str = "the drawing";
 /// Time limit for a task from the pad, in seconds of simulation time. It is generous because a person is watching and can abort
 /// the task.
@@ -37,15 +37,15 @@ pub struct State {
 /// The change that a drawing makes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Change {
-    /// There is a new sketch, in which nothing is marked yet.
+    /// There is a new sketch, which has no marks yet.
     Sketch,
     /// There are new tasks, and the robot is placed again.
     Start,
-    /// There are new tasks for the robot where it is.
+    /// There are new tasks, and the robot stays where it is.
     Tasks,
 }
 
-/// The sketch and the marks in force.
+/// The current sketch and its marks.
 #[derive(Debug)]
 pub struct Desk {
     options: Options,
@@ -62,7 +62,7 @@ impl Desk {
     /// Creates an empty desk.
     ///
     /// # Errors
-    /// [`SketchError`] that names the invalid key of the run's mission or parameters.
+    /// [`SketchError`], which names the invalid key of the run's mission or parameters.
     pub fn new(run: &RunConfig) -> Result<Self, SketchError> {
         let options = Options::of_mission(&run.mission, run.seed)?;
         let range_max_m = run.robot.laser.as_ref().map(|laser| laser.range_max_m);
@@ -70,10 +70,11 @@ impl Desk {
         Ok(Self { options, drawing: None, places: None, state, range_max_m, doubts })
     }
 
-    /// Restores the state of another desk by taking its drawings again, in order.
+    /// Restores the state of another desk by processing its drawings again, in order.
     ///
     /// # Errors
-    /// [`SketchError`] if a drawing is refused. This does not happen with drawings that were accepted before.
+    /// [`SketchError`] if a drawing is rejected, which does not happen with drawings that were accepted
+    /// before.
     pub fn restore(&mut self, state: &State) -> Result<(), SketchError> {
         let parts = [
             (DrawingKind::Sketch, &state.sketch),
@@ -86,10 +87,10 @@ impl Desk {
         Ok(())
     }
 
-    /// Takes a drawing and returns what it changes.
+    /// Processes a drawing and returns what it changes.
     ///
     /// # Errors
-    /// [`SketchError`] that says what was expected and what was found. In this case, nothing has changed.
+    /// [`SketchError`], which says what was expected and what was found. In this case, nothing changes.
     pub fn take(&mut self, kind: DrawingKind, bytes: &[u8]) -> Result<Change, SketchError> {
         match kind {
             DrawingKind::Sketch => self.take_sketch(bytes),
@@ -102,7 +103,7 @@ impl Desk {
         self.drawing.as_ref()
     }
 
-    /// Returns the sketch in force with the start and the tasks in it, or `None` if there are none yet.
+    /// Returns the current sketch with its start and tasks, or `None` if there are none yet.
     pub fn placed(&self) -> Option<(&DrawnMap, &Places)> {
         self.drawing.as_ref().zip(self.places.as_ref())
     }

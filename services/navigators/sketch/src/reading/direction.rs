@@ -93,8 +93,8 @@ fn centroid<'a>(lines: impl Iterator<Item = &'a Line>) -> Option<Line> {
     (weight > 0.0).then(|| Line { turn_rad: y.atan2(x), weight })
 }
 
-/// Clusters lines by Lloyd's algorithm. The first initial centre is the heaviest line; each further one is the line farthest
-/// from the centres chosen so far.
+/// Clusters lines by Lloyd's algorithm. The first initial centre is the heaviest line, and each further one
+/// is the line farthest from the centres chosen so far.
 fn k_means(lines: &[Line]) -> Vec<Line> {
     let mut centers = first_centers(lines);
     for _ in 0..50 {

@@ -1,9 +1,10 @@
-//! Checks whether a drawing can lead a robot anywhere, and reports what is doubtful about it, with positions in image pixels.
+//! Checks whether a robot can drive by a drawing at all, and reports what is doubtful about it, with
+//! positions in image pixels.
 //!
-//! Nothing says how large a drawing is. Like the localizer, these checks assume that what is drawn is 25 m long. With walls all
-//! around the start, it may just as well be a single room, and 6 m are enough. What the laser would see is therefore doubted
-//! only if it would see nothing at any likely scale. A doubt is a warning; [`hopeless`] refuses drawings in which nothing could
-//! be right.
+//! A drawing does not say how large it is. Like the localizer, these checks assume that what is drawn is 25 m
+//! long. With walls all around the start, it may just as well be a single room, in which case 6 m are enough.
+//! The laser is therefore only expected to see nothing if that is so at every likely scale. A doubt is a
+//! warning, whereas [`hopeless`] rejects drawings that cannot possibly work.
 
 use std::fmt;
 
@@ -36,7 +37,7 @@ const FRAME_SHARE: f64 = 0.02;
 /// runs along a wall may touch it.
 const BRUSH_PENS: f64 = 4.0;
 
-/// A reason to doubt that a drawing leads anywhere. Positions and lengths are in image pixels.
+/// A reason to doubt that a robot can drive by a drawing. Positions and lengths are in image pixels.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Doubt {
     /// The laser sees no wall at the start.
@@ -71,7 +72,7 @@ pub enum Doubt {
         /// Position of the crossing.
         at: [f64; 2],
     },
-    /// The walls do not enclose the start, so they hardly tell one position from another.
+    /// The walls do not enclose the start, so they hardly distinguish one position from another.
     Unenclosed {
         /// The start.
         at: [f64; 2],
@@ -85,7 +86,7 @@ pub enum Doubt {
     },
     /// Nothing is drawn except a frame around the page.
     OnlyFrame,
-    /// Something was left out of the drawing, which may have been walls.
+    /// Something was left out of the drawing that may have been a wall.
     LeftOut(LeftOut),
 }
 
@@ -134,8 +135,8 @@ impl fmt::Display for Doubt {
     }
 }
 
-/// Returns the doubts about driving a robot by a drawing. `range_max_m` is the range of the robot's laser, in metres; if it is
-/// `None`, whatever depends on the laser is not checked.
+/// Returns the doubts about driving a robot by a drawing. `range_max_m` is the range of the robot's laser, in
+/// metres. If it is `None`, anything that depends on the laser is not checked.
 pub fn doubts(drawing: &DrawnMap, places: &Places, range_max_m: Option<f64>) -> Vec<Doubt> {
     let mut doubts = of_drawing(drawing);
     let walls = Walls::new(drawing);
@@ -155,7 +156,7 @@ pub fn doubts(drawing: &DrawnMap, places: &Places, range_max_m: Option<f64>) -> 
     doubts
 }
 
-/// Returns the doubts about a drawing in which nothing is marked yet.
+/// Returns the doubts about a drawing without marks.
 pub fn of_drawing(drawing: &DrawnMap) -> Vec<Doubt> {
     let walls = drawing.cells.iter().filter(|&&cell| cell == WALL).count();
     let share = walls as f64 / drawing.cells.len() as f64;
@@ -167,7 +168,7 @@ pub fn of_drawing(drawing: &DrawnMap) -> Vec<Doubt> {
     is_bare.into_iter().chain(is_frame).chain(left_out).collect()
 }
 
-/// Refuses a drawing in which nothing could be right, because there is no wall near the start, nor along any task.
+/// Rejects a drawing that cannot possibly work, because there are no walls near the start or along any task.
 ///
 /// # Errors
 /// [`SketchError::OpenField`] if `doubts` contains a [`Doubt::NoWallNear`], and a [`Doubt::OpenField`] for each task.

@@ -1,4 +1,4 @@
-//! The result of reading a drawing, with its cells, its frame, and the direction of its walls.
+//! The result of reading a drawing: its cells, its frame, and the direction of its walls.
 
 use sketchnav_schemas::codes::{FREE, WALL};
 use sketchnav_schemas::geometry::{Point, Sketch};
@@ -27,10 +27,10 @@ pub struct DrawnMap {
     pub cells: Vec<u8>,
     /// Sketch pixels per image pixel. This is below 1 if the picture is larger than the canvas.
     pub scale: f64,
-    /// Width of the pen's strokes, in sketch pixels. For a filled drawing, which has no strokes, this is how fine its edges
-    /// are.
+    /// Width of the pen's strokes, in sketch pixels. For a filled drawing, which has no strokes, this is the
+    /// fineness of its edges.
     pub pen_width_px: f64,
-    /// Direction of the walls in (−π/4, π/4], in radians counter-clockwise as one looks at the drawing.
+    /// Direction of the walls in (−π/4, π/4], in radians counter-clockwise in the drawing.
     pub wall_direction_rad: f64,
     /// The start, goals and route that a strokes file marks, in image pixels.
     pub marks: Marks,

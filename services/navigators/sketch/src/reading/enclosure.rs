@@ -1,6 +1,6 @@
-//! Checks whether walls enclose a position. A wide disc rolls in from beyond the page, as water would: whatever it reaches is
-//! open, and whatever lies beyond openings too narrow for it is enclosed. A coarse grid is enough, since openings are as wide
-//! as a door.
+//! Checks whether walls enclose a position. A wide disc rolls in from beyond the page, as water would:
+//! everything it reaches is open, and everything beyond openings too narrow for it is enclosed. A coarse grid
+//! is enough, since openings are as wide as a door.
 
 use image::{GrayImage, Luma};
 use imageproc::region_labelling::{Connectivity, connected_components};

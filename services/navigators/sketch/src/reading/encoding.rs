@@ -28,8 +28,8 @@ pub(crate) fn unpacked<'a>(bytes: &'a [u8], broken: &Broken) -> Result<Cow<'a, [
     Ok(inside.into())
 }
 
-/// Decodes the text in a file. Its encoding follows from the byte order mark, from a first character of two bytes, or from the
-/// XML declaration; otherwise UTF-8 is assumed.
+/// Decodes the text in a file. Its encoding is determined by the byte order mark, by a first character of two
+/// bytes, or by the XML declaration. Otherwise, UTF-8 is assumed.
 pub(crate) fn text<'a>(bytes: &'a [u8], broken: &Broken) -> Result<Cow<'a, str>, SketchError> {
     let encoding = match (Encoding::for_bom(bytes), wide(bytes), declared(bytes)) {
         (Some((encoding, _)), ..) => encoding,

@@ -1,9 +1,9 @@
-//! Errors that drawings cause. Each says what was expected, what was found, and where.
+//! Errors in drawings. Each says what was expected, what was found, and where.
 
 use sketchnav_schemas::mission::MissionError;
 
-/// An error in a drawing, its marks, or the sketcher's parameters. Positions are in image pixels (column, row) of the file as
-/// the person sees it.
+/// An error in a drawing, its marks, or the sketcher's parameters. Positions are in image pixels (column,
+/// row) of the original file.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SketchError {
     /// The mission's keys for this navigator are invalid.
@@ -33,7 +33,7 @@ pub enum SketchError {
         /// The decoder's message.
         reason: String,
     },
-    /// The drawing is larger than the sketcher is willing to decode.
+    /// The drawing exceeds the size that the sketcher decodes.
     #[error("{file}: expected at most {limit}, found {found}")]
     TooLarge {
         /// The file.
@@ -63,7 +63,7 @@ pub enum SketchError {
         /// Description of what the page shows, with advice on what to do.
         found: String,
     },
-    /// A value in a style cannot be read, so what it paints would be missing.
+    /// A value in a style cannot be read, so whatever it paints would be missing.
     #[error(
         "{file}: {element}: {property}: {value:?} cannot be read: {reason}; write colours as #rrggbb, lengths as numbers"
     )]
@@ -76,7 +76,7 @@ pub enum SketchError {
         property: String,
         /// The value of the property.
         value: String,
-        /// The reason that it cannot be read.
+        /// Why it cannot be read.
         reason: String,
     },
     /// There is no free space.
@@ -108,12 +108,12 @@ pub enum SketchError {
         /// The drawing.
         file: String,
     },
-    /// Nothing gives the robot's heading at the start.
+    /// The robot's heading at the start is not given.
     #[error(
         "navigator.start_heading_deg: expected degrees, or a drawn route as the first task that leads more than {threshold_px:.0} px away; found neither"
     )]
     NoHeading {
-        /// Distance from its start that a route must reach to give the heading, in image pixels.
+        /// Distance from its start that a route must reach to determine the heading, in image pixels.
         threshold_px: f64,
     },
     /// A position is outside the drawing.
@@ -168,8 +168,8 @@ pub enum SketchError {
         /// The position.
         place: [f64; 2],
     },
-    /// Neither the start nor the tasks are near any walls, so nothing shows how large the drawing is, or where in it the robot
-    /// is.
+    /// There are no walls near the start or the tasks, so nothing shows how large the drawing is, or where in
+    /// it the robot is.
     #[error("navigator.start at ({:.0}, {:.0}) of {file}: expected walls around the start or on the way, found none within the laser's reach (about {reach_px:.0} px). Draw the walls around them", start[0], start[1])]
     OpenField {
         /// The start.
@@ -224,7 +224,7 @@ pub enum SketchError {
     File {
         /// The file.
         file: String,
-        /// The reason that it cannot be opened.
+        /// Why it cannot be opened.
         reason: String,
     },
 }

@@ -15,13 +15,13 @@ use super::{encoding, ink, raster, strokes, vector};
 /// Maximum share of ink that may be lost without a warning. People who erase with white paint leave some ink in a second tone.
 const MOST_LOST: f64 = 0.1;
 
-/// Reads a drawing. The file may be PNG, JPEG, GIF, WebP, BMP, PNM, SVG or [`strokes`](super::strokes) in JSON, optionally
-/// packed with gzip (`.svgz`); its content decides which. Text may be in UTF-8, UTF-16, or the encoding that its XML
-/// declaration names.
+/// Reads a drawing. The file may be PNG, JPEG, GIF, WebP, BMP, PNM, SVG or [`strokes`](super::strokes) in
+/// JSON, optionally compressed with gzip (`.svgz`). The format is detected from the content. Text may be in
+/// UTF-8, UTF-16, or the encoding that its XML declaration names.
 ///
-/// `file` is the file's name, which error messages mention. A drawing of more than
-/// [`MAX_SKETCH_CELLS`](crate::messages::MAX_SKETCH_CELLS) pixels is scaled down, and points in image pixels along with it; see
-/// [`DrawnMap::scale`].
+/// `file` is the file's name, as used in errors. A drawing of more than
+/// [`MAX_SKETCH_CELLS`](crate::messages::MAX_SKETCH_CELLS) pixels is scaled down together with its points in
+/// image pixels, see [`DrawnMap::scale`].
 ///
 /// # Errors
 /// [`SketchError`] if the file is empty, truncated, of an unsupported type or too large to decode, if a style in it cannot be

@@ -1,14 +1,14 @@
 //! Separates ink from paper, which decides which pixels of a picture are walls.
 //!
-//! Pictures come in three kinds. A *clean* picture has two tones that are far apart and little else, and is separated by Otsu's
-//! threshold. Anything else is taken for a *photograph* of strokes on paper under uneven light. Each of its pixels is divided
-//! by the brightness of the paper around it (a box mean over an integral image, leaving out the strokes), and Otsu's threshold
-//! then finds the strokes in the levelled picture.
+//! Pictures come in three kinds. A *clean* picture has two tones that are far apart and little else, and is
+//! separated by Otsu's threshold. Anything else is treated as a *photograph* of strokes on paper under uneven
+//! light. Each of its pixels is divided by the brightness of the paper around it (a box mean over an integral
+//! image, leaving out the strokes), and Otsu's threshold then finds the strokes in the levelled picture.
 //!
-//! A clean picture is either a *line drawing*, whose strokes are walls, or *filled*, with free space in one tone, and the
-//! outside and everything solid in the other. The tone along the border is paper in a line drawing and solid in a filled one.
-//! To find out which it is, look at the other tone: strokes are thin, whereas much of the free space in a filled drawing lies
-//! deep inside.
+//! A clean picture is either a *line drawing*, whose strokes are walls, or *filled*, with free space in one
+//! tone, and the outside and everything solid in the other. The tone along the border is paper in a line
+//! drawing and solid in a filled one. The other tone distinguishes the two: strokes are thin, whereas much of
+//! the free space in a filled drawing is far from its edges.
 //!
 //! Transparent paper counts as white, as on a screen, or as black if the ink would vanish on white.
 //!
@@ -31,8 +31,8 @@ const CLEAN_CONTRAST: usize = 64;
 const LEAST_CONTRAST: f64 = 24.0;
 /// Depth, as a share of the diagonal, beyond which a pixel lies too far from the edge of its area to be part of a stroke.
 const DEEP_SHARE: f64 = 0.02;
-/// Maximum share of a tone's area that may be deeper than [`DEEP_SHARE`] if the tone is strokes; with more, it is free space.
-/// Some pillars and tables may be filled in, but not most of a drawing.
+/// Maximum share of a tone's area that may be deeper than [`DEEP_SHARE`] if the tone is strokes. With more,
+/// it is free space. Some pillars and tables may be filled in, but not most of a drawing.
 const DEEP_AREA_SHARE: f64 = 0.3;
 /// Width of the window whose mean is the paper's brightness, as a share of the longer side.
 const PAPER_WINDOW_SHARE: f64 = 0.125;

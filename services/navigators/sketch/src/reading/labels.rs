@@ -1,7 +1,8 @@
-//! Texts on a drawing. They are not walls; each names the place where it stands.
+//! Texts on a drawing. They are not walls, but name the places where they are written.
 //!
-//! A goal may be given by name. Names in the mission (`navigator.places`) take precedence over the goals that a strokes file
-//! marks, and these over texts, so that a mission can always say what a drawing leaves open.
+//! A goal may be given by name. Names in the mission (`navigator.places`) take precedence over the goals
+//! marked in a strokes file, and these over texts, so that a mission can always settle what a drawing leaves
+//! open.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::nearest::{folded, nearest_name};
@@ -59,7 +60,7 @@ impl<'a> Names<'a> {
         Self { file: &drawing.file, by_precedence: [declared, goals, written] }
     }
 
-    /// Returns the position of the place with this name, in image pixels. Case and spaces make no difference.
+    /// Returns the position of the place with this name, in image pixels. Case and spaces are ignored.
     ///
     /// # Errors
     /// [`SketchError::UnknownName`], or [`SketchError::AmbiguousName`] if several places have the name. `what` is the task, for

@@ -1,11 +1,11 @@
-//! Content of a drawing that is not read as walls but that a person may miss.
+//! Content of a drawing that is not read as walls but that its author may expect to be.
 
 use std::fmt;
 
-/// Something that is left out of a drawing, or drawn differently from what the file says.
+/// Something that is left out of a drawing, or drawn differently from what the file specifies.
 #[derive(Debug, Clone, PartialEq)]
 pub enum LeftOut {
-    /// Texts that name no place: HTML inside SVG, text along a path, remarks.
+    /// Texts that do not name a place: HTML inside SVG, text along a path, remarks.
     Labels(usize),
     /// A picture that is not embedded in the drawing, or is of an unsupported type.
     Picture {
@@ -14,7 +14,7 @@ pub enum LeftOut {
         /// The target of the reference.
         found: String,
     },
-    /// A reference to something that the drawing does not have.
+    /// A reference to something that does not exist in the drawing.
     Reference {
         /// The element that refers to it.
         element: String,
@@ -49,17 +49,17 @@ pub enum LeftOut {
         /// Drawn width, as a multiple of the width that it should have.
         times: f64,
     },
-    /// Shapes in a part of the drawing that is another document.
+    /// Shapes in an embedded document.
     Foreign(String),
-    /// Path data or points that become unreadable at some character.
+    /// Path data or points that cannot be read beyond some character.
     Points {
         /// The element.
         element: String,
         /// The beginning of the unreadable text.
         found: String,
     },
-    /// Custom properties of an element that refers to another one. The other element does not see them: it is drawn with those
-    /// of its own position in the file.
+    /// Custom properties of an element that refers to another one. They have no effect on the other element,
+    /// which uses those of its own position in the file.
     Variables(String),
     /// Rules of a style sheet that apply only on some screens or are in another file.
     Rules(String),

@@ -1,7 +1,7 @@
-//! Measures the width of the pen and repairs what a person with that pen did not mean to draw.
+//! Measures the width of the pen, and repairs small slips of the hand.
 //!
-//! A gap narrower than the stroke is a slip of the hand rather than a door, so a morphological closing with a disc as wide as
-//! the stroke fills it. Distances are Euclidean and exact.
+//! A gap narrower than the stroke is a slip of the hand rather than a door, so it is filled by a
+//! morphological closing with a disc as wide as the stroke. Distances are Euclidean and exact.
 
 use std::ops::Range;
 

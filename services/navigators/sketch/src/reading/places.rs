@@ -1,9 +1,9 @@
-//! Places the robot's start and tasks in the drawing. The mission or the drawing gives them in image pixels; here they are
-//! checked against the drawing and converted to its frame.
+//! Places the robot's start and tasks in the drawing. They are given in image pixels, by the mission or by
+//! the drawing, and are checked against the drawing and converted to its frame.
 //!
-//! Every position must lie in the drawing, in free space, and within reach of the start over free cells, as far as the drawing
-//! shows. The inner points of a drawn route are the exception: they may brush a wall by a pen's width and are not checked for
-//! reach.
+//! Every position must be inside the drawing, in free space, and reachable from the start over free cells, as
+//! far as the drawing shows. The inner points of a drawn route are an exception: they may brush a wall by a
+//! pen's width and are not checked for reachability.
 
 use std::ops::Range;
 
@@ -24,7 +24,7 @@ use crate::task::Task;
 /// Time limit for a task that only the drawing names, in seconds of simulation time.
 const MARKED_TIME_LIMIT_S: f64 = 180.0;
 
-/// The start and tasks that a person asked for, in image pixels.
+/// The start and tasks requested by a person, in image pixels.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Intent {
     /// Position at which the robot starts.
@@ -42,8 +42,8 @@ pub struct ImageTask {
     pub name: String,
     /// The goal, or the points of the route.
     pub points: Vec<[f64; 2]>,
-    /// True if the point is that of a name. A name may be written across a wall; the goal is then the nearest free position, which
-    /// must be reachable.
+    /// True if the point is that of a name. A name may be written across a wall, in which case the goal is
+    /// the nearest free position, which must be reachable.
     pub is_named: bool,
     /// Simulation time after which the task has failed, in seconds.
     pub time_limit_s: f64,

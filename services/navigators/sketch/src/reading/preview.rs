@@ -1,4 +1,4 @@
-//! A picture that shows people how their drawing was understood, with the wall direction, the start, goals and routes.
+//! A picture that shows how a drawing was interpreted, with the wall direction, the start, goals and routes.
 
 use std::io::Cursor;
 
@@ -19,9 +19,9 @@ const ACROSS: Rgb<u8> = Rgb([40, 110, 200]);
 const START: Rgb<u8> = Rgb([20, 140, 60]);
 const GOAL: Rgb<u8> = Rgb([170, 60, 170]);
 
-/// Paints the drawing as PNG. Walls are dark; free space is white, or grey if it cannot be reached from the start. A red line
-/// in the middle shows the wall direction, a blue one the direction across it. The start is green, and goals and routes are
-/// purple.
+/// Paints the drawing as PNG. Walls are dark. Free space is white, or grey if it cannot be reached from the
+/// start. A red line in the middle shows the wall direction, and a blue one the direction across it. The
+/// start is green, and goals and routes are purple.
 ///
 /// # Errors
 /// [`SketchError::Broken`] if the picture cannot be encoded.

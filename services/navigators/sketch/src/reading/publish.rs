@@ -1,4 +1,4 @@
-//! Fills messages in the memory they are sent from. Their headers are left to the sender.
+//! Fills messages in the memory they are sent from. Their headers are filled in by the sender.
 
 use sketchnav_schemas::message::{PosePx, Text, Understood};
 
@@ -17,8 +17,8 @@ pub fn fill_sketch(drawing: &DrawnMap, places: &Places, map: &mut SketchMap) {
     map.start_spread_rad = places.start_spread_rad;
 }
 
-/// Fills the answer to a drawing: the drawing now in force, and either the doubts about it (`Ok`) or the reason that it was
-/// refused (`Err`). The sequence numbers of the messages sent are left to the sender.
+/// Fills the answer to a drawing: the current drawing, and either the doubts about it (`Ok`) or the reason
+/// why it was rejected (`Err`). The sequence numbers of the messages are filled in by the sender.
 pub fn fill_understood(drawing: Option<&DrawnMap>, words: Result<&str, &str>, answer: &mut Understood) {
     answer.accepted = words.is_ok().into();
     if let Some(drawing) = drawing {

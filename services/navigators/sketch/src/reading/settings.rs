@@ -1,4 +1,5 @@
-//! Settings of the sketcher: the mission's `parameters.sketcher` table, and the other options for reading a drawing.
+//! Settings of the sketcher: the mission's `parameters.sketcher` table, and other options for reading a
+//! drawing.
 
 use crate::mission::{SketchMission, WallTone};
 use serde::{Deserialize, Serialize};
@@ -28,15 +29,16 @@ impl Options {
     /// Takes the options from a mission.
     ///
     /// # Errors
-    /// [`SketchError::Setting`] that names the invalid key of `parameters.sketcher`, or [`SketchError::Mission`].
+    /// [`SketchError::Setting`], which names the invalid key of `parameters.sketcher`, or
+    /// [`SketchError::Mission`].
     pub fn of_mission(mission: &Mission, seed: u64) -> Result<Self, SketchError> {
         let settings = Settings::of(&mission.parameters)?;
         Ok(Self { walls: SketchMission::of(mission)?.walls, seed, settings })
     }
 }
 
-/// Parameters of the sketcher: the table `parameters.sketcher` of a mission. Shares are relative to the drawing's diagonal, so
-/// that they mean the same in a small drawing as in a large one.
+/// Parameters of the sketcher, from the table `parameters.sketcher` of a mission. Shares are relative to the
+/// drawing's diagonal, so that they mean the same in small and large drawings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
@@ -46,8 +48,8 @@ pub struct Settings {
     pub start_spread_share: f64,
     /// Standard deviation of the start heading, in degrees.
     pub start_spread_deg: f64,
-    /// Distance from its start that a drawn route must reach to give the start heading, as a share of the diagonal. People
-    /// begin with a squiggle, which should not count (Boniardi et al. 2016, IV).
+    /// Distance from its start that a drawn route must reach to determine the start heading, as a share of
+    /// the diagonal. People begin with a squiggle, which should not count (Boniardi et al. 2016, IV).
     pub heading_distance_share: f64,
     /// Minimum length of a line that counts for the wall direction, as a share of the diagonal.
     pub line_length_share: f64,
@@ -69,7 +71,8 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Takes the settings from a mission's parameters and checks them. Keys that are left out keep their defaults.
+    /// Takes the settings from a mission's parameters and checks them. Keys that are omitted keep their
+    /// defaults.
     ///
     /// # Errors
     /// [`SketchError::Mission`] if a key is unknown or a value of the wrong type, or [`SketchError::Setting`] if a value is out

@@ -10,9 +10,9 @@
 //!   "goals": [ { "name": "kitchen", "at": [800, 400] } ],
 //!   "route": [[150, 200], [400, 220], [800, 400]] }
 //! ```
-//! Only `canvas` and `strokes` are required. A label names the place where its middle is; it is not ink. A page may keep its own
-//! data under the key `pad`. A stroke is 5 px wide unless it has a `width_px`, and an obstacle is solid. Headings are in degrees,
-//! counter-clockwise from "to the right" as one looks at the drawing.
+//! Only `canvas` and `strokes` are required. A label names the place at its centre and is not ink. A page may
+//! store its own data under the key `pad`. A stroke is 5 px wide unless it has a `width_px`, and an obstacle
+//! is solid. Headings are in degrees, counter-clockwise from "to the right" in the drawing.
 
 use resvg::tiny_skia::{
     Color, FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke as Pen, Transform,

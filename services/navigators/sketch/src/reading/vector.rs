@@ -1,8 +1,9 @@
-//! Renders drawings in SVG as a browser would show them on white paper. Text is not drawn, because labels are not walls; where it
-//! stands, it names a place. No other file is opened. Whatever this leaves out is reported.
+//! Renders drawings in SVG as a browser would show them on white paper. Text is not drawn, because labels are
+//! not walls, but it names the place where it is. No other file is opened. Anything that is left out is
+//! reported.
 //!
-//! First, [`styles`] works out the styles. Then the cost is counted before it is incurred: that of references before any is
-//! followed, and that of painting before anything is painted.
+//! First, [`styles`] works out the styles. Then costs are counted before they are incurred: those of
+//! references before any is followed, and those of painting before anything is painted.
 
 mod pictures;
 mod references;

@@ -15,7 +15,7 @@ const BRUSH_SHARE: f64 = 0.004;
 pub enum Kind {
     /// Walls are lines on clean paper.
     Lines,
-    /// Free space is one tone, everything solid the other.
+    /// Free space has one tone, and everything solid has the other.
     Filled,
     /// Strokes on paper under uneven light.
     Photograph,
@@ -39,7 +39,8 @@ pub(crate) struct Walls {
 }
 
 impl Walls {
-    /// Returns the width of the strokes, in sketch pixels. For a filled drawing, this is how fine its edges are.
+    /// Returns the width of the strokes, in sketch pixels. For a filled drawing, this is the fineness of its
+    /// edges.
     pub fn pen_width(&self) -> f64 {
         let brush = (BRUSH_SHARE * diagonal(self.mask.width(), self.mask.height())).max(1.0);
         match self.kind {

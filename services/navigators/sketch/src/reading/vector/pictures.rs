@@ -1,6 +1,6 @@
-//! Pictures embedded in an SVG by `data:` URLs, in any format that a drawing may have. They are decoded here, within the same
-//! bounds as other pictures, and handed to the renderer as PNG, because the renderer's own decoders have no bounds and silently
-//! leave out whatever they cannot read.
+//! Pictures embedded in an SVG by `data:` URLs, in any format that a drawing may have. They are decoded here,
+//! within the same bounds as other pictures, and passed to the renderer as PNG, because the renderer's own
+//! decoders have no bounds and silently drop anything they cannot read.
 
 use std::io::Cursor;
 use std::sync::Arc;

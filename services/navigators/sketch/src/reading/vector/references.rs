@@ -1,6 +1,6 @@
-//! Counts the elements of an SVG, with each reference counted as what it refers to. This has to happen before anything follows
-//! the references, since ten lines of `<use>` can stand for a billion elements. Style sheets have already been removed at this
-//! point.
+//! Counts the elements of an SVG, with each reference counted as what it refers to. This has to happen before
+//! any reference is followed, since ten lines of `<use>` can expand to a billion elements. Style sheets have
+//! already been removed at this point.
 
 use std::collections::BTreeMap;
 

@@ -1,14 +1,14 @@
-//! Works out the styles of an SVG before it is rendered. This is necessary because the renderer only knows the colours of CSS
-//! 3, and silently drops every line whose colour it cannot read. The result is the same drawing with plain attributes only: no
-//! style sheets, no `var()`, and no colour functions.
+//! Works out the styles of an SVG before it is rendered. This is necessary because the renderer only knows
+//! the colours of CSS 3, and silently drops every line whose colour it cannot read. The result is the same
+//! drawing with plain attributes only, without style sheets, `var()` or colour functions.
 //!
-//! As in CSS, the valid declaration with the highest precedence wins; an invalid declaration is dropped in favour of the next
-//! one or the attribute. A declaration that may be valid but cannot be worked out is dropped as well, as in a browser that does
-//! not support it yet. If none is left, the drawing is refused with an error that names the element, the property and the
-//! value.
+//! As in CSS, the valid declaration with the highest precedence wins. An invalid declaration is ignored in
+//! favour of the next one or the attribute. A declaration that may be valid but cannot be worked out is
+//! ignored as well, as in a browser that does not support it yet. If none is left, the drawing is rejected
+//! with an error that names the element, the property and the value.
 //!
-//! Scripts, animations and descriptions are left out, and anything a person would miss is reported. A text is replaced by an
-//! invisible frame around it, from which the renderer works out where it stands. Sources: CSS
+//! Scripts, animations and descriptions are left out, and anything that may be missed is reported. A text is
+//! replaced by an invisible frame around it, which tells the renderer where the text is. Sources: CSS
 //! Cascading and Inheritance Level 4; SVG 2, 6.
 
 mod colours;

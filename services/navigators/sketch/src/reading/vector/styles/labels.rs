@@ -1,6 +1,6 @@
-//! Texts, which name places. Fonts are not loaded, so the area of a text is estimated from its size and its number of characters;
-//! the middle of the area is where the text stands. Lines of a text belong together, whether they are in one element or, as
-//! Excalidraw writes them, in elements one below the other.
+//! Texts, which name places. Fonts are not loaded, so the area of a text is estimated from its size and its
+//! number of characters, and the text names the place at the middle of the area. Lines of a text belong
+//! together, whether they are in one element or, as Excalidraw writes them, in elements one below the other.
 
 use std::collections::BTreeMap;
 

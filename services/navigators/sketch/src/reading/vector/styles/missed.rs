@@ -1,5 +1,5 @@
-//! Finds what a person may miss in a drawing: anything that is left out, refers to nothing, or may be silently dropped by the
-//! renderer.
+//! Finds content of a drawing that may be missed: anything that is left out, refers to nothing, or may be
+//! silently dropped by the renderer.
 
 use std::collections::BTreeMap;
 

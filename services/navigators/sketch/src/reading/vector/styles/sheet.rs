@@ -1,5 +1,5 @@
-//! Style sheets. Finds the rules that apply to a drawing on a light page, in order of precedence, with selectors parsed by
-//! simplecss.
+//! Style sheets. Finds the rules that apply to a drawing on a light page, in order of precedence. Selectors
+//! are parsed by simplecss.
 
 use std::cell::Cell;
 use std::cmp::Reverse;

@@ -22,7 +22,7 @@ pub(super) enum Kind {
     Transform,
     /// A transformation by a property that exists only in CSS, such as `rotate`. It is not drawn.
     Undrawable,
-    /// Any value; the renderer decides what to make of it.
+    /// Any value, which the renderer interprets.
     Any,
 }
 

@@ -10,12 +10,12 @@ const MOST_BYTES: usize = 16 << 10;
 /// Maximum depth of properties that refer to each other.
 const MOST_DEPTH: usize = 32;
 
-/// The reason that a value with `var()` cannot be resolved.
+/// Why a value with `var()` cannot be resolved.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Unresolved {
     /// The custom property has no value here, and the reference has no fallback.
     Missing(String),
-    /// The custom property refers to itself, or the value grows without end.
+    /// The custom property refers to itself, or the value grows indefinitely.
     Endless(String),
 }
 

@@ -1,0 +1,295 @@
+//! The `directions-buildings` suite drives journeys from pole to pole through buildings by a custom map, with a noisy laser, and
+//! on half of the journeys among people who walk about.
+//!
+//! The poles are put up so that a robot can find its way: one on either side of each door, and others where there is room. The
+//! map-maker knows the floor plan with its poles, but not the people.
+
+use std::f64::consts::{FRAC_PI_4, TAU};
+use std::iter;
+use std::path::PathBuf;
+
+use rand::RngExt;
+use rand::seq::IndexedRandom;
+use rand_pcg::Pcg64Mcg;
+use sketchnav_directions::Point;
+use sketchnav_directions::path::{Atlas, Measure, Objective, Start as Beginning, best};
+use sketchnav_directions::stages::sketcher;
+use sketchnav_rehearsal::RehearsalError;
+use sketchnav_schemas::floor_plan::{FloorPlan, Person};
+use sketchnav_schemas::mission::WorldSource;
+use sketchnav_schemas::seed;
+use sketchnav_sim::offices::Shape;
+use sketchnav_sim::{files, floor_plan, poles};
+use sketchnav_stage::StageError;
+
+use super::{BESIDE_M, Journey};
+use crate::error::EvalError;
+use crate::experiments::ground::{Ground, length_m};
+use crate::experiments::suite::{Folders, Suite};
+use crate::experiments::trial::{Page, Trial};
+
+/// Number of journeys through each floor without people, and as many with them.
+const JOURNEYS: usize = 50;
+/// Number of pairs of poles that are tried to find those journeys.
+const TRIES: usize = 1000;
+/// Shortest straight-line distance from the start to the goal, in metres.
+const LEAST_M: f64 = 8.0;
+/// Distance of a pole's middle from walls and furniture, from other poles, and from the middle of a door, in metres.
+const FROM_WALLS_M: f64 = 0.65;
+const APART_M: f64 = 2.4;
+const FROM_DOORS_M: f64 = 1.2;
+/// Place of a pole at a door, in metres: how far from the wall, and how far beside the middle of the door. A robot that stands
+/// in the corner of the pole is then opposite the door. The pole may be moved by a little to fit.
+const BESIDE_DOORS_M: f64 = 1.3;
+const ASIDE_M: f64 = 0.55;
+const MOVED_M: f64 = 0.15;
+/// Area of a floor for each pole, in square metres.
+const AREA_M2: f64 = 25.0;
+/// Size of the cells into which a floor is divided to find places and paths, in metres.
+const CELL_M: f64 = 0.1;
+/// Number of people who walk on a floor, their speeds in metres per second, and the smallest distance of their paths from the
+/// start, in metres.
+const PEOPLE: usize = 2;
+const WALKS_MPS: [f64; 2] = [0.6, 1.2];
+const AWAY_M: f64 = 1.5;
+/// Number of paths of which those of people are chosen.
+const WALKS: usize = 40;
+/// Distance between the waypoints of a person, in cells.
+const STRIDE: usize = 8;
+
+/// Loads the suite.
+///
+/// # Errors
+/// [`EvalError`] if a file is missing.
+pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
+    let missions = folders.project.join("sim/missions");
+    let shipped = ("building", missions.join("building/building.floor.toml"));
+    let made = Shape::ALL
+        .map(|shape| (shape.name(), missions.join("floors").join(format!("{}.floor.toml", shape.name()))));
+    let (mut trials, mut notices) = (Vec::new(), Vec::new());
+    for (name, path) in iter::once(shipped).chain(made) {
+        let site = Site::open(folders, name, path)?;
+        let (journeys, unjoined) = site.journeys()?;
+        notices.push(format!(
+            "{name}: {} poles; no path joins {unjoined} of {} further pairs.",
+            site.poles.len(),
+            journeys.len() + unjoined
+        ));
+        trials.extend(journeys);
+    }
+    Ok(Suite {
+        title: "From pole to pole through buildings by a custom map, with a noisy laser; reached: at the pole without contact.".into(),
+        notices,
+        trials,
+        lines: Some("floor"),
+        repetitions: 1,
+        ..Suite::default()
+    })
+}
+
+/// A floor on which poles have been put up.
+struct Site<'a> {
+    folders: &'a Folders,
+    name: &'static str,
+    path: PathBuf,
+    /// The floor with its poles, as the map-maker knows it.
+    plan: FloorPlan,
+    poles: Vec<[f64; 2]>,
+    /// Where the robot fits, and where a person does.
+    ground: Ground,
+    pavement: Ground,
+}
+
+impl<'a> Site<'a> {
+    fn open(folders: &'a Folders, name: &'static str, path: PathBuf) -> Result<Self, EvalError> {
+        let mut plan = files::floor_plan(&path)?;
+        let mut world = floor_plan::describe(&plan)?;
+        let mut rng = seed::stream(1, &format!("eval/buildings/poles/{name}"));
+        let poles = put_up(&plan, &Ground::of_world(&world, CELL_M, FROM_WALLS_M), &mut rng);
+        let furniture = poles::furniture(&poles);
+        world.add_furniture(&furniture)?;
+        plan.furniture.extend(furniture);
+        plan.person.clear();
+        let robot = files::robot(&super::robot(folders))?;
+        let ground = Ground::of_world(&world, CELL_M, robot.radius_m + 0.05);
+        let pavement = Ground::of_world(&world, CELL_M, 0.3);
+        Ok(Self { folders, name, path, plan, poles, ground, pavement })
+    }
+
+    /// Returns the journeys, and how many further pairs of poles no path joins.
+    fn journeys(&self) -> Result<(Vec<Trial>, usize), EvalError> {
+        let mut rng = seed::stream(1, &format!("eval/buildings/journeys/{}", self.name));
+        let (mut calm, mut among_people, mut unjoined) = (Vec::new(), Vec::new(), 0);
+        let walks = self.walks(&mut rng);
+        let Some(atlas) = self.atlas()? else { return Ok((calm, unjoined)) };
+        for _ in 0..TRIES {
+            if calm.len() == JOURNEYS {
+                break;
+            }
+            let Some((start, goal)) = self.pair(&mut rng) else { continue };
+            if !joins(&atlas, start, goal) {
+                unjoined += 1;
+                continue;
+            }
+            let Some(way_m) = self.way_m(start, goal) else { continue };
+            let number = calm.len();
+            let is_away =
+                |person: &&Person| person.waypoints.iter().all(|at| distance_m(*at, start) > AWAY_M);
+            let people = walks
+                .iter()
+                .filter(is_away)
+                .cloned()
+                .collect::<Vec<_>>()
+                .sample(&mut rng, PEOPLE)
+                .cloned()
+                .collect();
+            among_people.push(self.journey(number, start, goal, way_m, people)?);
+            calm.push(self.journey(number, start, goal, way_m, Vec::new())?);
+        }
+        calm.extend(among_people);
+        Ok((calm, unjoined))
+    }
+
+    /// Returns a place beside a pole, and another pole.
+    fn pair(&self, rng: &mut Pcg64Mcg) -> Option<([f64; 2], [f64; 2])> {
+        let (from, goal) = (self.poles.choose(rng)?, self.poles.choose(rng)?);
+        let around = (0..8).map(|i| {
+            let turn_rad = FRAC_PI_4 + f64::from(i) * TAU / 8.0;
+            [from[0] + BESIDE_M * turn_rad.cos(), from[1] + BESIDE_M * turn_rad.sin()]
+        });
+        let fits = |at: &[f64; 2]| {
+            self.ground.fits(*at) && self.poles.iter().all(|pole| distance_m(*pole, *at) >= BESIDE_M - 0.01)
+        };
+        let start = around.into_iter().find(fits)?;
+        (distance_m(*from, *goal) >= LEAST_M).then_some((start, *goal))
+    }
+
+    /// Returns the length of the shortest way from a place to a pole, in metres.
+    fn way_m(&self, start: [f64; 2], goal: [f64; 2]) -> Option<f64> {
+        let beside = self.ground.nearest(goal, |_| true)?;
+        self.ground.way(start, beside).map(|way| length_m(&way))
+    }
+
+    /// Creates a journey, on which people walk about if there are any.
+    fn journey(
+        &self,
+        number: usize,
+        start: [f64; 2],
+        goal: [f64; 2],
+        way_m: f64,
+        person: Vec<Person>,
+    ) -> Result<Trial, EvalError> {
+        let with = if person.is_empty() { "" } else { "/people" };
+        let journey = Journey {
+            name: format!("{}/{number:02}{with}", self.name),
+            line: format!("{}{with}", self.name),
+            world: WorldSource {
+                floor_plan: Some(self.path.to_string_lossy().into_owned()),
+                furniture: poles::furniture(&self.poles),
+                person,
+                ..WorldSource::default()
+            },
+            plan: &self.plan,
+            start,
+            goal,
+            way_m,
+            number: number as u64,
+        };
+        journey.trial(self.folders)
+    }
+
+    /// Returns people who walk to and fro between random places.
+    fn walks(&self, rng: &mut Pcg64Mcg) -> Vec<Person> {
+        let places: Vec<_> = self.pavement.places().collect();
+        let walk = |rng: &mut Pcg64Mcg| {
+            let way = self.pavement.way(*places.choose(rng)?, *places.choose(rng)?)?;
+            let last = way.last().copied();
+            let speed_mps = rng.random_range(WALKS_MPS[0]..WALKS_MPS[1]);
+            let is_long = length_m(&way) > LEAST_M;
+            let waypoints = way.into_iter().step_by(STRIDE).chain(last).collect();
+            is_long.then_some(Person { waypoints, speed_mps, radius_m: 0.25, pause_s: 2.0 })
+        };
+        (0..WALKS).filter_map(|_| walk(rng)).collect()
+    }
+
+    /// Returns what the map-maker knows about the floor, or `None` if it has no poles.
+    fn atlas(&self) -> Result<Option<Atlas>, EvalError> {
+        let Some(&pole) = self.poles.first() else { return Ok(None) };
+        let trial = self.journey(0, pole, pole, 0.0, Vec::new())?;
+        let failed = |error: StageError| EvalError::Trial {
+            trial: trial.name.clone(),
+            cause: Box::new(RehearsalError::Stage(error)),
+        };
+        let run = trial.run("arrival", 1, 0).map_err(|error| failed(error.into()))?;
+        let bytes = trial.bytes.as_ref().map(Page::bytes).transpose()?.unwrap_or_default();
+        sketcher::atlas(&run, &|_| Ok(bytes.to_vec())).map_err(|error| failed(error.into()))
+    }
+}
+
+fn distance_m(a: [f64; 2], b: [f64; 2]) -> f64 {
+    (a[0] - b[0]).hypot(a[1] - b[1])
+}
+
+/// Returns poles on either side of each door, and further ones at random. `free` says where one fits.
+fn put_up(plan: &FloorPlan, free: &Ground, rng: &mut Pcg64Mcg) -> Vec<[f64; 2]> {
+    let mut poles: Vec<[f64; 2]> = Vec::new();
+    let fits = |poles: &[[f64; 2]], at: [f64; 2]| {
+        poles.iter().all(|pole| distance_m(*pole, at) >= APART_M)
+            && plan.door.iter().all(|door| distance_m(door.at, at) >= FROM_DOORS_M)
+    };
+    for door in &plan.door {
+        for i in 0..4 {
+            let turn_rad = f64::from(i) * TAU / 4.0;
+            let [x, y] = [turn_rad.cos(), turn_rad.sin()];
+            let wanted = [
+                door.at[0] + BESIDE_DOORS_M * x + ASIDE_M * y.abs(),
+                door.at[1] + BESIDE_DOORS_M * y + ASIDE_M * x.abs(),
+            ];
+            let near = |at: [f64; 2]| distance_m(at, wanted) <= MOVED_M && fits(&poles, at);
+            poles.extend(free.nearest(wanted, near).map(to_centimetres));
+        }
+    }
+    let places: Vec<_> = free.places().collect();
+    let most = poles.len().max((places.len() as f64 * CELL_M * CELL_M / AREA_M2) as usize + poles.len() / 2);
+    for _ in 0..TRIES {
+        let place = places.choose(rng).filter(|at| poles.len() < most && fits(&poles, **at));
+        poles.extend(place.copied().map(to_centimetres));
+    }
+    poles
+}
+
+fn to_centimetres(at: [f64; 2]) -> [f64; 2] {
+    at.map(|along| (along * 100.0).round() / 100.0)
+}
+
+/// Returns true if the map-maker knows a path.
+fn joins(atlas: &Atlas, start: [f64; 2], goal: [f64; 2]) -> bool {
+    let point = |[x, y]: [f64; 2]| Point::new(x, y);
+    let path = || {
+        let start = Beginning::at(&atlas.plane, atlas.window, point(start))?;
+        let goal = Beginning::wanted(&atlas.plane, atlas.window, point(goal))?.landmark;
+        best(atlas, start, goal, Measure::Windows, Objective::SHORTEST)
+    };
+    path().is_ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sketchnav_directions::stages::mission as keys;
+
+    #[test]
+    fn half_of_the_journeys_through_a_floor_are_among_people_and_all_have_room_at_the_start() {
+        let folders = Folders::of_checkout();
+        let path = folders.project.join("sim/missions/floors/hall.floor.toml");
+        let site = Site::open(&folders, "hall", path).unwrap();
+        let (journeys, _) = site.journeys().unwrap();
+        assert_eq!(journeys.len(), 2 * JOURNEYS);
+        for (i, journey) in journeys.iter().enumerate() {
+            let mission = &journey.mission;
+            keys::check(mission, &journey.robot).unwrap();
+            assert_eq!(mission.world.person.len(), if i < JOURNEYS { 0 } else { PEOPLE }, "{}", journey.name);
+            assert!(site.ground.fits(mission.start.world), "{}", journey.name);
+        }
+    }
+}

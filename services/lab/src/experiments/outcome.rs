@@ -122,15 +122,11 @@ pub struct TaskOutcome {
     /// Mean distance of the true path from the drawn route, in metres, or `None` if there is no route.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub displacement_m: Option<f64>,
-<<<<<<< HEAD
     /// Probability with which the robot states that it has arrived, or `None` if it states none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stated: Option<f64>,
-    /// What regions joined by doors say about the goal when the task ends, or `None` if they were not asked.
-=======
     /// The answer of regions and doors as to where the goal is when the task ends, or `None` if they were not
     /// asked.
->>>>>>> main
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rooms: Option<RoomsSaid>,
 }

@@ -37,10 +37,10 @@ const FLOORS: u64 = 3;
 /// Degrees of deformation.
 const DEGREES: [f64; 2] = [1.0, 1.5];
 /// Number of drawings of each floor at each degree.
-const DRAWINGS_OF_FLOOR: u64 = 8;
-/// Number of the first drawing of the first floor. No other suite uses drawings with such numbers, and no two floors share one,
-/// because drawings with the same number are deformed in the same way.
-const FIRST_DRAWING: u64 = 100;
+const DRAWINGS_OF_FLOOR: u64 = 4;
+/// Number of the first drawing of the first floor, and the difference to that of the next floor. No other suite uses drawings with
+/// such numbers, and no two floors share one, because drawings with the same number are deformed in the same way.
+const FIRST_DRAWING: [u64; 2] = [104, 8];
 /// Maximum distance of the robot from the free part of its map, in metres.
 const OFF_FREE_M: f64 = 0.6;
 
@@ -60,7 +60,7 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     for (name, k) in names.zip(0..) {
         let path = folders.project.join(format!("sim/missions/floors/{name}.floor.toml"));
         let site = Site::of_plan(name, &path)?;
-        let first = FIRST_DRAWING + k * DRAWINGS_OF_FLOOR;
+        let first = FIRST_DRAWING[0] + k * FIRST_DRAWING[1];
         for number in first..first + DRAWINGS_OF_FLOOR {
             for degree in DEGREES {
                 suite.trials.extend(site.trials(degree, number)?);

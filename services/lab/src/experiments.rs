@@ -37,7 +37,6 @@ pub mod routes;
 pub mod run;
 pub mod section;
 pub mod sensitivity;
-pub mod stated;
 pub mod statistics;
 pub mod studies;
 pub mod suite;

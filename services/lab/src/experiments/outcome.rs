@@ -5,7 +5,6 @@ use crate::experiments::witnesses::RoomsSaid;
 use crate::judge::TaskVerdict;
 use crate::judge::states::StateDriven;
 use serde::{Deserialize, Serialize};
-use sketchnav_sketch::planner::certainty::DOUBTFUL;
 
 /// The kind of outcome of a task. Only [`Self::Reached`] is a success.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
@@ -122,9 +121,6 @@ pub struct TaskOutcome {
     /// Mean distance of the true path from the drawn route, in metres, or `None` if there is no route.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub displacement_m: Option<f64>,
-    /// Probability with which the robot states that it has arrived, or `None` if it states none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub stated: Option<f64>,
     /// The answer of regions and doors as to where the goal is when the task ends, or `None` if they were not
     /// asked.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -159,7 +155,6 @@ impl TaskOutcome {
             cluster: None,
             on_sketch: None,
             displacement_m: None,
-            stated: None,
             rooms: None,
         }
     }
@@ -169,10 +164,5 @@ impl TaskOutcome {
     /// Returns true if the task succeeded.
     pub fn is_success(&self) -> bool {
         self.kind == Kind::Reached
-    }
-
-    /// Returns true if the robot has arrived but doubts it.
-    pub fn is_doubtful(&self) -> bool {
-        self.stated.is_some_and(|stated| stated < DOUBTFUL)
     }
 }

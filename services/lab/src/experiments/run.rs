@@ -12,7 +12,6 @@ use sketchnav_schemas::mission::{MissionError, Task};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::time::seconds;
 use sketchnav_sketch::mission::SketchMission;
-use sketchnav_sketch::planner::stated;
 
 use crate::error::EvalError;
 use crate::experiments::cost::{Cost, clearance_m};
@@ -289,7 +288,6 @@ pub fn outcomes(trial: &Trial, method: &str, repetition: u32, driven: &Driven) -
             task: verdict.name,
             task_index: driven.first_task + i,
             kind,
-            stated: stated(&verdict.reason),
             reason: verdict.reason,
             time_s: verdict.time_s,
             path_m: verdict.path_m,

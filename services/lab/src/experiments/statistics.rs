@@ -11,13 +11,6 @@ use sketchnav_schemas::statistics::{mean, wilson};
 use crate::experiments::outcome::{Kind, TaskOutcome};
 pub use over_drawings::OverDrawings;
 
-/// Number of bins of stated probabilities.
-pub const BINS: usize = 10;
-
-fn is_zero(count: &usize) -> bool {
-    *count == 0
-}
-
 /// Counts of tasks by kind of outcome.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Tally {
@@ -44,15 +37,6 @@ pub struct Tally {
     pub never_moved: usize,
     /// Number of tasks, failed or not, in which the robot touched something.
     pub with_collision: usize,
-    /// Number of failed tasks that the robot reported as reached with a stated probability so low that it doubts them itself.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub doubtful: usize,
-    /// The same of tasks that were truly reached.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub doubtful_reached: usize,
-    /// Arrivals, and right ones among them, by each tenth of the stated probability, or `None` if none was stated.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub stated: Option<[[usize; 2]; BINS]>,
     /// Interval of the success rate over drawings, if drawings repeat, or `None` for independent trials.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub over_drawings: Option<OverDrawings>,
@@ -116,17 +100,6 @@ impl Tally {
         self.attempts += 1;
         *self.slot(outcome.kind) += 1;
         self.with_collision += usize::from(outcome.collisions > 0);
-        match (outcome.is_doubtful(), outcome.is_success()) {
-            (true, false) => self.doubtful += 1,
-            (true, true) => self.doubtful_reached += 1,
-            (false, _) => {}
-        }
-        if let Some(stated) = outcome.stated {
-            let bin = (stated * BINS as f64) as usize;
-            let [arrivals, right] = &mut self.stated.get_or_insert_default()[bin.min(BINS - 1)];
-            *arrivals += 1;
-            *right += usize::from(outcome.is_success());
-        }
     }
 
     fn slot(&mut self, kind: Kind) -> &mut usize {
@@ -176,10 +149,10 @@ impl Tally {
         }
     }
 
-    /// Returns the share of failed tasks that ended as lost or blocked, or that the robot doubts to have reached. `None` if none failed.
+    /// Returns the share of failed tasks that ended as lost or blocked, or `None` if none failed.
     pub fn share_that_knows(&self) -> Option<f64> {
         let failed = self.attempts - self.reached;
-        (failed > 0).then(|| (self.lost + self.blocked + self.doubtful) as f64 / failed as f64)
+        (failed > 0).then(|| (self.lost + self.blocked) as f64 / failed as f64)
     }
 }
 

@@ -5,8 +5,6 @@ use std::path::PathBuf;
 use crate::error::EvalError;
 use crate::experiments::outcome::TaskOutcome;
 use crate::experiments::section::Section;
-use crate::experiments::stated;
-use crate::experiments::statistics::Tally;
 use crate::experiments::trial::Trial;
 
 /// The folders that hold the files of suites.
@@ -196,9 +194,7 @@ impl Suite {
 
     /// Returns the sections that are reported in addition to the tables.
     pub fn sections(&self, outcomes: &[TaskOutcome]) -> Vec<Section> {
-        let own = self.sections.map_or(Vec::new(), |sections| sections(outcomes));
-        let counted = Tally::of(outcomes.iter().filter(|outcome| self.counts(outcome)));
-        own.into_iter().chain(stated::section(&counted)).collect()
+        self.sections.map_or(Vec::new(), |sections| sections(outcomes))
     }
 
     /// Returns true if an outcome counts. Legs that merely lead from one counted leg to the next do not.

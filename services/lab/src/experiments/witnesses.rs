@@ -8,8 +8,6 @@
 
 mod tables;
 
-use std::sync::Arc;
-
 use serde::{Deserialize, Serialize};
 use sketchnav_mapping::{Mapper, Parameters, Scan, Survey};
 use sketchnav_rehearsal::Tap;
@@ -19,7 +17,6 @@ use sketchnav_schemas::message::{LaserScan, Odometry};
 use sketchnav_schemas::mission::Place;
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_sketch::paths::{self, chart::Chart};
-use sketchnav_sketch::planner::certainty::{AGREE_M, Said};
 use sketchnav_sketch::planner::locate_by_outline;
 use sketchnav_sketch::rooms::{Floor, locate};
 use sketchnav_sketch::sketch::SketchGrid;
@@ -41,6 +38,8 @@ const DRAWINGS_OF_FLOOR: u64 = 4;
 /// Number of the first drawing of the first floor, and the difference to that of the next floor. No other suite uses drawings with
 /// such numbers, and no two floors share one, because drawings with the same number are deformed in the same way.
 const FIRST_DRAWING: [u64; 2] = [104, 8];
+/// Distance, in metres, up to which two witnesses have the goal at the same place.
+const AGREE_M: f64 = 2.5;
 /// Maximum distance of the robot from the free part of its map, in metres.
 const OFF_FREE_M: f64 = 0.6;
 
@@ -104,20 +103,6 @@ impl RoomsSaid {
     /// Returns true if the goal is about where the robot is.
     pub fn agrees(&self) -> bool {
         self.is_same_room || self.away_m.is_some_and(|away_m| away_m <= AGREE_M)
-    }
-
-    /// Returns true if the goal truly is where they have it.
-    pub fn knows(&self) -> bool {
-        self.claims[2].is_some_and(|claim| claim.is_right)
-    }
-
-    /// Returns what they say in the form in which the planner uses it, or `None` if they have no answer.
-    pub fn said(&self) -> Option<Said> {
-        self.has_answer.then(|| Said {
-            agrees: self.agrees(),
-            margin: self.margin.unwrap_or_default(),
-            share_here: self.share_here,
-        })
     }
 }
 
@@ -188,8 +173,8 @@ impl Witness {
         survey: &Survey,
     ) -> Option<(RoomsSaid, Option<[f64; 2]>)> {
         let robot = self.mapper.pose();
-        let drawing = Arc::new(Floor::of_drawing(sketch, start, self.planner.building_size_m)?);
-        let map = Arc::new(Floor::of_map(survey, [0.0; 2], start.yaw_rad, &drawing)?);
+        let drawing = Floor::of_drawing(sketch, start, self.planner.building_size_m)?;
+        let map = Floor::of_map(survey, [0.0; 2], start.yaw_rad, &drawing)?;
         let answer = locate(&drawing, &map, [goal.x, goal.y])?;
         let best = answer.hypotheses.first()?;
         let said = RoomsSaid {
@@ -244,7 +229,9 @@ mod tests {
         let outcomes = run::run(&trial, "outline", 1, 7).unwrap();
         assert_eq!(outcomes[0].kind, Kind::Reached);
         let said = outcomes[0].rooms.unwrap();
-        assert!(said.knows() && said.agrees() && said.share_here > 0.5, "{said:?}");
+        let knows = said.claims.map(|claim| claim.is_some_and(|claim| claim.is_right));
+        assert_eq!(knows, [true; 3], "{said:?}");
+        assert!(said.agrees() && said.share_here > 0.5, "{said:?}");
         let unasked = Trial { asks_rooms: false, ..trial };
         assert_eq!(run::run(&unasked, "outline", 1, 7).unwrap()[0].rooms, None);
     }

@@ -8,7 +8,6 @@
 //! orders and time limits. Memory is only allocated when a sketch or a route arrives.
 
 mod arrival;
-pub mod certainty;
 mod driving;
 mod explorer;
 mod pace;
@@ -32,8 +31,8 @@ use sketchnav_stage::{Heard, Instant, Outbox, Remains, Stage, StageError};
 
 use self::driving::{Driver, TaskStatus};
 pub use self::explorer::locate as locate_by_outline;
-use self::reason::{Help, Reason, Stated};
-pub use self::reason::{ROOMS, stated};
+pub use self::reason::ROOMS;
+use self::reason::{Help, Reason};
 use crate::paths::chart::Chart;
 use crate::paths::parameters::{ParameterError, Parameters};
 use crate::sketch::{CellsError, SketchGrid};
@@ -254,9 +253,6 @@ impl Planner {
                 self.agenda.lose(Help(reason));
             }
             TaskStatus::Ended(state, reason) => self.agenda.end(state, reason),
-            TaskStatus::Arrived(reason, probability) => {
-                self.agenda.end(TaskState::Reached, Stated(reason, probability));
-            }
             TaskStatus::Driving(reason) => {
                 if !self.agenda.go_on(reason) {
                     self.driver.stop(dt_s);
@@ -311,7 +307,7 @@ impl Planner {
 }
 
 impl Stage for Planner {
-    const FORM: &'static str = "sketch planner 11";
+    const FORM: &'static str = "sketch planner 10";
     type State = State;
 
     fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {

@@ -25,7 +25,7 @@ use sketchnav_mapping::outline::Place;
 use sketchnav_mapping::region::Region;
 use sketchnav_schemas::geometry::{Pose, Sketch};
 
-pub use answer::{Answer, Doors, Hypothesis, Inquiry, locate};
+pub use answer::{Answer, Doors, Hypothesis, locate};
 pub use floor::{Door, Floor, Kind, Room, Token};
 
 use crate::filter::outline::closed;

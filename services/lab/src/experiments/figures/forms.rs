@@ -11,7 +11,7 @@ use crate::experiments::studies::{Table, report};
 /// Words for the variants of [`Whole`].
 pub const WHOLE_FORMS: &str = "lines, verdicts, notices or groups";
 /// Words for the variants of [`Form`].
-pub const FORMS: &str = "share, percent, of or rated, each also with -on-sketch or -by-place, reached, attempts, known, doubted, stated-0 to stated-90, majority, displacement, touched, or how tasks ended";
+pub const FORMS: &str = "share, percent, of or rated, each also with -on-sketch or -by-place, reached, attempts, known, majority, displacement, touched, or how tasks ended";
 
 /// The part of a whole experiment that is shown.
 #[derive(Clone, Copy)]
@@ -120,10 +120,6 @@ enum Style {
     Attempts,
     /// `80.9 %`, the share of failures that the robot knows about.
     Known,
-    /// `3 of 55`, the share of right arrivals that the robot doubts.
-    Doubted,
-    /// `9 of 12`, the right arrivals among those with a stated probability in this tenth.
-    Stated(usize),
     /// `9 of 12`, the number of lines of which most tasks were reached.
     Majority,
     /// `0.21 m`, the mean distance from the drawn route.
@@ -157,11 +153,9 @@ impl Form {
             _ if judgement != Judgement::Truth => return None,
             "attempts" => Style::Attempts,
             "known" => Style::Known,
-            "doubted" => Style::Doubted,
             "majority" => Style::Majority,
             "displacement" => Style::Displacement,
             "touched" => Style::Touched,
-            _ if word.starts_with("stated-") => Style::Stated(tenth(word)?),
             _ => Style::Count(Kind::ALL.into_iter().find(|kind| kind.word().replace(' ', "-") == word)?),
         };
         Some(Self { style, judgement })
@@ -196,11 +190,6 @@ impl Form {
             }
             Style::Attempts => attempts.to_string(),
             Style::Known => percent(tally.share_that_knows()),
-            Style::Doubted => format!("{} of {reached}", tally.doubtful_reached),
-            Style::Stated(bin) => match tally.stated?[bin] {
-                [0, _] => "–".to_owned(),
-                [arrivals, right] => format!("{right} of {arrivals}"),
-            },
             Style::Majority => format!("{} of 1", u8::from(tally.is_mostly_reached())),
             Style::Displacement if reached == 0 => "–".to_owned(),
             Style::Displacement => format!("{:.2} m", tally.displacement_m?),
@@ -208,12 +197,6 @@ impl Form {
             Style::Count(kind) => tally.count(kind).to_string(),
         })
     }
-}
-
-/// Returns the index of a tenth, given as `stated-0`, `stated-10` and so on.
-fn tenth(word: &str) -> Option<usize> {
-    let percent = word.strip_prefix("stated-")?.parse::<usize>().ok()?;
-    (percent.is_multiple_of(10) && percent < 100).then_some(percent / 10)
 }
 
 /// Formats a rate like `97.5 %`, but `100 %` and `0 %` without decimals.

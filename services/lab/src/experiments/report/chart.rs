@@ -91,7 +91,7 @@ pub fn endings(bars: &[Bar]) -> Markup {
                 }
             }
         }
-        p.small { "Known: failed tasks that the robot itself ended as lost or blocked, or whose arrival it doubts, instead of claiming to have arrived." }
+        p.small { "Known: failed tasks that the robot itself ended as lost or blocked, instead of claiming to have arrived." }
     }
 }
 

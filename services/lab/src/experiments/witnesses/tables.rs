@@ -1,13 +1,13 @@
 //! What the witnesses say about arrivals, as tables.
 
-use sketchnav_sketch::planner::certainty::{self, AGREE_M, Basis};
-
 use crate::experiments::logistic::{Logistic, area_under_curve, losses};
 use crate::experiments::outcome::{Kind, TaskOutcome};
 use crate::experiments::section::Section;
 use crate::experiments::table::Table;
-use crate::experiments::witnesses::{Claim, RoomsSaid};
+use crate::experiments::witnesses::{AGREE_M, Claim, RoomsSaid};
 
+/// Largest margin that makes a difference.
+const MOST_MARGIN: f64 = 15.0;
 /// Number of bins of stated probabilities.
 const BINS: usize = 5;
 
@@ -19,27 +19,34 @@ struct Arrival<'a> {
     outline: Option<[f64; 2]>,
 }
 
-/// Signs by which arrivals are judged.
+/// Signs that may tell right arrivals from wrong ones.
 struct Signs {
     name: &'static str,
     of: fn(&Arrival<'_>) -> Vec<f64>,
 }
 
-const COMBINATIONS: [Signs; 5] = [
+const COMBINATIONS: [Signs; 6] = [
     Signs { name: "none: the share of right arrivals", of: |_| Vec::new() },
     Signs {
         name: "margin and misfit of the outline, and whether the arrival is by it",
-        of: |a| a.outline.map_or(vec![0.0; 3], |[margin, misfit]| vec![margin.min(15.0) / 10.0, misfit, 1.0]),
+        of: |a| {
+            a.outline.map_or(vec![0.0; 3], |[margin, misfit]| {
+                vec![margin.min(MOST_MARGIN) / MOST_MARGIN, misfit, 1.0]
+            })
+        },
+    },
+    Signs { name: "whether regions and doors agree", of: |a| vec![a.agreement()] },
+    Signs { name: "share of their alignments with the goal here", of: |a| vec![a.share_here()] },
+    Signs {
+        name: "share of all doors that have a partner",
+        of: |a| vec![if a.rooms.has_answer { a.rooms.doors_matched } else { 0.5 }],
     },
     Signs {
-        name: "whether regions and doors agree",
-        of: |a| vec![a.rooms.said().map_or(0.5, |said| f64::from(u8::from(said.agrees)))],
+        name: "agreement, share, whether the arrival is by the outline, and the margin of regions and doors, negative if they disagree",
+        of: |a| {
+            vec![a.agreement(), a.share_here(), a.signed_margin(), f64::from(u8::from(a.outline.is_some()))]
+        },
     },
-    Signs {
-        name: "share of their alignments with the goal here",
-        of: |a| vec![a.rooms.said().map_or(0.5, |said| said.share_here)],
-    },
-    Signs { name: "all of the planner", of: |a| a.signs().features().to_vec() },
 ];
 
 impl Arrival<'_> {
@@ -47,9 +54,18 @@ impl Arrival<'_> {
         self.outcome.kind == Kind::Reached
     }
 
-    fn signs(&self) -> certainty::Signs {
-        let basis = if self.outline.is_some() { Basis::Outline } else { Basis::Filter };
-        certainty::Signs { basis, rooms: self.rooms.said() }
+    /// Returns 1 if regions and doors agree, 0 if they do not, and a half if they are silent.
+    fn agreement(&self) -> f64 {
+        if self.rooms.has_answer { f64::from(u8::from(self.rooms.agrees())) } else { 0.5 }
+    }
+
+    fn share_here(&self) -> f64 {
+        if self.rooms.has_answer { self.rooms.share_here } else { 0.5 }
+    }
+
+    fn signed_margin(&self) -> f64 {
+        let margin = self.rooms.margin.unwrap_or_default().clamp(0.0, MOST_MARGIN) / MOST_MARGIN;
+        if self.rooms.agrees() { margin } else { -margin }
     }
 }
 
@@ -202,7 +218,7 @@ fn combinations(arrivals: &[Arrival<'_>]) -> Section {
         "What tells right arrivals from wrong ones",
         &["signs", "area under the curve", "logarithmic loss", "squared error", "coefficients"],
         COMBINATIONS.iter().map(row).collect(),
-        "Logistic regressions, fitted to the floors with the number 1 and checked on those with the numbers 2 and 3. The area is the probability that a right arrival is given more than a wrong one, and 0.5 is chance. Smaller losses are better. The last row has the planner's weights.",
+        "Logistic regressions, fitted to the floors with the number 1 and checked on those with the numbers 2 and 3. The area is the probability that a right arrival is given more than a wrong one, and 0.5 is chance. Smaller losses are better.",
     )
 }
 
@@ -228,7 +244,7 @@ fn bins(arrivals: &[Arrival<'_>]) -> Section {
         "Stated and kept on other floors",
         &["stated", "arrivals", "mean stated", "right"],
         (0..BINS).map(row).collect(),
-        "The probability of a right arrival by all signs of the planner, fitted to the floors with the number 1, on those with the numbers 2 and 3.",
+        "The probability of a right arrival by all signs, fitted to the floors with the number 1, on those with the numbers 2 and 3.",
     )
 }
 
@@ -274,10 +290,10 @@ mod tests {
         assert_eq!(disagreement.table.rows[0][1..], ["15", "15", "100 %"]);
         assert_eq!(disagreement.table.rows[3][1..], ["5", "0", "0 %"]);
         assert_eq!(
-            (combined.table.rows[1][1].as_str(), combined.table.rows[4][1].as_str()),
+            (combined.table.rows[1][1].as_str(), combined.table.rows[5][1].as_str()),
             ("0.50", "1.00")
         );
-        assert!(combined.table.rows[4][2] < combined.table.rows[0][2]);
+        assert!(combined.table.rows[5][2] < combined.table.rows[0][2]);
         let kept: Vec<_> = bins.table.rows.iter().map(|row| row[1].parse::<usize>().unwrap()).collect();
         assert_eq!(kept.iter().sum::<usize>(), 20);
         assert_eq!((bins.table.rows[0][3].as_str(), bins.table.rows[4][3].as_str()), ("0 %", "100 %"));

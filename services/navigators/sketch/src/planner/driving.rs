@@ -3,7 +3,6 @@
 //! A step tracks the drawn route, checks whether the task has ended or the robot is stuck, plans if that is due, and follows the
 //! local path.
 
-mod ending;
 mod exploring;
 mod state;
 mod way;
@@ -65,8 +64,6 @@ pub enum TaskStatus {
     Asks(Reason),
     /// The task has ended.
     Ended(TaskState, Reason),
-    /// The robot has arrived, with the probability that this is right.
-    Arrived(Reason, f64),
 }
 
 /// An attempt at a task, which is the driver's state from the beginning to the end of the task.
@@ -89,8 +86,6 @@ struct Attempt {
     detour: bool,
     remaining_m: f64,
     target_px: Point<Sketch>,
-    /// Reason for the arrival about which regions and doors are being asked.
-    arrived: Option<Reason>,
 }
 
 /// The goal and the scale for which the cost field was solved last, in addition to the attempt's blockages.
@@ -244,14 +239,6 @@ impl Driver {
         self.chart = Some(*chart);
         self.attempt.lost_s = if lost { self.attempt.lost_s + dt_s } else { 0.0 };
         self.attempt.arrival.follow(chart, fit, dt_s);
-        if let Some(reason) = self.attempt.arrived {
-            return self.hear_rooms(reason, dt_s);
-        }
-        let status = self.drive_on(chart, lost, now_s, dt_s);
-        self.doubt(status, now_s, dt_s)
-    }
-
-    fn drive_on(&mut self, chart: &Chart, lost: bool, now_s: f64, dt_s: f64) -> TaskStatus {
         self.go_by_the_floor(chart, now_s);
         if self.attempt.guide == Guide::Outline {
             return self.explore(chart, now_s, dt_s);
@@ -495,7 +482,6 @@ impl Attempt {
     fn look_again(&mut self, now_s: f64, chart: Option<&Chart>) {
         (self.arrival, self.pace) = (Arrival::default(), Pace::new(now_s));
         (self.recovery, self.lost_s, self.plan_due_s) = (None, 0.0, now_s);
-        self.arrived = None;
         if let Some(chart) = chart {
             self.progress = ProgressChecker::new(now_s, chart.robot_m().position());
         }
@@ -521,7 +507,6 @@ impl Attempt {
             detour: false,
             remaining_m: 0.0,
             target_px: goal,
-            arrived: None,
         }
     }
 }

@@ -15,12 +15,10 @@ mod course;
 mod doubt;
 mod floor;
 mod locate;
-mod opinion;
 mod paper;
 mod path_grid;
 
 use std::fmt;
-use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use sketchnav_mapping::alignment::{
@@ -34,13 +32,11 @@ use sketchnav_schemas::geometry::{Base, Odom, Point, Pose, Sketch};
 use sketchnav_schemas::message::LaserScan;
 
 use crate::paths::parameters::Parameters;
-use crate::rooms::{Floor, Inquiry};
 use crate::sketch::SketchGrid;
 pub use course::Aim;
 use course::{Course, Likely};
 use doubt::{Doubt, Settled, Told};
 pub use locate::locate;
-use opinion::Question;
 use paper::Paper;
 use path_grid::{Field, PathGrid};
 
@@ -97,7 +93,7 @@ pub enum Advice {
 }
 
 /// The evidence for an arrival.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Evidence {
     /// Amount by which the best rival costs more, and the distance from here to where the rival has the goal, in metres. `None` if
     /// there was no time to compute the rival.
@@ -162,7 +158,6 @@ pub struct Exploration {
     /// Partners that are ruled out by what a person has said, because the goal does not lie there.
     denied: Vec<Forbidden>,
     told: Option<Told>,
-    question: Option<Question>,
     is_news: bool,
     /// The last alignment, with the outline that it is for.
     last: Option<(SeenOutline, Alignment)>,
@@ -193,10 +188,6 @@ pub struct Explorer {
     is_surveyed: bool,
     judge: floor::Judge,
     paper: Option<Paper>,
-    /// The drawing as regions joined by doors.
-    rooms: Option<Arc<Floor>>,
-    /// What answers the question in `exploration.question`.
-    inquiry: Option<Inquiry>,
     shares: Vec<f64>,
     /// Weight of each sample of the drawing. Walls around the goal count more, because they say most about where it is.
     emphasis: Vec<f64>,
@@ -221,8 +212,6 @@ impl Explorer {
             is_surveyed: false,
             judge: floor::Judge::for_maps(mapping.cells_per_side(), mapping.cell_m),
             paper: None,
-            rooms: None,
-            inquiry: None,
             shares: Vec::new(),
             emphasis: Vec::new(),
             weights: Weights { away_m: parameters.rival_away_m, ..Weights::default() },
@@ -235,8 +224,7 @@ impl Explorer {
     /// Sets the drawing and the start in it. Discards what was seen before, because it belongs to another drawing.
     pub fn on_sketch(&mut self, sketch: &SketchGrid, start: Pose<Sketch>) {
         self.paper = Paper::new(sketch, start, self.parameters.building_size_m);
-        self.rooms = Floor::of_drawing(sketch, start, self.parameters.building_size_m).map(Arc::new);
-        (self.exploration, self.inquiry) = (Exploration::default(), None);
+        self.exploration = Exploration::default();
         if let Ok(mapper) = Mapper::new(self.mapping) {
             (self.mapper, self.is_surveyed) = (mapper, false);
         }
@@ -256,7 +244,6 @@ impl Explorer {
             self.field =
                 self.exploration.course.as_ref().and_then(|course| Field::new(&course.grid, course.cell));
             self.prepare_job();
-            self.prepare_inquiry();
         }
     }
 
@@ -302,7 +289,6 @@ impl Explorer {
         (self.exploration.rival, self.exploration.doubt, self.exploration.settled) = (None, None, None);
         self.exploration.looked_at.clear();
         self.exploration.denied.clear();
-        self.withdraw_question();
         // The goal is weighed when outlines are aligned, which never happens in rooms.
         self.shares.clear();
     }

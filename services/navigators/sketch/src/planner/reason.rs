@@ -2,17 +2,15 @@
 
 use std::fmt;
 
-use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Point, Sketch};
 
-use super::certainty::DOUBTFUL;
 use super::explorer::{Aim, Evidence};
 
 /// What the planner of the method `outline` reports on the way to a goal if it has seen rooms.
 pub const ROOMS: &str = "among rooms: driving as by `beam`";
 
 /// The reason for a task's status.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Reason {
     /// There is nothing to say.
     None,
@@ -72,28 +70,6 @@ impl fmt::Display for Help {
             reason => write!(f, "{reason}"),
         }
     }
-}
-
-/// A reason for an arrival, with the probability that the arrival is right.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stated(pub Reason, pub f64);
-
-impl fmt::Display for Stated {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self(reason, probability) = self;
-        let percent = 100.0 * probability;
-        match *probability < DOUBTFUL {
-            true => write!(f, "{reason}, doubtful: {percent:.0} % sure"),
-            false => write!(f, "{reason}, {percent:.0} % sure"),
-        }
-    }
-}
-
-/// Returns the probability that is stated in the reason for an arrival, in the words of [`Stated`].
-pub fn stated(reason: &str) -> Option<f64> {
-    let (words, _) = reason.strip_suffix(" sure")?.rsplit_once(" %")?;
-    let percent = words.rsplit(' ').next()?.parse::<f64>().ok()?;
-    Some(percent / 100.0)
 }
 
 /// Returns the letter of a place that a person is asked about: A, B, C, …
@@ -175,15 +151,6 @@ mod tests {
     }
 
     #[test]
-    fn a_stated_probability_is_found_in_the_words() {
-        let words = |probability| Stated(Reason::Arrived(0.31), probability).to_string();
-        assert_eq!(words(0.934), "0.31 m from the goal, 93 % sure");
-        assert_eq!(words(0.21), "0.31 m from the goal, doubtful: 21 % sure");
-        assert_eq!([0.934, 0.21].map(|p| stated(&words(p))), [Some(0.93), Some(0.21)]);
-        assert_eq!(stated("0.31 m from the goal"), None);
-    }
-
-    #[test]
     fn every_reason_fits_its_field() {
         let far = Point::new(-1234.0, 1234.0);
         for reason in [
@@ -201,11 +168,6 @@ mod tests {
             Reason::Asks(4, 9999.0),
         ] {
             assert_eq!(Text::<96>::of(reason).as_str(), reason.to_string());
-        }
-        let arrived = Evidence { rival: Some((9999.0, 99.0)), misfit: 2.0, is_confirmed: false };
-        for reason in [Reason::Matched(arrived), Reason::NearEnough(99.0)] {
-            let words = Stated(reason, 0.01).to_string();
-            assert_eq!(Text::<96>::of(Stated(reason, 0.01)).as_str(), words);
         }
         for reason in [Reason::Lost(9999.0), Reason::Astray(99_999.0, 999.0), Reason::Doubted(1234, -12.0)] {
             let words = format!("lost, waiting for help: {}", Help(reason));

@@ -1,8 +1,6 @@
 //! Where the goal lies according to regions and doors, and how certain that is.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Arc;
-use std::task::Poll;
 
 use rand_pcg::Pcg64Mcg;
 use sketchnav_mapping::outline::{Place, minus};
@@ -14,8 +12,6 @@ use super::pairing::{Pair, Step, drawn};
 
 /// Number of alignments that are drawn.
 const SAMPLES: usize = 40;
-/// Number of energies that take about as long to compute as drawing an alignment does.
-const WORK_OF_SAMPLE: usize = 4_000;
 /// State of the random numbers, so that the same floors give the same answer.
 const SEED: u128 = 0x2545_f491_4f6c_dd1d;
 /// Share of the weight around the goal whose partners a rival must not have.
@@ -86,88 +82,36 @@ impl Answer {
 }
 
 /// Where the goal lies according to one alignment.
-#[derive(Debug)]
 enum Found {
     Room { room: u16, place: Option<Place>, gap: Option<Place>, deciding: Forbidden },
     Gap { room: u16, gap: Place },
 }
 
-/// A question about where a goal lies, which is answered in steps of bounded work.
-#[derive(Debug)]
-pub struct Inquiry {
-    asked: Asked,
-    random: Pcg64Mcg,
-    samples: usize,
-    found: Vec<Found>,
-    /// The answer but for its margin.
-    answer: Option<Answer>,
-    /// The alignments that have the goal elsewhere.
-    rival: Option<Joint>,
-}
-
-impl Inquiry {
-    /// Asks where a goal of the drawing, given in its pixels, lies in the map. `None` if the goal cannot be reached through doors of
-    /// the drawing.
-    pub fn new(drawing: &Arc<Floor>, map: &Arc<Floor>, goal: Place) -> Option<Self> {
-        let room = drawing.room_at(goal)?;
-        let way = drawing.way_to(room)?;
-        let on_way = way.iter().map(|(door, _)| *door).collect();
-        let joint = Joint::new([drawing, map].map(Arc::clone), on_way, Forbidden::new());
-        let asked = Asked { joint, goal: drawing.frame.of_place(goal), room, way };
-        let random = Pcg64Mcg::new(SEED);
-        Some(Self { asked, random, samples: 0, found: Vec::new(), answer: None, rival: None })
-    }
-
-    /// Does about as much work as computing `work` energies of pairs, and returns the answer once there is one.
-    pub fn advance(&mut self, mut work: usize) -> Poll<Answer> {
-        if !self.asked.joint.advance(&mut work) {
-            return Poll::Pending;
+/// Aligns a map with a drawing and says where a goal of the drawing, given in its pixels, lies in the map. `None` if the goal
+/// cannot be reached through doors of the drawing.
+pub fn locate(drawing: &Floor, map: &Floor, goal: Place) -> Option<Answer> {
+    let room = drawing.room_at(goal)?;
+    let way = drawing.way_to(room)?;
+    let on_way: Vec<_> = way.iter().map(|(door, _)| *door).collect();
+    let nothing = Forbidden::new();
+    let joint = Joint::new([drawing, map], on_way.clone(), &nothing);
+    let asked = Asked { joint: &joint, goal: drawing.frame.of_place(goal), room, way };
+    let mut random = Pcg64Mcg::new(SEED);
+    let found: Vec<_> = (0..SAMPLES).filter_map(|_| asked.sample(&mut random)).collect();
+    let mut answer = summary(map, &found);
+    answer.doors = asked.doors(&mut random);
+    let best = answer.hypotheses.first().map(|best| (best.room, best.place.is_some()));
+    let deciding = found.iter().find_map(|found| match found {
+        Found::Room { room, deciding, .. } if best == Some((*room, true)) && !deciding.is_empty() => {
+            Some(deciding)
         }
-        while self.samples < SAMPLES {
-            if work == 0 {
-                return Poll::Pending;
-            }
-            self.samples += 1;
-            self.found.extend(self.asked.sample(&mut self.random));
-            work = work.saturating_sub(WORK_OF_SAMPLE);
-        }
-        if self.answer.is_none() {
-            self.summarize();
-        }
-        if self.rival.as_mut().is_some_and(|rival| !rival.advance(&mut work)) {
-            return Poll::Pending;
-        }
-        let Some(mut answer) = self.answer.take() else { return Poll::Pending };
-        answer.margin = self.rival.take().map(|rival| f64::from(rival.energy() - self.asked.joint.energy()));
-        Poll::Ready(answer)
-    }
-
-    fn summarize(&mut self) {
-        let joint = &self.asked.joint;
-        let mut answer = summary(&joint.floors[1], &self.found);
-        answer.doors = self.asked.doors(&mut self.random);
-        let best = answer.hypotheses.first().map(|best| (best.room, best.place.is_some()));
-        let deciding = self.found.iter().find_map(|found| match found {
-            Found::Room { room, deciding, .. } if best == Some((*room, true)) && !deciding.is_empty() => {
-                Some(deciding)
-            }
-            _ => None,
-        });
-        let rival =
-            |deciding: &Forbidden| Joint::new(joint.floors.clone(), joint.on_way.clone(), deciding.clone());
-        self.rival = deciding.map(rival);
-        self.answer = Some(answer);
-    }
-}
-
-/// Answers an [`Inquiry`] at once.
-pub fn locate(drawing: &Arc<Floor>, map: &Arc<Floor>, goal: Place) -> Option<Answer> {
-    let mut inquiry = Inquiry::new(drawing, map, goal)?;
-    loop {
-        if let Poll::Ready(answer) = inquiry.advance(usize::MAX) {
-            return Some(answer);
-        }
-    }
+        _ => None,
+    });
+    answer.margin = deciding.map(|deciding| {
+        let rival = Joint::new([drawing, map], on_way, deciding);
+        f64::from(rival.energy() - joint.energy())
+    });
+    Some(answer)
 }
 
 /// Groups the alignments by where they have the goal.
@@ -225,9 +169,8 @@ fn deviation(values: impl Iterator<Item = f64> + Clone) -> f64 {
 }
 
 /// A goal and an alignment that is asked about it.
-#[derive(Debug)]
-struct Asked {
-    joint: Joint,
+struct Asked<'a> {
+    joint: &'a Joint<'a>,
     /// The goal in the frame of the drawing's floor.
     goal: Place,
     /// The goal's region.
@@ -236,7 +179,7 @@ struct Asked {
     way: Vec<(u16, u16)>,
 }
 
-impl Asked {
+impl Asked<'_> {
     /// Draws an alignment at random and follows the drawing's doors to the goal.
     fn sample(&self, random: &mut Pcg64Mcg) -> Option<Found> {
         let mut index = self.joint.roots[drawn(self.joint.root_energies(), random)?];

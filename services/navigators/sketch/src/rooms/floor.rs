@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Serialize};
 use sketchnav_mapping::alignment::main_direction;
 use sketchnav_mapping::outline::Place;
 use sketchnav_mapping::region::Region;
@@ -16,7 +15,7 @@ const LEAST_CELLS: usize = 30;
 const MOST_HOLES: usize = 4;
 
 /// What a stretch of a region's outline is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// A piece of wall.
     Wall,
@@ -36,7 +35,7 @@ pub enum Kind {
 }
 
 /// A stretch of a region's outline.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Token {
     /// What it is.
     pub kind: Kind,
@@ -47,7 +46,7 @@ pub struct Token {
 }
 
 /// A region of a floor.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Room {
     /// Area, in square metres.
     pub area_m2: f64,
@@ -56,7 +55,7 @@ pub struct Room {
 }
 
 /// A passage between two regions.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Door {
     /// The two regions.
     pub rooms: [u16; 2],
@@ -70,7 +69,7 @@ pub struct Door {
 
 /// Converts positions to the frame of a [`Floor`], which is turned such that its walls are parallel to those of the drawing and
 /// whose unit is a metre, as far as that is known of a drawing.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frame {
     /// Length of a cell, in the unit of the drawing or the map.
     pub cell: f64,
@@ -124,7 +123,7 @@ pub struct Ground<'a> {
 }
 
 /// A floor as regions joined by doors.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone)]
 pub struct Floor {
     /// The frame of all places.
     pub frame: Frame,
@@ -136,8 +135,7 @@ pub struct Floor {
     pub start: Place,
     /// The region with the start.
     pub home: u16,
-    /// The cells of the regions. They are left out when a floor is stored.
-    #[serde(skip)]
+    /// The cells of the regions.
     partition: Partition,
 }
 
@@ -193,7 +191,7 @@ impl Floor {
         main_direction(tokens.filter(|token| token.kind == Kind::Wall).map(|token| token.direction))
     }
 
-    /// Returns the room at a place of the drawing or the map, or the nearest one. `None` for a floor that was stored.
+    /// Returns the room at a place of the drawing or the map, or the nearest one.
     pub fn room_at(&self, place: Place) -> Option<u16> {
         self.partition.at(self.frame.to_cells(place))
     }

@@ -2,12 +2,11 @@
 //! doors costs what the regions beyond them cost, and so on.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
 use sketchnav_mapping::outline::Place;
 
 use super::floor::{Floor, Kind};
-use super::lattice::{Lattice, Node, Opening};
+use super::lattice::{Lattice, Opening};
 use super::pairing::{self, NEVER, Pairing, Problem, misfit, passages};
 
 /// Number of doors that are passed one after the other.
@@ -41,46 +40,27 @@ struct Aligned {
     pairing: Pairing,
 }
 
-/// A pair of regions that is being aligned. The regions beyond its doors are aligned first.
-#[derive(Debug)]
-struct Open {
-    lattices: [usize; 2],
-    origins: [Place; 2],
-    /// Number of doors that may still be passed.
-    depth: u32,
-    /// The doors through which the regions were entered, unless these are the first ones.
-    entered: Option<Beyond>,
-    /// The doors of the drawing, and the doors and narrow gaps of the map.
-    passages: [Vec<Node>; 2],
-    /// The energies of the first pairs of these.
-    doors: Vec<f32>,
-    /// The alignment, once all energies of doors are known.
-    pairing: Option<Pairing>,
-}
-
 /// The joint alignment of a drawing and a map.
 #[derive(Debug)]
-pub struct Joint {
-    pub floors: [Arc<Floor>; 2],
-    forbidden: Forbidden,
+pub struct Joint<'a> {
+    pub floors: [&'a Floor; 2],
+    forbidden: &'a Forbidden,
     /// Doors of the drawing on the way to the goal.
-    pub on_way: Vec<u16>,
+    on_way: Vec<u16>,
     lattices: Vec<Lattice>,
     known: BTreeMap<(usize, u16, Opening), usize>,
     aligned: Vec<Aligned>,
     beyond: BTreeMap<Beyond, usize>,
     /// The first regions, turned against each other in several ways, as indices of `aligned`.
     pub roots: Vec<usize>,
-    /// Pairs of first regions that are not aligned yet, by their lattices, the last one first.
-    homes: Vec<[usize; 2]>,
-    /// What is being aligned. Each is needed for the one before it.
-    open: Vec<Open>,
+    /// Doors that are being passed.
+    passing: Vec<Beyond>,
     energies: usize,
 }
 
-impl Joint {
-    /// Prepares the alignment of two floors, of which the first is the drawing. The doors `on_way` of the drawing lead to the goal.
-    pub fn new(floors: [Arc<Floor>; 2], on_way: Vec<u16>, forbidden: Forbidden) -> Self {
+impl<'a> Joint<'a> {
+    /// Aligns two floors, of which the first is the drawing. The doors `on_way` of the drawing lead to the goal.
+    pub fn new(floors: [&'a Floor; 2], on_way: Vec<u16>, forbidden: &'a Forbidden) -> Self {
         let mut joint = Self {
             floors,
             forbidden,
@@ -90,47 +70,11 @@ impl Joint {
             aligned: Vec::new(),
             beyond: BTreeMap::new(),
             roots: Vec::new(),
-            homes: Vec::new(),
-            open: Vec::new(),
+            passing: Vec::new(),
             energies: 0,
         };
-        joint.prepare_homes();
+        joint.align_homes();
         joint
-    }
-
-    /// Computes about `work` energies, and takes what was done off it. Returns true once everything is aligned.
-    pub fn advance(&mut self, work: &mut usize) -> bool {
-        while *work > 0 {
-            let Some(mut open) = self.open.pop() else {
-                let Some(home) = self.homes.pop() else { return true };
-                let starts = [0, 1].map(|side| self.floors[side].start);
-                let open = self.opened(home, starts, DEPTH, None);
-                self.open.push(open);
-                continue;
-            };
-            if let Some(next) = self.rate_doors(&mut open) {
-                self.open.extend([open, next]);
-                continue;
-            }
-            let [a, b] = open.lattices.map(|k| &self.lattices[k]);
-            let doors = &mut open.doors;
-            let pairing = open.pairing.get_or_insert_with(|| {
-                let forbidden = |node: &Node| self.forbidden.get(&(node.room, node.index)).copied();
-                Pairing::new(Problem {
-                    lattices: [a, b],
-                    origins: open.origins,
-                    forbidden: a.nodes.iter().map(forbidden).collect(),
-                    alone: [self.alone(0, a), self.alone(1, b)],
-                    doors: std::mem::take(doors),
-                })
-            });
-            if pairing.fill(a, b, work) {
-                self.close(open);
-            } else {
-                self.open.push(open);
-            }
-        }
-        self.open.is_empty() && self.homes.is_empty()
     }
 
     /// Returns the free energy of the best turn, or infinity if there is none.
@@ -160,12 +104,10 @@ impl Joint {
         self.beyond.get(&doors).copied()
     }
 
-    fn prepare_homes(&mut self) {
-        let [drawn, seen] = [0, 1].map(|side| Arc::clone(&self.floors[side]));
-        let (walls, starts) = (
-            [&drawn, &seen].map(|floor| &floor.rooms[floor.home as usize].tokens),
-            [drawn.start, seen.start],
-        );
+    fn align_homes(&mut self) {
+        let [drawn, seen] = self.floors;
+        let (walls, starts) =
+            ([drawn, seen].map(|floor| &floor.rooms[floor.home as usize].tokens), [drawn.start, seen.start]);
         let near = |place: Place| (place[0] - seen.start[0]).hypot(place[1] - seen.start[1]);
         let is_wall = |k: &usize| walls[1][*k].kind == Kind::Wall;
         let nearest = (0..walls[1].len())
@@ -175,88 +117,83 @@ impl Joint {
         let b = self.lattice(1, seen.home, Opening::Stretch(first as u16));
         for turn in turns(walls[0], starts, &walls[1][first]) {
             let a = self.lattice(0, drawn.home, Opening::Stretch(turn as u16));
-            self.homes.push([a, b]);
+            let aligned = self.align([a, b], starts, DEPTH);
+            self.roots.push(self.aligned.len());
+            self.aligned.push(aligned);
         }
-        self.homes.reverse();
     }
 
     fn lattice(&mut self, side: usize, room: u16, opening: Opening) -> usize {
         let next = self.lattices.len();
         let index = *self.known.entry((side, room, opening)).or_insert(next);
         if index == next {
-            self.lattices.push(Lattice::new(&self.floors[side], room, opening));
+            self.lattices.push(Lattice::new(self.floors[side], room, opening));
         }
         index
     }
 
-    /// Begins to align two regions.
-    fn opened(
-        &mut self,
-        lattices: [usize; 2],
-        origins: [Place; 2],
-        depth: u32,
-        entered: Option<Beyond>,
-    ) -> Open {
-        let [a, b] = lattices.map(|k| &self.lattices[k]);
-        self.energies += a.len() * b.len();
-        let nodes =
-            |lattice: &Lattice, with_gaps| passages(lattice, with_gaps).map(|k| lattice.nodes[k]).collect();
-        let passages = [nodes(a, false), nodes(b, true)];
-        Open { lattices, origins, depth, entered, passages, doors: Vec::new(), pairing: None }
-    }
-
-    /// Keeps a finished alignment.
-    fn close(&mut self, open: Open) {
-        let index = self.aligned.len();
-        match open.entered {
-            Some(doors) => drop(self.beyond.insert(doors, index)),
-            None => self.roots.push(index),
-        }
-        self.aligned.extend(open.pairing.map(|pairing| Aligned { lattices: open.lattices, pairing }));
-    }
-
-    /// Adds the energies of pairs of doors until all are known, or the regions beyond a pair must be aligned first, which are then
-    /// returned.
-    fn rate_doors(&mut self, open: &mut Open) -> Option<Open> {
-        let [drawn, seen] = [0, 1].map(|side| open.passages[side].len());
-        while open.pairing.is_none() && open.doors.len() < drawn * seen {
-            let k = open.doors.len();
-            let (a, b) = (&open.passages[0][k / seen], &open.passages[1][k % seen]);
-            let turned = misfit(a, b);
-            let energy = match (a.token.kind, b.token.kind) {
-                _ if turned > MOST_TURNED => NEVER,
-                (Kind::Door { door, beyond }, Kind::Door { door: other, beyond: behind }) => {
-                    match self.pass([(door, beyond), (other, behind)], open) {
-                        Ok(energy) => turned - GAIN[0] + energy,
-                        Err(next) => return Some(next),
-                    }
-                }
-                _ => turned - GAIN[1],
-            };
-            open.doors.push(energy);
-        }
-        None
-    }
-
-    /// Returns the energy of the regions beyond two doors of regions that are being aligned, or these as what must be aligned first.
-    /// The energy is kept as it was first needed, although it would be another one if fewer doors had been passed before, or others.
-    fn pass(&mut self, doors: Beyond, from: &Open) -> Result<f32, Open> {
+    /// Returns the energy of the regions beyond two doors. It is kept as it was first needed, although it would be another one if
+    /// fewer doors had been passed before, or others.
+    fn pass(&mut self, doors: Beyond, depth: u32) -> f32 {
         if let Some(index) = self.beyond.get(&doors) {
-            return Ok(self.aligned[*index].pairing.energy());
+            return self.aligned[*index].pairing.energy();
         }
-        let depth = from.depth - 1;
-        let is_passing =
-            |open: &Open| open.entered.is_some_and(|other| other[0] == doors[0] || other[1] == doors[1]);
-        if depth == 0 || is_passing(from) || self.open.iter().any(is_passing) {
-            return Ok(0.0);
+        let is_passing = |other: &Beyond| other[0] == doors[0] || other[1] == doors[1];
+        if depth == 0 || self.passing.iter().any(is_passing) {
+            return 0.0;
         }
         let lattices = [0, 1].map(|side| self.lattice(side, doors[side].1, Opening::Door(doors[side].0)));
         let size: usize = lattices.iter().map(|k| self.lattices[*k].len()).product();
         if self.energies + size > MOST_ENERGIES {
-            return Ok(0.0);
+            return 0.0;
         }
+        self.passing.push(doors);
         let origins = [0, 1].map(|side| self.floors[side].doors[doors[side].0 as usize].place);
-        Err(self.opened(lattices, origins, depth, Some(doors)))
+        let aligned = self.align(lattices, origins, depth);
+        self.passing.pop();
+        let energy = aligned.pairing.energy();
+        self.beyond.insert(doors, self.aligned.len());
+        self.aligned.push(aligned);
+        energy
+    }
+
+    fn align(&mut self, lattices: [usize; 2], origins: [Place; 2], depth: u32) -> Aligned {
+        let sizes = lattices.map(|k| self.lattices[k].len());
+        self.energies += sizes[0] * sizes[1];
+        let doors = self.doors(lattices, depth);
+        let [a, b] = lattices.map(|k| &self.lattices[k]);
+        let forbidden = a.nodes.iter().map(|node| self.forbidden.get(&(node.room, node.index)).copied());
+        let problem = Problem {
+            lattices: [a, b],
+            origins,
+            forbidden: forbidden.collect(),
+            alone: [self.alone(0, a), self.alone(1, b)],
+            doors,
+        };
+        Aligned { lattices, pairing: Pairing::new(problem) }
+    }
+
+    /// Returns the energies of all pairs of doors of two lattices.
+    fn doors(&mut self, lattices: [usize; 2], depth: u32) -> Vec<f32> {
+        let nodes = |side: usize, with_gaps| -> Vec<_> {
+            let lattice = &self.lattices[lattices[side]];
+            passages(lattice, with_gaps).map(|k| lattice.nodes[k]).collect()
+        };
+        let (drawn, seen) = (nodes(0, false), nodes(1, true));
+        let mut energies = Vec::with_capacity(drawn.len() * seen.len());
+        for a in &drawn {
+            for b in &seen {
+                let turned = misfit(a, b);
+                energies.push(match (a.token.kind, b.token.kind) {
+                    _ if turned > MOST_TURNED => NEVER,
+                    (Kind::Door { door, beyond }, Kind::Door { door: other, beyond: behind }) => {
+                        turned - GAIN[0] + self.pass([(door, beyond), (other, behind)], depth - 1)
+                    }
+                    _ => turned - GAIN[1],
+                });
+            }
+        }
+        energies
     }
 
     fn alone(&self, side: usize, lattice: &Lattice) -> Vec<f32> {

@@ -105,8 +105,6 @@ pub struct Pairing {
     door_count: usize,
     /// Free energy of all alignments up to each pair of nodes.
     energies: Vec<f32>,
-    /// Number of nodes of the drawing for which energies are known.
-    filled: usize,
 }
 
 /// What is needed to align two lattices.
@@ -144,7 +142,6 @@ pub fn misfit(a: &Node, b: &Node) -> f32 {
 }
 
 impl Pairing {
-    /// Prepares the alignment of two lattices, whose energies are then computed by [`Self::fill`].
     pub fn new(problem: Problem<'_>) -> Self {
         let Problem { lattices: [a, b], origins, forbidden, alone, doors } = problem;
         let sides = |lattice: &Lattice, origin| {
@@ -155,7 +152,7 @@ impl Pairing {
             passages(lattice, with_gaps).zip(0..).for_each(|(node, k)| indices[node] = k);
             indices
         };
-        Self {
+        let mut pairing = Self {
             sides: [sides(a, origins[0]), sides(b, origins[1])],
             forbidden,
             alone,
@@ -163,8 +160,9 @@ impl Pairing {
             door_indices: [indices(a, false), indices(b, true)],
             door_count: passages(b, true).count(),
             energies: vec![NEVER; a.len() * b.len()],
-            filled: 0,
-        }
+        };
+        pairing.fill(a, b);
+        pairing
     }
 
     /// Returns the free energy of all alignments.
@@ -253,33 +251,21 @@ impl Pairing {
         }
     }
 
-    /// Computes energies until all are known, which returns true, or `work` of them are. Takes what was done off `work`.
-    pub fn fill(&mut self, a: &Lattice, b: &Lattice, work: &mut usize) -> bool {
+    fn fill(&mut self, a: &Lattice, b: &Lattice) {
         self.energies[0] = 0.0;
-        while self.filled < a.len() - 1 {
-            if *work == 0 {
-                return false;
+        for i in 0..a.len() - 1 {
+            for j in 0..b.len() - 1 {
+                if i + j > 0 {
+                    let mut sum = NEVER;
+                    self.ways(a, b, i, j, |energy, _, _, _| sum = joined(sum, energy));
+                    self.energies[i * b.len() + j] = sum;
+                }
             }
-            self.fill_row(a, b, self.filled);
-            self.filled += 1;
-            *work = work.saturating_sub(b.len());
         }
         let mut sum = NEVER;
         self.ends(a, b, |energy, _, _| sum = joined(sum, energy));
         let last = self.energies.len() - 1;
         self.energies[last] = sum;
-        true
-    }
-
-    /// Computes the energies of all pairs with the node `i` of the drawing.
-    fn fill_row(&mut self, a: &Lattice, b: &Lattice, i: usize) {
-        for j in 0..b.len() - 1 {
-            if i + j > 0 {
-                let mut sum = NEVER;
-                self.ways(a, b, i, j, |energy, _, _, _| sum = joined(sum, energy));
-                self.energies[i * b.len() + j] = sum;
-            }
-        }
     }
 
     /// Calls `each` with the energy of every pair of last nodes.

@@ -26,7 +26,7 @@ pub struct Dividing {
 }
 
 /// Free space divided into regions.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone)]
 pub struct Partition {
     /// Number of cells in a row.
     pub width: usize,

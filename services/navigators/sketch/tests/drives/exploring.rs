@@ -1,6 +1,6 @@
 //! Drives guided by the outline of what was seen.
 
-use sketchnav_schemas::codes::TaskState::{self, Finished, Reached};
+use sketchnav_schemas::codes::TaskState::{Finished, Reached};
 use sketchnav_stage::Stage;
 
 use crate::support::*;
@@ -60,35 +60,7 @@ fn a_robot_that_has_seen_rooms_drives_by_the_filter() {
     let by_outline = config(ROBOTINO, "by_outline = true");
     let outcome = Drive::with(scene, by_outline, &[&[[11.0, 2.0]]], 240.0).run(300.0);
     assert_eq!(outcome.states(), [Reached, Finished], "{:?}", outcome.ends);
-    assert!(outcome.ends[0].1.contains("m from the goal, "), "{:?}", outcome.ends);
-}
-
-/// Before an arrival is reported, regions and doors are asked about it, which takes several steps. A planner that is stored and
-/// restored after each of them says the same.
-#[test]
-fn a_consultation_survives_the_planner() {
-    let drive = || {
-        let scene = Scene::faithful(rooms(), [13.0, 5.0], [1.5, 2.4, 0.0]);
-        Drive::with(scene, config(ROBOTINO, "by_outline = true"), &[&[[11.0, 2.0]]], 240.0)
-    };
-    let (mut whole, mut broken, mut compared) = (drive(), drive(), 0);
-    loop {
-        let statuses = [whole.step(), broken.step()];
-        assert_eq!(bytemuck::bytes_of(&statuses[0]), bytemuck::bytes_of(&statuses[1]));
-        if statuses[0].state >= TaskState::Reached.code() {
-            let reason = statuses[0].reason.as_str();
-            assert!(sketchnav_sketch::planner::stated(reason).is_some_and(|stated| stated > 0.5), "{reason}");
-            break;
-        }
-        let is_comparing = statuses[0].reason.as_str().starts_with("comparing");
-        if statuses[0].task_time_s > 5.0 && is_comparing {
-            compared += 1;
-            let stored = postcard::to_stdvec(&broken.planner.state()).unwrap();
-            broken.planner = drive().planner;
-            broken.planner.restore(postcard::from_bytes(&stored).unwrap()).unwrap();
-        }
-    }
-    assert!(compared > 1, "{compared}");
+    assert!(outcome.ends[0].1.ends_with("m from the goal"), "{:?}", outcome.ends);
 }
 
 /// Among rooms, the robot drives by the filter, which checks arrivals by looking around. Such a look used to be taken for one of
@@ -100,7 +72,7 @@ fn a_look_of_the_filters_is_none_of_the_explorers() {
     drive.fit = -1.0;
     let outcome = drive.run(300.0);
     assert_eq!(outcome.states(), [Reached, Finished], "{:?}", outcome.ends);
-    assert!(outcome.ends[0].1.contains("m from the goal, "), "{:?}", outcome.ends);
+    assert!(outcome.ends[0].1.ends_with("m from the goal"), "{:?}", outcome.ends);
 }
 
 /// A planner that is stored and restored repeatedly sends the same commands.

@@ -54,24 +54,20 @@ fn a_step_allocates_nothing() {
     assert!(steps > 200);
 }
 
-/// Among rooms, the map keeps growing, the floor is judged again and again, and the next task begins. Only the question about an
-/// arrival needs memory, while the robot stands still.
+/// Among rooms, the map keeps growing, the floor is judged again and again, and the next task begins.
 #[test]
 fn a_step_among_rooms_allocates_nothing_either() {
     let scene = Scene::faithful(exploring::rooms(), [13.0, 5.0], [1.5, 2.4, 0.0]);
     let by_outline = config(ROBOTINO, "by_outline = true");
     let mut drive = Drive::with(scene, by_outline, &[&[[11.0, 2.0]], &[[1.5, 2.4]]], 240.0);
     make_room(&mut drive);
-    let (mut among, mut asked, mut is_last) = (0, 0, false);
-    let mut was_asking = false;
+    let (mut among, mut is_last) = (0, false);
     while !is_last {
         drive.sense();
         let before = allocations_of_this_thread();
         let command = drive.think();
         let allocations = allocations_of_this_thread() - before;
-        let is_asking = drive.said(STATUS).unwrap().reason.as_str().starts_with("comparing");
-        asked += usize::from(is_asking);
-        if among > 0 && !std::mem::replace(&mut was_asking, is_asking) && !is_asking {
+        if among > 0 {
             assert_eq!(allocations, 0, "step {among} among rooms");
         }
         let is_among = drive.said(STATUS).unwrap().reason.as_str() == ROOMS;
@@ -80,5 +76,5 @@ fn a_step_among_rooms_allocates_nothing_either() {
         drive.act(command.twist);
         assert!(among < 4000);
     }
-    assert!(among > 200 && asked < among / 4, "{among}, {asked}");
+    assert!(among > 200, "{among}");
 }

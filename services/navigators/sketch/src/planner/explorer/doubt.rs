@@ -145,7 +145,6 @@ impl Explorer {
 
     /// Believes the arrival by its own evidence, because nobody answers.
     pub fn believe(&mut self) {
-        self.withdraw_question();
         let doubt = self.exploration.doubt.take_if(|doubt| doubt.is_open);
         self.exploration.settled = doubt.map(|doubt| Settled { margin: doubt.margin, is_confirmed: false });
     }
@@ -161,7 +160,6 @@ impl Explorer {
     /// it agrees with a rival, the places where the other hypotheses have the goal are forbidden. In all cases but the first,
     /// alignments are anchored at this place from now on.
     pub fn tell(&mut self, here: &Here) {
-        self.withdraw_question();
         if !self.is_in_charge() {
             return;
         }

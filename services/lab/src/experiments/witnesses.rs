@@ -1,6 +1,6 @@
 //! The `witnesses` suite asks three witnesses where the goal is when the robot ends a task: the particle filter, the
 //! outline of what was seen, and [regions joined by doors](sketchnav_sketch::rooms). Its tables show how often each of
-//! them is right, alone and with the others, and how well the signs that the planner uses tell right arrivals from wrong
+//! them is right, alone and with the others, and how well their answers tell right arrivals from wrong
 //! ones.
 //!
 //! The drawings are made by `sketchnav deform` from invented floors of seven kinds. What is fitted is fitted to the

@@ -5,6 +5,7 @@ import itertools
 import math
 import pathlib
 import pickle
+import re
 
 import numpy as np
 from sketchnav import relations
@@ -143,6 +144,12 @@ def test_each_calculus_relates_its_objects():
         (relations.Rcc2(), (box(0.0, 0.0), box(2.0, 0.5)), "c"),
         (relations.Tpcc(), ([0.0, 0.0], [1.0, 0.0], [1.5, 0.1]), "clb"),
         (relations.FlipFlop(), ([0.0, 0.0], [1.0, 0.0], [1.5, 0.1]), "l"),
+        (relations.DoubleCross(), ([0.0, 0.0], [1.0, 0.0], [1.5, 0.1]), "lf"),
+        (relations.DoubleCross(0.5), ([0.0, 0.0], [9.0, 0.0], [5.0, 0.2]), "sc"),
+        (relations.DraF(), ([0.0, 0.0, 1.0, 0.0], [2.0, 0.0, 3.0, 0.0]), "ffbb"),
+        (relations.DraC(), ([0.0, 0.0, 1.0, 0.0], [[2.0, 0.0, 3.0, 0.0], [1.0, 0.0, 2.0, 1.0]]), ["", "ells"]),
+        (relations.QtcB22(), ([[0.0, 0.0], [1.0, 0.0]], [[9.0, 0.0], [7.0, 0.0]]), ["", "-,-,-"]),
+        (relations.QtcC22(), ([[0.0, 0.0], [1.0, 0.5]], [[9.0, 0.0], [7.0, 0.5]]), ["", "-,-,-,+,-,+"]),
     ]:
         assert calculus.words(calculus.relate(*objects)).tolist() == word, calculus
         assert [calculus.code(word) for word in calculus.relations] == list(range(len(calculus.relations))), calculus
@@ -160,7 +167,12 @@ def test_the_algebra_of_a_calculus():
     assert relations.Tpcc().permuted("sam", "short cut") == {"sam"} and len(relations.Tpcc().permuted("csl", "homing")) > 1
     argd = relations.Argd({"near": 1.0, "far": 4.0, "away": 9.0})
     assert argd.compose("near", "near") == {"near", "far"} and argd.neighbours("near") == {"far"}
-    assert not hasattr(relations.QtcB(), "compose")
+    assert relations.DoubleCross().compose("lc", "if") == {"lc"}
+    assert relations.DoubleCross().permuted("lc", "homing") == {"lf", "lp", "lc"}
+    assert relations.DraC().converse("ells") == {"lsel"} and len(relations.DraF().relations) == 72
+    assert relations.QtcC().compose("-,-,0,0", "+,-,0,0") == {"-,-,0,0"}
+    assert {word[-1] for word in relations.QtcB22().compose("-,-,+", "-,-,+")} == {"+"}
+    assert not hasattr(relations.QtcB(), "compose") and not hasattr(relations.QtcC22(), "compose")
     refused(lambda: relations.Tpcc().permuted("sam", "back"), ValueError, "by: expected inverse, short cut")
 
 
@@ -179,6 +191,19 @@ def test_a_network_is_closed_and_says_why_it_cannot_be():
     refused(lambda: network.relations("cup", "cup"), ValueError, "two different objects")
     refused(lambda: network.constrain("cup", "table", "in"), ValueError, "rcc8: expected one of dc ec po")
     refused(lambda: relations.Network(relations.QtcB(), ["a", "b"]), ValueError, "calculus: expected one of two objects")
+
+
+def test_a_network_of_motions_and_one_of_dipoles_are_closed():
+    qtc = relations.Network(relations.QtcC(), ["k", "l", "m"])
+    qtc.constrain("k", "l", "-,-,0,0")
+    qtc.constrain("l", "m", "+,-,0,0")
+    qtc.close()
+    assert qtc.relations("k", "m") == {"-,-,0,0"}
+    chain = relations.Network(relations.DraC(), ["first", "second", "third"])
+    chain.constrain("first", "second", "ells")
+    chain.constrain("second", "third", "ells")
+    chain.close()
+    assert "lsel" in chain.relations("first", "third") and "rser" not in chain.relations("first", "third")
 
 
 def test_times_of_intervals_are_consistent_as_they_are():
@@ -212,6 +237,19 @@ def test_errors_name_the_argument_and_the_row():
     refused(lambda: relations.Argd({}), ValueError, "expected 1 to 64 thresholds, found 0")
     refused(lambda: relations.Argd({"near": 1.0}, "middle"), ValueError, "bound: expected upper or lower, found 'middle'")
     refused(lambda: qtc.code("towards"), ValueError, "qtcbs: expected one of -,-")
+
+
+def test_the_page_says_which_calculi_compose():
+    page = (pathlib.Path(__file__).parents[2] / "docs/relations.md").read_text()
+    header, _, *rows = [line for line in page.split("## Calculi")[1].splitlines() if line.startswith("|")]
+    assert [cell.strip() for cell in header.split("|")][4] == "composition"
+    named = {}
+    for row in rows:
+        cells = [cell.strip() for cell in row.split("|")]
+        for name in re.findall(r"`(\w+)", cells[1]):
+            named[name] = cells[4] == "yes" or f"`{name}`" in cells[4]
+    others = {"Calculus", "Inconsistent", "Network", "Series", "Timed"}
+    assert named == {name: hasattr(getattr(relations, name), "compose") for name in relations.__all__ if name not in others}
 
 
 def test_the_code_of_the_page_runs():

@@ -7,6 +7,7 @@ mod directions;
 mod driver;
 mod eval;
 mod landmarks;
+mod learned;
 mod outline;
 mod python;
 mod python_driver;

@@ -300,6 +300,34 @@ fn messages_are_declared_filled_and_read() {
     assert_eq!(ended.code, Some(0), "{ended}");
 }
 
+/// What the package says about itself where it is published.
+#[test]
+fn the_examples_of_the_package_run_as_they_are() {
+    let Some(python) = needs::python("wheel", "SKETCHNAV_WHEEL_PYTHON", "numpy, sketchnav._core") else {
+        return;
+    };
+    let page = std::fs::read_to_string(repository().join("python/README.md")).unwrap();
+    let blocks = |fence: &str| {
+        let blocks = page.split(fence).skip(1).filter_map(|rest| rest.split("```").next());
+        blocks.map(str::to_owned).collect::<Vec<_>>()
+    };
+    let ([relations, network, navigator], [floor, mission]) =
+        (&blocks("```python\n")[..], &blocks("```toml\n")[..])
+    else {
+        panic!("expected three examples, a floor and a mission")
+    };
+    let place = Place::of_script(python.clone(), navigator);
+    for example in [relations, network] {
+        let ended: Ended = Command::new(&python).args(["-c", example]).output().unwrap().into();
+        assert_eq!(ended.code, Some(0), "{ended}");
+    }
+    std::fs::write(place.files().join("room.floor.toml"), floor).unwrap();
+    std::fs::write(place.files().join("spin.toml"), mission).unwrap();
+    let report = place.fine("run spin.toml --json").json();
+    assert_eq!((&report["success"], &report["lost_messages"]), (&true.into(), &0.into()), "{report}");
+    place.fine("chaos spin.toml --kills 5");
+}
+
 /// To a type checker, a navigator's messages had no fields and no version.
 #[test]
 fn a_type_checker_accepts_the_package_and_the_navigator() {

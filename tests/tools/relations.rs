@@ -49,6 +49,11 @@ fn boxes_and_headings_are_related_by_intervals_and_oriented_points() {
     // The door is on the right of the cart, and the cart behind the door.
     assert_eq!(words("opra-1"), ["3_2"]);
     assert_eq!(words("opra-4"), ["12_8"]);
+    // As dipoles of two metres, the door is on the right of the cart, which begins on its right and ends on its left.
+    assert_eq!(words("dra-f"), ["rrrl"]);
+    assert_eq!(words("dra-c"), ["rrrl"]);
+    // The cart is behind the door, whose heading is east: the eighth of sixteen directions.
+    assert_eq!(words("forces"), ["8 satisfactory"]);
 }
 
 #[test]
@@ -57,8 +62,41 @@ fn a_third_point_is_on_the_way_of_two_others() {
     let table =
         "time_s,object,x_m,y_m\n0.0,a,0,0\n0.0,b,4,0\n0.0,c,2,1\n0.1,a,0,0\n0.1,b,4,0\n0.1,c,2,0.05\n";
     std::fs::write(place.files().join("way.csv"), table).unwrap();
-    let answer = place.run("relations way.csv --calculus flipflop --tolerance-m 0.1 --json").json();
-    assert_eq!(relations(&answer), [("l".into(), "first".into()), ("i".into(), "neighbour".into())]);
+    let found = |calculus: &str| {
+        relations(
+            &place.run(&format!("relations way.csv --calculus {calculus} --tolerance-m 0.1 --json")).json(),
+        )
+    };
+    assert_eq!(found("flipflop"), [("l".into(), "first".into()), ("i".into(), "neighbour".into())]);
+    assert_eq!(found("doublecross"), [("lc".into(), "first".into()), ("sc".into(), "neighbour".into())]);
+}
+
+#[test]
+fn thresholds_are_the_greatest_or_the_least_distances_of_their_labels() {
+    let place = Place::new();
+    std::fs::write(place.files().join("encounter.csv"), ENCOUNTER).unwrap();
+    let words = |options: &str| {
+        let command = format!("relations encounter.csv --calculus argd --every-sample --json {options}");
+        relations(&place.run(&command).json()).into_iter().map(|(word, _)| word).collect::<Vec<_>>()
+    };
+    // The distances are 5.02, 3.04, 2.06 and 1.12 m.
+    let thresholds = "--thresholds near=1.1,medium=2.5,far=4.0";
+    assert_eq!(words(thresholds), ["far", "far", "medium", "medium"]);
+    assert_eq!(words(&format!("{thresholds} --bound lower")), ["far", "medium", "near", "near"]);
+}
+
+#[test]
+fn speeds_of_an_encounter_are_compared() {
+    let place = Place::new();
+    std::fs::write(place.files().join("encounter.csv"), ENCOUNTER).unwrap();
+    let words = |calculus: &str| {
+        let answer = place
+            .run(&format!("relations encounter.csv --calculus {calculus} --observed-only --json"))
+            .json();
+        relations(&answer).into_iter().map(|(word, _)| word).collect::<Vec<_>>()
+    };
+    assert_eq!(words("qtc-b22"), ["-,-,0", "-,0,+", "0,-,-"]);
+    assert_eq!(words("qtc-c22"), ["-,-,+,+,0,0", "-,0,+,0,+,0", "0,-,0,+,-,0"]);
 }
 
 /// People were once not recorded, so nothing could be said about them afterwards.
@@ -103,6 +141,9 @@ fn errors_in_tables_and_options_name_the_line_and_the_expectation() {
         ("nan.csv --calculus qtc-b", "nan.csv: line 10: x_m: expected a number within ± 1e7, found \"NaN\""),
         ("missing.csv --calculus qtc-b", "missing.csv: expected a table of positions, found no such file"),
         ("good.csv --calculus rcc8", "expected the columns length_m and width_m"),
+        ("good.csv --calculus dra-f", "expected the columns length_m and width_m for a calculus of dipoles"),
+        ("good.csv --calculus forces", "expected the columns length_m and width_m"),
+        ("good.csv --calculus argd --bound middle", "possible values: upper, lower"),
         ("good.csv --calculus tpcc", "expected 3 objects or more, found human, robot"),
         ("good.csv --calculus qtc-b --between human", "--between: qtc-b expected 2 objects, found 1"),
         ("good.csv --calculus qtc-b --between human,human", "--between: expected different objects"),

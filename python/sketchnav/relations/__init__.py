@@ -15,6 +15,7 @@ converted first. Anything with the buffer protocol will do, and so will lists.
     object          row                             unit
     point           x, y                            one length of your choice
     oriented point  x, y, heading                   length, length, radians counter-clockwise from x
+    dipole          start x, start y, end x, end y    length
     rectangle       low x, low y, high x, high y    length
     interval        low, high                       any
 
@@ -30,14 +31,19 @@ from .calculi import (
     Argd,
     Calculus,
     Cardinal,
+    DoubleCross,
+    DraC,
+    DraF,
     FlipFlop,
     Mos,
     Opra,
     Order,
     Qrpc,
     QtcB,
+    QtcB22,
     QtcBc,
     QtcC,
+    QtcC22,
     Rcc2,
     Rcc3,
     Rcc4,
@@ -55,6 +61,9 @@ __all__ = [
     "Argd",
     "Calculus",
     "Cardinal",
+    "DoubleCross",
+    "DraC",
+    "DraF",
     "FlipFlop",
     "Inconsistent",
     "Mos",
@@ -63,8 +72,10 @@ __all__ = [
     "Order",
     "Qrpc",
     "QtcB",
+    "QtcB22",
     "QtcBc",
     "QtcC",
+    "QtcC22",
     "Rcc2",
     "Rcc3",
     "Rcc4",

@@ -18,6 +18,7 @@ Codes: TypeAlias = NDArray[np.int16]
 COLUMNS = {
     "point": ("x", "y"),
     "oriented point": ("x", "y", "heading in radians"),
+    "dipole": ("start x", "start y", "end x", "end y"),
     "rectangle": ("low x", "low y", "high x", "high y"),
     "interval": ("low", "high"),
 }

@@ -52,7 +52,7 @@ class QtcB(Quantised, MovingPair):
 
 
 @dataclass(frozen=True)
-class QtcC(Quantised, MovingPair):
+class QtcC(Composed, Quantised, MovingPair):
     """QTC_C (Van de Weghe 2004): the signs of QTC_B, then whether a and b move to the left, "-", or to the right, "+", of the
     line to the other."""
 
@@ -67,7 +67,26 @@ class QtcBc(Quantised, MovingPair):
 
     name = "qtc-bc"
     objects = "point"
+    without_composition = "whether points are near follows from distances, which it does not have"
     near: float = 1.22
+
+
+@dataclass(frozen=True)
+class QtcB22(Composed, Quantised, MovingPair):
+    """QTC_B22 (Van de Weghe 2004): the signs of QTC_B, then whether a is slower than b, "-", faster, "+", or as fast, "0"."""
+
+    name = "qtc-b22"
+    objects = "point"
+
+
+@dataclass(frozen=True)
+class QtcC22(Quantised, MovingPair):
+    """QTC_C22 (Van de Weghe 2004): the signs of QTC_C, the relative speed, and whether the angle from the line to the motion is
+    smaller for a than for b, "-", greater, "+", or equal, "0", which also stands for a point at rest."""
+
+    name = "qtc-c22"
+    objects = "point"
+    without_composition = "it compares angles to different lines, for which no table is known"
 
 
 @dataclass(frozen=True)
@@ -207,6 +226,38 @@ class Tpcc(Triple):
     name = "tpcc"
     objects = "point"
     tolerance_rad: float = 1e-9
+
+
+@dataclass(frozen=True)
+class DraF(Composed, Pair):
+    """The fine-grained dipole calculus (Moratz, Renz and Wolter 2000): where the start and the end of b are as seen along a, then
+    those of a as seen along b, each a letter of flip-flop. Points within `tolerance` of each other coincide, and points within
+    0.866 of it from a line are on it."""
+
+    name = "dra-f"
+    objects = "dipole"
+    tolerance: float = 1e-9
+
+
+@dataclass(frozen=True)
+class DraC(Composed, Pair):
+    """The coarse dipole calculus: the relations of `DraF` with no point on the line of the other dipole except at its ends. Others are
+    -1, no relation."""
+
+    name = "dra-c"
+    objects = "dipole"
+    tolerance: float = 1e-9
+
+
+@dataclass(frozen=True)
+class DoubleCross(Composed, Triple):
+    """The double cross (Freksa 1992): where c is as seen on the way from a to b, by side and by the perpendiculars at both ends: "lf"
+    left front, "lp" left beside b, "lc" between, "ll" beside a, "lb" behind; "sf", "if", "sc", "ib", "sb" on the way, "rf" and so on
+    on the right. Points within `tolerance` of each other coincide, and points within half of it from a line are on it."""
+
+    name = "double-cross"
+    objects = "point"
+    tolerance: float = 1e-9
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ network with one relation for each pair has one.
 from collections.abc import Iterable
 
 from .. import _core
-from ._calculus import Calculus, Composed, Pair
+from ._calculus import Calculus, Composed, OfTracks
 
 
 class Inconsistent(ValueError):
@@ -28,7 +28,7 @@ class Network:
     """A set of possible relations for each pair of objects. At first, nothing is known about any."""
 
     def __init__(self, calculus: Calculus, objects: Iterable[str]):
-        if not (isinstance(calculus, Composed) and isinstance(calculus, Pair)):
+        if not (isinstance(calculus, Composed) and isinstance(calculus, OfTracks)):
             found = type(calculus).__name__
             raise ValueError(f"calculus: expected one of two objects with a composition, such as Rcc8(), found {found}")
         self.calculus = calculus

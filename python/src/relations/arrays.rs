@@ -3,6 +3,7 @@
 use pyo3::buffer::PyBuffer;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use sketchnav_qualitative::dipole::Dipole;
 use sketchnav_qualitative::qsrlib::Box2;
 use sketchnav_qualitative::{Error, Interval, Oriented, Point, Rect};
 
@@ -47,6 +48,14 @@ impl Row for Rect {
 
     fn of([x_low, y_low, x_high, y_high]: [f64; 4]) -> Result<Self, Error> {
         Self::new([x_low, y_low], [x_high, y_high])
+    }
+}
+
+impl Row for Dipole {
+    type Numbers = [f64; 4];
+
+    fn of([x_start, y_start, x_end, y_end]: [f64; 4]) -> Result<Self, Error> {
+        Self::new(Point::new(x_start, y_start)?, Point::new(x_end, y_end)?)
     }
 }
 

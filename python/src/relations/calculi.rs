@@ -2,6 +2,8 @@
 
 use serde::Deserialize;
 use sketchnav_qualitative::argd::{Bound, Rank, Scale};
+use sketchnav_qualitative::dipole::{COARSE, Dipoles, FINE};
+use sketchnav_qualitative::doublecross::{Crosses, DoubleCross};
 use sketchnav_qualitative::opra::Orientations;
 use sketchnav_qualitative::rcc::{Rcc2, Rcc3, Rcc4, Rcc5, Rcc8, Regions};
 use sketchnav_qualitative::tpcc::{Configurations, Tpcc};
@@ -25,8 +27,23 @@ pub enum Spec {
         quantisation: Quantisation,
         near: f64,
     },
+    QtcB22 {
+        quantisation: Quantisation,
+    },
+    QtcC22 {
+        quantisation: Quantisation,
+    },
     Mos {
         quantisation: Quantisation,
+    },
+    DraC {
+        tolerance: f64,
+    },
+    DraF {
+        tolerance: f64,
+    },
+    DoubleCross {
+        tolerance: f64,
     },
     Qrpc {
         tolerance_rad: f64,
@@ -81,8 +98,17 @@ impl Spec {
         Ok(match self {
             Self::QtcB { quantisation } => Box::new(Of::new(qtc::Basic { quantisation }).with_converse()),
             Self::QtcC { quantisation } => {
-                Box::new(Of::new(qtc::DoubleCross { quantisation }).with_converse())
+                Box::new(Of::new(qtc::DoubleCross { quantisation }).with_algebra())
             }
+            Self::QtcB22 { quantisation } => Box::new(Of::new(qtc::Speeds { quantisation }).with_algebra()),
+            Self::QtcC22 { quantisation } => Box::new(Of::new(qtc::Angles { quantisation }).with_converse()),
+            Self::DraC { tolerance } => Box::new(Of::new(Dipoles::<COARSE>::new(tolerance)?).with_algebra()),
+            Self::DraF { tolerance } => Box::new(Of::new(Dipoles::<FINE>::new(tolerance)?).with_algebra()),
+            Self::DoubleCross { tolerance } => Box::new(
+                Of::new(Crosses::new(tolerance)?)
+                    .permuted(DoubleCross::permuted)
+                    .composed(DoubleCross::compose),
+            ),
             Self::QtcBc { quantisation, near } => {
                 Box::new(Of::new(qtc::Switching::new(quantisation, near)?).with_converse())
             }

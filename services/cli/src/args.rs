@@ -75,7 +75,7 @@ pub enum Command {
         mission: Option<PathBuf>,
         /// Continue the mission recorded in this folder after its supervisor was killed. Seed, pace and processes are
         /// those of the original run.
-        #[arg(long, value_name = "DIR", conflicts_with_all = ["speed", "seed", "method", "out", "system", "without", "faults", "split_size", "split_duration"])]
+        #[arg(long, value_name = "DIR", conflicts_with_all = ["speed", "seed", "method", "out", "system", "without", "faults", "split_size", "split_duration", "learned"])]
         resume: Option<PathBuf>,
         #[command(flatten)]
         options: RunOptions,

@@ -35,6 +35,18 @@ pub fn load(path: &Path, options: &SystemOptions) -> Result<(Mission, Robot), Fa
     Ok((mission, robot))
 }
 
+/// Makes the mission one that is driven in the learned map `learned`.
+///
+/// # Errors
+/// If the path is not UTF-8, or if the mission's navigator or method drives in no learned map.
+pub fn drive_in_learned(learned: &Path, mission: &mut Mission, robot: &Robot) -> Result<(), Failure> {
+    let named = || learned.display().to_string();
+    let path = std::path::absolute(learned).with_context(named).or_input()?.into_os_string().into_string();
+    let path = path.map_err(|_| anyhow!("{}: expected a path in UTF-8", named())).or_input()?;
+    mission.navigator.given.insert("learned_file".to_owned(), path.into());
+    check(mission, robot).map_err(|error| anyhow!("--learned: {error}")).or_input()
+}
+
 /// Checks what the mission's navigator requires of the mission, the robot and the world's markers.
 fn check(mission: &Mission, robot: &Robot) -> Result<(), Box<dyn Error + Send + Sync>> {
     let navigator = sketchnav_navigators::of(mission)?;

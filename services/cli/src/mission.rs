@@ -20,7 +20,7 @@ use crate::args::{RunOptions, SystemOptions};
 use crate::doubts;
 use crate::failure::{Failure, OrInput, Outcome, story};
 use crate::folder::{RunFolder, create, plain_name};
-use crate::launch::{classify, configure, grace, lines, load};
+use crate::launch::{classify, configure, drive_in_learned, grace, lines, load};
 use crate::link::Link;
 use crate::output::{self, out, say};
 use crate::recordings::whole::only_one_in;
@@ -119,6 +119,10 @@ fn run_in(
     options: &RunOptions,
 ) -> Result<Outcome, Failure> {
     let pad = if options.pad { Pad::Watches } else { Pad::Absent };
+    let mut mission = mission;
+    if let Some(learned) = &options.learned {
+        drive_in_learned(learned, &mut mission, &robot).inspect_err(|_| folder.discard())?;
+    }
     let run = configure(&options.system, folder, mission, robot, (options.speed, pad)).or_input();
     let ready = run.and_then(|run| {
         let doubts = doubts::of(&run, &sketchnav_files::Disk)?;

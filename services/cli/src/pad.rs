@@ -129,6 +129,7 @@ fn run_config(
         start: None,
         start_heading_deg: None,
         places: Default::default(),
+        learned_file: None,
         tasks: Vec::new(),
     };
     blank.write_to(&mut mission);

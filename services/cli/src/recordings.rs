@@ -5,6 +5,7 @@ pub mod args;
 pub mod guard;
 mod import;
 pub mod judge;
+mod learn;
 mod replay;
 pub mod report;
 mod rerun;
@@ -37,6 +38,7 @@ pub fn dispatch(tool: Tool) -> Result<Outcome, Failure> {
             refuse_a_recording(&output, force)?;
             report::report(whole, &output, rooms.as_deref(), json)
         }),
+        Tool::Learn { file, options } => with(&file, |whole| learn::learn(whole, &options)),
         Tool::Import { log, options } => import::import(&log, &options),
         Tool::Recover { file, options } => rewrite::recover(&file, &options),
         Tool::Filter { file, options } => with(&file, |whole| rewrite::filter(whole, &options)),

@@ -3,15 +3,18 @@
 mod association;
 mod bodies;
 mod calculi;
+mod forces;
 mod table;
 
 use std::collections::BTreeSet;
 use std::path::Path;
 
 use anyhow::{Context, bail, ensure};
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use comfy_table::{Table, presets::UTF8_FULL_CONDENSED};
 use serde::Serialize;
+use sketchnav_qualitative::argd::Bound;
 use sketchnav_recordings::copy;
 
 use crate::failure::{Failure, OrInput, Outcome};
@@ -29,7 +32,7 @@ pub struct RelationsOptions {
     /// The objects, in the order of the relation's arguments, separated by commas. Default: all combinations.
     #[arg(long, value_delimiter = ',', value_name = "A,B")]
     pub between: Vec<String>,
-    /// Ignore motion up to this distance between two samples, in metres (qtc-b, qtc-c, qtc-bc, mos).
+    /// Ignore motion up to this distance between two samples, in metres (qtc, mos).
     #[arg(long, value_name = "METRES", conflicts_with = "quantisation_mps")]
     pub quantisation_m: Option<f64>,
     /// Ignore motion up to this speed, in metres per second.
@@ -38,7 +41,7 @@ pub struct RelationsOptions {
     /// Distance up to which qtc-bc includes the sides, in metres.
     #[arg(long, value_name = "METRES", default_value_t = sketchnav_qualitative::qtc::PERSONAL_SPACE_M)]
     pub near_m: f64,
-    /// Labels and upper bounds for argd, separated by commas.
+    /// Labels and thresholds for argd, separated by commas.
     #[arg(
         long,
         value_delimiter = ',',
@@ -46,8 +49,11 @@ pub struct RelationsOptions {
         default_value = "near=3.0,medium=3.5,far=4.0"
     )]
     pub thresholds: Vec<String>,
+    /// Whether a threshold of argd is the greatest distance of its label, or the least.
+    #[arg(long, value_parser = bounds(), default_value = "upper")]
+    pub bound: Bound,
     /// Treat sides that differ by up to this distance as equal (rcc, rectangle, allen), and points that near to each other or
-    /// to a line as at it (flipflop), in metres.
+    /// to a line as at it (flipflop, doublecross, dra), in metres.
     #[arg(long, value_name = "METRES", default_value_t = 0.0)]
     pub tolerance_m: f64,
     /// Treat stamps that differ by up to this many seconds as equal. The object with the fewest samples sets the times,
@@ -69,6 +75,11 @@ pub struct RelationsOptions {
     /// Print comma-separated values instead of a table.
     #[arg(long)]
     pub csv: bool,
+}
+
+fn bounds() -> impl TypedValueParser<Value = Bound> {
+    let words = PossibleValuesParser::new(["upper", "lower"]);
+    words.map(|word| if word == "lower" { Bound::Lower } else { Bound::Upper })
 }
 
 fn parse_tolerance(text: &str) -> Result<f64, String> {

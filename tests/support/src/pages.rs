@@ -39,7 +39,8 @@ impl Block {
 /// Returns all pages that people read, which are all `.md` files in the sources.
 pub fn all() -> Vec<Page> {
     let mut pages = Vec::new();
-    for folder in ["docs", "docs/navigators", "recordings", "sim/missions", "services/libraries/qualitative"]
+    for folder in
+        ["docs", "docs/navigators", "python", "recordings", "sim/missions", "services/libraries/qualitative"]
     {
         pages.extend(of_folder(folder));
     }

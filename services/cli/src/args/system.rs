@@ -68,6 +68,10 @@ pub struct RunOptions {
     pub speed: Pace,
     #[command(flatten)]
     pub system: SystemOptions,
+    /// Drive in what was learned on an earlier drive by the mission's drawing (`sketchnav learn`). The robot may start anywhere
+    /// in it.
+    #[arg(long, value_name = "FILE")]
+    pub learned: Option<PathBuf>,
     /// Print one JSON object instead of progress and a table.
     #[arg(long)]
     pub json: bool,

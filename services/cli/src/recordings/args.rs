@@ -67,6 +67,17 @@ pub enum Tool {
         #[arg(long)]
         json: bool,
     },
+    /// Learn from a drive by a drawing: the map of what the robot saw, the goals in it, and what corresponds to the drawing.
+    /// The next drive starts from it with `run --learned`.
+    #[command(
+        after_help = "Exit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav learn out/building-a-001 -o building.learned --svg corrected.svg\nExample: sketchnav run sim/missions/building/building-a.toml --learned building.learned"
+    )]
+    Learn {
+        /// The recording, or the folder of a run.
+        file: PathBuf,
+        #[command(flatten)]
+        options: LearnOptions,
+    },
     /// Convert a laser log of the CARMEN toolkit (.log or .log.gz) to a recording.
     #[command(
         after_help = "Exit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav import intel.log.gz --map intel.yaml -o intel.mcap"
@@ -122,6 +133,23 @@ pub enum Tool {
         #[command(flatten)]
         options: SplitOptions,
     },
+}
+
+/// The options of `learn`.
+#[derive(Debug, Clone, Args)]
+pub struct LearnOptions {
+    /// Where to write what was learned; beside the recording if left out.
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Also write what was seen into this folder as a map of map_server: a YAML file and a PGM picture.
+    #[arg(long, value_name = "DIR")]
+    pub map_server: Option<PathBuf>,
+    /// Also draw the drawing as corrected by what was seen.
+    #[arg(long, value_name = "FILE")]
+    pub svg: Option<PathBuf>,
+    /// Print one JSON object instead of text.
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// A period of a recording.

@@ -161,6 +161,7 @@ fn run(log: &Log<'_>, options: &ImportOptions) -> Result<RunConfig, Failure> {
         start: marked,
         start_heading_deg: options.start.map(|[_, _, heading_deg]| heading_deg),
         places: Default::default(),
+        learned_file: None,
         tasks: Vec::new(),
     };
     let there = Place { center: Some([x, y]), radius_m: Some(1.0), polygon: None };

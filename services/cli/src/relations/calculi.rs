@@ -4,13 +4,15 @@ use std::fmt::Display;
 
 use anyhow::{Context, bail, ensure};
 use clap::ValueEnum;
+use sketchnav_qualitative::dipole::{COARSE, Dipole, Dipoles, FINE};
 use sketchnav_qualitative::rcc::{Rcc2, Rcc3, Rcc4, Rcc5, Rcc8, Regions};
 use sketchnav_qualitative::{
     Calculus, Change, Interval, Options, Oriented, Point, Quantisation, Rect, allen, argd, cardinal,
-    flipflop, mos, opra, order, qrpc, qtc, rectangle, series as series_of, tpcc,
+    doublecross, flipflop, mos, opra, order, qrpc, qtc, rectangle, series as series_of, tpcc,
 };
 
 use super::association::Scene;
+use super::forces::{Extended, Forces};
 use super::{Body, Held, RelationsOptions, Track};
 
 /// The calculi.
@@ -22,6 +24,12 @@ pub enum Word {
     QtcC,
     /// Like qtc-c, but with the sides only while the two points are near each other.
     QtcBc,
+    /// Like qtc-b, with the relative speed.
+    #[value(name = "qtc-b22")]
+    QtcB22,
+    /// Like qtc-c, with the relative speed and the relative angle of the motions to the line between the points.
+    #[value(name = "qtc-c22")]
+    QtcC22,
     /// Moving or stationary: one point.
     Mos,
     /// Rectilinear projections: two points with headings.
@@ -38,6 +46,10 @@ pub enum Word {
     /// Oriented points with 16 segments each: two points with headings.
     #[value(name = "opra-4")]
     Opra4,
+    /// Dipoles, 24 relations: two segments through points, by heading and length.
+    DraC,
+    /// Dipoles, 72 relations: two segments through points, by heading and length.
+    DraF,
     /// Distances by named thresholds.
     Argd,
     /// Cardinal directions.
@@ -61,6 +73,12 @@ pub enum Word {
     /// Flip-flop: where a third point is as seen on the way from the first to the second.
     #[value(name = "flipflop")]
     FlipFlop,
+    /// Histogram of forces: in which of 16 directions, counter-clockwise from the heading of the second box, the first one is,
+    /// and how well that describes it.
+    Forces,
+    /// Double cross: like flipflop, with the perpendiculars at the first and the second point.
+    #[value(name = "doublecross")]
+    DoubleCross,
     /// Ternary point configurations: three points.
     Tpcc,
 }
@@ -70,7 +88,7 @@ impl Word {
     pub fn arguments(self) -> usize {
         match self {
             Self::Mos => 1,
-            Self::FlipFlop | Self::Tpcc => 3,
+            Self::DoubleCross | Self::FlipFlop | Self::Tpcc => 3,
             _ => 2,
         }
     }
@@ -86,13 +104,17 @@ pub fn series(tracks: &[&Track], scenes: &[Scene], options: &RelationsOptions) -
         Word::QtcB => of_points.two(qtc::Basic { quantisation: quantisation(options)? }, point),
         Word::QtcC => of_points.two(qtc::DoubleCross { quantisation: quantisation(options)? }, point),
         Word::QtcBc => of_points.two(qtc::Switching::new(quantisation(options)?, options.near_m)?, point),
+        Word::QtcB22 => of_points.two(qtc::Speeds { quantisation: quantisation(options)? }, point),
+        Word::QtcC22 => of_points.two(qtc::Angles { quantisation: quantisation(options)? }, point),
         Word::Mos => of_points.one(mos::Motions { quantisation: quantisation(options)? }, point),
         Word::Qrpc => of_points.two(qrpc::Projections::default(), oriented),
         Word::Opra1 => of_points.two(opra::Orientations::<1>::default(), oriented),
         Word::Opra2 => of_points.two(opra::Orientations::<2>::default(), oriented),
         Word::Opra3 => of_points.two(opra::Orientations::<3>::default(), oriented),
         Word::Opra4 => of_points.two(opra::Orientations::<4>::default(), oriented),
-        Word::Argd => of_points.argd(scale(&options.thresholds)?),
+        Word::DraC => of_points.two(Dipoles::<COARSE>::new(options.tolerance_m)?, dipole),
+        Word::DraF => of_points.two(Dipoles::<FINE>::new(options.tolerance_m)?, dipole),
+        Word::Argd => of_points.argd(scale(options)?),
         Word::Cardinal => of_points.two(cardinal::Directions, point),
         Word::Order => of_points.two(order::Orders, point),
         Word::Allen => of_points.two(allen::Intervals::new(options.tolerance_m)?, extent),
@@ -102,6 +124,8 @@ pub fn series(tracks: &[&Track], scenes: &[Scene], options: &RelationsOptions) -
         Word::Rcc4 => of_points.two(Regions::<Rcc4>::new(options.tolerance_m)?, rect),
         Word::Rcc5 => of_points.two(Regions::<Rcc5>::new(options.tolerance_m)?, rect),
         Word::Rcc8 => of_points.two(Regions::<Rcc8>::new(options.tolerance_m)?, rect),
+        Word::Forces => of_points.two(Forces, extended),
+        Word::DoubleCross => of_points.three(doublecross::Crosses::new(options.tolerance_m)?, point),
         Word::FlipFlop => of_points.three(flipflop::Ways::new(options.tolerance_m)?, point),
         Word::Tpcc => of_points.three(tpcc::Configurations::default(), point),
     }
@@ -115,14 +139,14 @@ fn quantisation(options: &RelationsOptions) -> anyhow::Result<Quantisation> {
     })
 }
 
-fn scale(thresholds: &[String]) -> anyhow::Result<argd::Scale> {
-    let parsed = thresholds.iter().map(|threshold| {
+fn scale(options: &RelationsOptions) -> anyhow::Result<argd::Scale> {
+    let parsed = options.thresholds.iter().map(|threshold| {
         let parts = threshold.split_once('=');
         let number = parts.and_then(|(label, bound)| Some((label.to_owned(), bound.parse::<f64>().ok()?)));
         number.with_context(|| format!("--thresholds: expected LABEL=METRES, found {threshold:?}"))
     });
     let parsed = parsed.collect::<anyhow::Result<Vec<_>>>()?;
-    Ok(argd::Scale::new(parsed, argd::Bound::Upper)?)
+    Ok(argd::Scale::new(parsed, options.bound)?)
 }
 
 /// Converts an object's sample to the type that the calculus takes. `before` is the object's previous sample.
@@ -141,6 +165,23 @@ fn oriented(before: Option<&Body>, now: &Body) -> anyhow::Result<Option<Oriented
         (None, Some(before)) => Ok(Oriented::from_motion(Point::try_from(before.at)?, at)),
         (None, None) => Ok(None),
     }
+}
+
+/// Returns the dipole of an object's length along its heading, with the position in its middle.
+fn dipole(before: Option<&Body>, now: &Body) -> anyhow::Result<Option<Dipole>> {
+    let Some([length_m, _]) = now.size_m else {
+        bail!("expected the columns length_m and width_m for a calculus of dipoles, found none");
+    };
+    let Some(oriented) = oriented(before, now)? else { return Ok(None) };
+    let ([x, y], ahead) = (now.at, oriented.direction());
+    let end = |by_m: f64| Point::new(x + by_m * ahead.x, y + by_m * ahead.y);
+    Ok(Some(Dipole::new(end(-length_m / 2.0)?, end(length_m / 2.0)?)?))
+}
+
+/// Returns a box with the heading of the object. Without one, directions are counted from the x axis.
+fn extended(before: Option<&Body>, now: &Body) -> anyhow::Result<Option<Extended>> {
+    let heading_rad = now.heading_rad.unwrap_or_default();
+    Ok(rect(before, now)?.map(|rect| Extended { rect, heading_rad }))
 }
 
 fn rect(_: Option<&Body>, now: &Body) -> anyhow::Result<Option<Rect>> {

@@ -78,6 +78,7 @@ fn by_map(folders: &Folders, corridor: &Corridor, drive: &Drive) -> Result<Trial
         start: Some(drawing.to_image(&start.position())),
         start_heading_deg: Some(start.yaw_rad.to_degrees()),
         places: Default::default(),
+        learned_file: None,
         tasks: vec![SketchTask { name, aim, time_limit_s }],
     };
     trial.mission.navigator = sketch.navigator();

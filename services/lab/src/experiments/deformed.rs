@@ -183,6 +183,7 @@ impl Site {
             start: Some(drawing.to_image(&start.position())),
             start_heading_deg: Some(start.yaw_rad.to_degrees()),
             places: Default::default(),
+            learned_file: None,
             tasks: vec![SketchTask {
                 name: format!("{} → {}", from.name, to.name),
                 aim: Aim::Goal(drawing.to_image(&goal)),

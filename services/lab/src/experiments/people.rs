@@ -229,6 +229,7 @@ impl Place {
             start: Some(from.sketch),
             start_heading_deg: Some(wrap_deg(heading_deg + turn_deg)),
             places: Default::default(),
+            learned_file: None,
             tasks: Vec::new(),
         };
         let task = task.with_place(self.regions.union(&to.regions, to.world));

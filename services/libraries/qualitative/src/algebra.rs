@@ -89,6 +89,13 @@ impl<R: Relation> RelationSet<R> {
         R::all().collect()
     }
 
+    /// Returns the set of those of the first 128 relations whose bits are set.
+    pub(crate) fn from_bits(bits: u128) -> Self {
+        let mut words = [0; WORDS];
+        (words[0], words[1]) = (bits as u64, (bits >> 64) as u64);
+        Self { words, relation: PhantomData }
+    }
+
     /// Adds a relation to the set.
     pub fn insert(&mut self, relation: R) {
         self.words[relation.index() / 64] |= 1 << (relation.index() % 64);

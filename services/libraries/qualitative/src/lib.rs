@@ -5,6 +5,8 @@ pub mod allen;
 pub mod argd;
 pub mod calculus;
 pub mod cardinal;
+pub mod dipole;
+pub mod doublecross;
 pub mod error;
 pub mod flipflop;
 pub mod geometry;

@@ -13,7 +13,7 @@
 //! If the motion along or across the line that decides a sign is no longer than the quantisation, the sign is 0. QTC_B has
 //! the first two signs and QTC_C all four (after Zimmermann and Freksa's double cross). QTC_BC has all four if the points
 //! are near at t, and otherwise the first two (Dondrup et al. 2015). These are the simplified calculi, which leave out the
-//! relative speed.
+//! relative speed. [`QtcB22`] and [`QtcC22`] have it, and the latter has the relative angle of the motions to the line.
 //!
 //! Patil 2019, 2.2.1, defines the signs in the same way. They are inverted in the rules of 3.1.3, because there the robot
 //! is at rest in its own frame and the markers move.
@@ -25,6 +25,8 @@
 //! may not, so no sign leaves 0 at the instant at which another reaches it. QTC_B has 9 relations and 16 pairs of
 //! neighbours, and QTC_C has 81 relations and 544 pairs. In QTC_BC the same reasoning applies to the distance, which counts
 //! as near at the instant at which it reaches the threshold. This gives 225 pairs that connect QTC_B and QTC_C.
+
+mod composition;
 
 use std::fmt;
 use std::str::FromStr;
@@ -295,6 +297,10 @@ macro_rules! signed {
 }
 signed!(QtcB, "qtcbs", 2);
 signed!(QtcC, "qtccs", 4);
+
+mod relative;
+
+pub use relative::{Angles, QtcB22, QtcC22, Speeds};
 
 impl Converse for QtcB {
     fn converse(self) -> Self {

@@ -2,6 +2,8 @@
 
 use sketchnav_qualitative::argd::{Bound, Scale};
 use sketchnav_qualitative::cardinal::Directions;
+use sketchnav_qualitative::dipole::{Dipole, Dipoles, FINE};
+use sketchnav_qualitative::doublecross::Crosses;
 use sketchnav_qualitative::hof::{Force, Pair, Polygon, View, Workspace};
 use sketchnav_qualitative::qrpc::Projections;
 use sketchnav_qualitative::rcc::{Rcc8, Regions};
@@ -44,9 +46,17 @@ fn a_stream_allocates_nothing() {
     allocates_nothing(qtc::Basic::default(), points);
     allocates_nothing(qtc::DoubleCross::default(), points);
     allocates_nothing(qtc::Switching::default(), points);
+    allocates_nothing(qtc::Speeds::default(), points);
+    allocates_nothing(qtc::Angles::default(), points);
     allocates_nothing(Directions, points);
     allocates_nothing(Scale::new([("near", 2.0), ("far", 5.0)], Bound::Upper).unwrap(), points);
     allocates_nothing(Configurations::default(), |i| [point(i, 1), point(i, 2), point(i, 3)]);
+    allocates_nothing(Crosses::default(), |i| [point(i, 1), point(i, 2), point(i, 3)]);
+    let dipole = |i: u32| {
+        let [x, y] = walk(i, 5);
+        Dipole::new(point(i, 4), Point::new(x + 0.5, y).unwrap()).unwrap()
+    };
+    allocates_nothing(Dipoles::<FINE>::default(), |i| [dipole(i), dipole(i / 2)]);
     let rects =
         |i| [Rect::around(point(i, 1), 3.0, 2.0).unwrap(), Rect::around(point(i, 2), 2.0, 2.0).unwrap()];
     allocates_nothing(Regions::<Rcc8>::default(), rects);

@@ -1,15 +1,19 @@
 //! Finds landmarks on land in a laser scan. The landmarks are upright cylinders of a known radius.
 //!
-//! Neighbouring returns at similar ranges form one object. If the object is as wide as a landmark, a circle with the landmark's
-//! radius is fitted to it by the Gauss-Newton method. Wider objects are walls. Objects of which less than half of the width is
-//! visible, or that are hidden on both sides, are ignored.
+//! Neighbouring returns at similar ranges form one object. If the object is as wide as a landmark, and everything on either side
+//! of it is farther away, a circle with the landmark's radius is fitted to it by the Gauss-Newton method. If a straight line
+//! fits better, the object is flat.
+//!
+//! An object next to something nearer may be anything: in a building, what shows through a gap is mostly a part of a wall. It is
+//! therefore ignored, although it may be a landmark that is partly hidden. [`crate::sight`] says the same of what the map-maker
+//! expects to be seen.
 
 use arrayvec::ArrayVec;
 use sketchnav_schemas::geometry::{Base, Pose};
 use sketchnav_schemas::message::{LaserScan, MAX_BEAMS, MAX_DOTS};
 
 use crate::geometry::Point;
-use crate::sight::{LEAST_SHARE, half_angle_rad};
+use crate::sight::half_angle_rad;
 
 /// Minimum number of returns from a landmark.
 const LEAST_RETURNS: usize = 3;
@@ -19,9 +23,15 @@ const MOST_LOST: usize = 2;
 const STEPS: usize = 6;
 /// Damping of a fit. It prevents a fit to a short arc from drifting along the arc.
 const DAMPING: f64 = 0.02;
-/// Maximum apparent width of a landmark, as a multiple of its true width. This allows for errors; one additional beam is
-/// allowed as well.
-const WIDEST: f64 = 1.5;
+/// Minimum and maximum apparent width of a landmark, as multiples of its true width. One beam more or less is allowed as well.
+const NARROWEST: f64 = 0.7;
+const WIDEST: f64 = 1.25;
+/// By how much a line may fit better than a circle, as a sum of squares in variances of a range. A landmark at the end of the
+/// robot's range has few returns, which a line happens to fit better now and then.
+const FLAT: f64 = 6.0;
+/// Largest misfit of a circle in standard deviations of the misfit, and additional misfit as a share of the radius.
+const MISFIT: f64 = 3.0;
+const OUT_OF_ROUND: f64 = 0.05;
 
 /// The properties of the landmarks and of the laser.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -96,17 +106,17 @@ impl Finder {
         let nearest = (begin..=end).map(|index| at(index).1).fold(f64::INFINITY, f64::min);
         let shown_rad = beams as f64 * increment_rad;
         let whole_rad = 2.0 * half_angle_rad(self.radius_m, nearest + self.radius_m);
-        if shown_rad > WIDEST * whole_rad + increment_rad || shown_rad < LEAST_SHARE * whole_rad {
+        if shown_rad > WIDEST * whole_rad + increment_rad || shown_rad < NARROWEST * whole_rad - increment_rad
+        {
             return None;
         }
-        // A landmark may be hidden by something nearer from one side, but not from both.
         let hides = |other: usize, own: usize| {
             let (beam, range) = at(other);
             let off = beam.abs_diff(at(own).0);
             let off = off.min(scan.beam_count as usize - off);
             off <= MOST_LOST + 1 && range < at(own).1
         };
-        if hides(begin + returns.len() - 1, begin) && hides(end + 1, end) {
+        if hides(begin + returns.len() - 1, begin) || hides(end + 1, end) {
             return None;
         }
         let place = |index: usize| {
@@ -120,7 +130,7 @@ impl Finder {
     }
 
     /// Fits a circle with the landmark's radius to points that are seen from the origin. Returns its centre, or `None` if the
-    /// points don't lie on such a circle.
+    /// points don't lie on such a circle, or a straight line fits better.
     fn fit(&self, count: usize, place: impl Fn(usize) -> Point) -> Option<Point> {
         let n = count as f64;
         let mean = (0..count).fold(Point::default(), |sum, index| sum + place(index)) * (1.0 / n);
@@ -143,9 +153,21 @@ impl Finder {
                 Point::new(yy * slope.x - xy * slope.y, xx * slope.y - xy * slope.x) * (1.0 / determinant);
             centre = centre - step;
         }
-        let most = self.noise_m * 2.0 + 0.1 * self.radius_m;
-        ((squares / n).sqrt() <= most).then_some(centre)
+        let spread = 1.0 + MISFIT / (2.0 * n).sqrt();
+        let is_round = (squares / n).sqrt() <= self.noise_m * spread + OUT_OF_ROUND * self.radius_m;
+        let is_flat = || squares - off_line(count, mean, &place) > FLAT * self.noise_m * self.noise_m;
+        (is_round && !is_flat()).then_some(centre)
     }
+}
+
+/// Returns the sum of the squared distances of points from the straight line that fits them best, which leads through their mean.
+fn off_line(count: usize, mean: Point, place: impl Fn(usize) -> Point) -> f64 {
+    let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
+    for off in (0..count).map(|index| place(index) - mean) {
+        (xx, xy, yy) = (xx + off.x * off.x, xy + off.x * off.y, yy + off.y * off.y);
+    }
+    // The smaller eigenvalue of the scatter matrix.
+    (xx + yy - ((xx - yy) * (xx - yy) + 4.0 * xy * xy).sqrt()) / 2.0
 }
 
 #[cfg(test)]
@@ -204,17 +226,42 @@ mod tests {
     }
 
     #[test]
-    fn what_is_hidden_is_not_found_and_what_is_half_hidden_is_found_where_it_is() {
+    fn what_is_hidden_even_in_part_is_not_found() {
         let hidden = [Point::new(2.0, 0.0), Point::new(5.0, 0.0)];
         assert_eq!(finder(0.01).find(&scan(&hidden, 50.0, 0.01, 1)).len(), 1);
-        let half = [Point::new(2.0, 0.16), Point::new(5.0, 0.0)];
-        let found = finder(0.01).find(&scan(&half, 50.0, 0.01, 1));
+        let partly = [Point::new(2.0, 0.16), Point::new(5.0, 0.0)];
+        assert_eq!(finder(0.01).find(&scan(&partly, 50.0, 0.01, 1)).len(), 1);
+        let beside = [Point::new(2.0, 0.26), Point::new(5.0, 0.0)];
+        let found = finder(0.01).find(&scan(&beside, 50.0, 0.01, 1));
         assert_eq!(found.len(), 2);
-        assert!(nearest(&found, half[1]) < 0.1, "{found:?}");
-        // Between two nearer landmarks, a wall appears as narrow as a landmark.
+        assert!(nearest(&found, beside[1]) < 0.1, "{found:?}");
+        // Between a landmark and the edge of another, a wall appears as narrow as a landmark.
         let slit = [Point::new(2.0, 0.22), Point::new(2.0, -0.22)];
         let turned: Vec<_> = slit.iter().map(|place| place.turned(std::f64::consts::FRAC_PI_2)).collect();
         assert_eq!(finder(0.01).find(&scan(&turned, 6.0, 0.01, 1)).len(), 2);
+    }
+
+    /// The front of a box, and a thicker column.
+    #[test]
+    fn what_is_as_wide_as_a_landmark_but_not_round_is_none() {
+        let at = |beam: usize| std::f64::consts::TAU * (beam as f64 / 900.0 - 0.5);
+        let front = |beam: usize| {
+            let angle = at(beam);
+            (angle.cos() > 0.0 && (3.0 * angle.tan()).abs() < 0.15).then(|| 3.0 / angle.cos())
+        };
+        let column = |beam: usize| {
+            let (along, aside) = (3.0 * at(beam).cos(), 3.0 * at(beam).sin());
+            (along > 0.0 && aside.abs() < 0.3).then(|| along - (0.09 - aside * aside).sqrt())
+        };
+        for object in [&front as &dyn Fn(usize) -> Option<f64>, &column] {
+            let mut scan = scan(&[], 50.0, 0.01, 1);
+            for beam in 0..900 {
+                if let Some(range) = object(beam) {
+                    scan.ranges_m[beam] = range as f32;
+                }
+            }
+            assert!(finder(0.01).find(&scan).is_empty());
+        }
     }
 
     #[test]

@@ -42,6 +42,8 @@ pub struct Body {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Walls {
     pieces: Vec<Piece>,
+    /// The edges of all pieces, which hide what is behind them.
+    edges: Vec<Piece>,
     body: Body,
 }
 
@@ -49,7 +51,9 @@ impl Walls {
     /// Creates walls along lines with this thickness.
     pub fn new(lines: impl IntoIterator<Item = [Point; 2]>, thickness: f64, body: Body) -> Self {
         let half = thickness / 2.0;
-        Self { pieces: lines.into_iter().map(|ends| Piece { ends, half }).collect(), body }
+        let pieces: Vec<_> = lines.into_iter().map(|ends| Piece { ends, half }).collect();
+        let edges = pieces.iter().flat_map(Piece::edges).collect();
+        Self { pieces, edges, body }
     }
 
     /// Returns everything that stands on a floor except its landmarks, in metres.
@@ -58,7 +62,10 @@ impl Walls {
         let lines = plan.middle_lines().into_iter().map(|line| line.map(point));
         let mut walls = Self::new(lines, plan.wall_thickness_m, body);
         let others = plan.furniture.iter().filter(|piece| !is_landmark(piece));
-        walls.pieces.extend(others.flat_map(outline).map(|ends| Piece { ends: ends.map(point), half: 0.0 }));
+        let furniture = others.flat_map(outline).map(|ends| Piece { ends: ends.map(point), half: 0.0 });
+        let furniture: Vec<_> = furniture.collect();
+        walls.pieces.extend(&furniture);
+        walls.edges.extend(furniture);
         walls
     }
 
@@ -92,47 +99,39 @@ impl Walls {
             .any(|piece| strip.contains(piece) && piece.squared_distance(to) <= piece.squared_distance(from))
     }
 
-    /// Returns the part of a landmark's width that walls leave in sight, as the first and the last angle from its middle, in
-    /// radians. `landmark` is relative to the eye. Both angles are 0 if the laser merges the landmark with a wall.
-    pub fn narrow(
-        &self,
-        eye: Point,
-        landmark: Point,
-        half_rad: f64,
-        [mut low, mut high]: [f64; 2],
-    ) -> [f64; 2] {
+    /// Returns true if walls hide any part of a landmark, or the laser merges it with one. `landmark` is relative to the eye, and
+    /// subtends `half_rad` to each side.
+    pub fn hide(&self, eye: Point, landmark: Point, half_rad: f64) -> bool {
         let distance = landmark.norm();
         // Only what is as near as the landmark, or merges with it, and lies within the angle that it subtends.
         let reach = (distance + self.body.merges) / half_rad.cos().max(0.1);
         let strip = Strip { ends: [eye, eye + landmark * (reach / distance)], limit: reach * half_rad.sin() };
-        let near = self.pieces.iter().filter(|piece| strip.contains(piece));
-        for ends in near.map(|piece| piece.ends.map(|end| end - eye)) {
+        let near = self.edges.iter().filter(|edge| strip.contains(edge));
+        near.map(|piece| piece.ends.map(|end| end - eye)).any(|ends| {
             let merges = |side_rad: f64| {
                 range(ends, landmark, side_rad)
                     .is_some_and(|range| (range - distance).abs() <= self.body.merges)
             };
-            if merges(half_rad) || merges(-half_rad) {
-                return [0.0; 2];
-            }
             let [a, b] = ends.map(|end| bearing_rad(landmark, end));
             // A wall that passes behind the eye hides nothing on either side.
             let (from, to) = (a.min(b).max(-half_rad), a.max(b).min(half_rad));
+            let covers = (a - b).abs() <= std::f64::consts::PI && from < to;
             let is_nearer = || range(ends, landmark, (from + to) / 2.0).is_some_and(|range| range < distance);
-            if (a - b).abs() > std::f64::consts::PI || from >= to || !is_nearer() {
-                continue;
-            }
-            // Of the two parts that remain, the wider one counts.
-            if from - low > high - to {
-                high = high.min(from);
-            } else {
-                low = low.max(to);
-            }
-        }
-        [low, high]
+            merges(half_rad) || merges(-half_rad) || (covers && is_nearer())
+        })
     }
 }
 
 impl Piece {
+    /// Returns the edges of this piece.
+    fn edges(&self) -> [Self; 4] {
+        let [a, b] = self.ends;
+        let along = (b - a).direction().unwrap_or_default();
+        let aside = Point::new(-along.y, along.x) * self.half;
+        let corners = [a - aside, b - aside, b + aside, a + aside];
+        [0, 1, 2, 3].map(|i| Self { ends: [corners[i], corners[(i + 1) % 4]], half: 0.0 })
+    }
+
     /// Returns the square of the distance from a point to the line in the middle of this piece.
     fn squared_distance(&self, point: Point) -> f64 {
         let [a, b] = self.ends;

@@ -37,6 +37,7 @@ fn keep(mission: &mut Mission, kept: &Kept<'_>) -> Result<(), StageError> {
         start: placing.start.map(|start| start.at).or(first),
         start_heading_deg: placing.start.and_then(|start| start.heading_deg),
         places: BTreeMap::new(),
+        learned_file: None,
         tasks: tasks(marks),
     };
     // If the heading came from the route that placed the robot, a later run can derive it again only if its tasks begin with

@@ -56,8 +56,8 @@ use parameters::{Likelihood, ParameterError, Parameters};
 use particles::{ParticleSet, Resampler};
 use range_table::{RANGE_TABLE_CELLS, RangeTable};
 use scales::{ScaledPose, least_squares};
-pub use start::Start;
-use start::{believed, extent_px, first_anisotropy};
+pub use start::{Start, extent_px};
+use start::{believed, first_anisotropy};
 use weighing::{BeamModelOfScan, FieldOfScan, weigh};
 use workers::Workers;
 

@@ -19,6 +19,7 @@ use sketchnav_stage::{Heard, Instant, Outbox, Remains, Stage, StageError};
 
 use crate::filter::parameters::Parameters;
 use crate::filter::{self, Estimate, Filter, FilterError, Start};
+use crate::learned::CELLS_PER_M;
 use crate::sketch::{CellsError, SketchGrid};
 
 /// Simulation time between two samples of the particle set, in nanoseconds.
@@ -47,8 +48,9 @@ pub enum LocalizerError {
 /// # Errors
 /// [`LocalizerError`], which names the key of the mission or of the robot file.
 pub fn demanded(mission: &Mission, robot: &Robot) -> Result<(Parameters, Laser), LocalizerError> {
-    let method = SketchMission::of(mission)?.method;
-    let parameters = mission.parameters.over(Process::Localizer, &Parameters::of(method))?;
+    let SketchMission { method, learned_file, .. } = SketchMission::of(mission)?;
+    let usual = if learned_file.is_some() { Parameters::learned() } else { Parameters::of(method) };
+    let parameters = mission.parameters.over(Process::Localizer, &usual)?;
     parameters.check().map_err(FilterError::from)?;
     robot.odometry()?;
     Ok((parameters, robot.laser()?.clone()))
@@ -74,6 +76,8 @@ pub struct Localizer {
     drive: Drive,
     seed: u64,
     waits_for_sketch: bool,
+    /// True if the sketch is a learned map, whose scale is known.
+    is_learned: bool,
     filter: Option<Filter>,
     particles_due_ns: u64,
     /// Number of the sketch that the filter belongs to, or 0 before the first sketch.
@@ -103,6 +107,7 @@ impl Localizer {
             drive,
             seed,
             waits_for_sketch: !run.pad.draws(),
+            is_learned: SketchMission::of(&run.mission)?.learned_file.is_some(),
             filter: None,
             particles_due_ns: 0,
             sketch_seq: 0,
@@ -146,7 +151,11 @@ impl Localizer {
             spread_rad: map.start_spread_rad,
         };
         let begin = |start| {
-            let (mounting, drive, parameters) = ((&self.laser).into(), self.drive, self.parameters.clone());
+            let (mounting, drive, mut parameters) =
+                ((&self.laser).into(), self.drive, self.parameters.clone());
+            if self.is_learned {
+                parameters.building_size_m = filter::extent_px(&sketch) / CELLS_PER_M as f32;
+            }
             Filter::new(&sketch, mounting, drive, parameters, start, self.seed)
         };
         // The start is at least as uncertain as at the start of the mission, since the covariance does not cover everything.

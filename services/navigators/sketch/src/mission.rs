@@ -36,6 +36,8 @@ pub struct SketchMission {
     pub start_heading_deg: Option<f64>,
     /// Named places, in image pixels, in addition to those labelled on the drawing.
     pub places: BTreeMap<String, [f64; 2]>,
+    /// File name of what was learned on an earlier drive by the drawing, in which the robot then drives. The start is not used.
+    pub learned_file: Option<String>,
     /// The tasks, in order.
     pub tasks: Vec<SketchTask>,
 }
@@ -154,7 +156,8 @@ impl SketchMission {
         let NavigatorChoice { kind, given } = &mission.navigator;
         check(kind == KIND, || "navigator.kind".into(), "\"sketch\"", || format!("{kind:?}"))?;
         check_finite("navigator", &given.clone().into())?;
-        let known = ["kind", "method", "drawing", "walls", "start", "start_heading_deg", "places"];
+        let known =
+            ["kind", "method", "drawing", "walls", "start", "start_heading_deg", "places", "learned_file"];
         let mut keys = Keys::new("navigator", given, &known)?;
         let read = Self {
             method: keys.take("method")?.unwrap_or_default(),
@@ -163,6 +166,7 @@ impl SketchMission {
             start: keys.take("start")?,
             start_heading_deg: keys.take("start_heading_deg")?,
             places: keys.take("places")?.unwrap_or_default(),
+            learned_file: keys.take("learned_file")?,
             tasks: mission.task.iter().enumerate().map(SketchTask::of).collect::<Result<_, _>>()?,
         };
         check_heading("navigator.start_heading_deg", read.start_heading_deg.unwrap_or_default())?;
@@ -170,6 +174,10 @@ impl SketchMission {
         let expected = "at most 8192 points in all goals and routes together";
         check(points <= MAX_ROUTE_POINTS, || "task".into(), expected, || points.to_string())?;
         read.check_places()?;
+        let is_ours = matches!(read.method, Method::Outline | Method::Beam);
+        let expected = "outline or beam with a learned map";
+        let found = || read.method.word().to_owned();
+        check(is_ours || read.learned_file.is_none(), || "navigator.method".into(), expected, found)?;
         Ok(read)
     }
 
@@ -201,6 +209,7 @@ impl SketchMission {
             ("start", self.start.map(point)),
             ("start_heading_deg", self.start_heading_deg.map(Into::into)),
             ("places", (!self.places.is_empty()).then(|| places.into())),
+            ("learned_file", self.learned_file.clone().map(Into::into)),
         ];
         let given = entries.into_iter().filter_map(|(key, value)| Some((key.to_owned(), value?)));
         NavigatorChoice { kind: KIND.to_owned(), given: given.collect() }
@@ -301,7 +310,9 @@ mod tests {
         let mut mission = Mission::parse(MISSION).unwrap();
         let there = mission.task[0].there.clone();
         let places = [("Kitchen".to_owned(), [7.0, 8.0])].into();
-        let changed = SketchMission { method: Method::Boniardi2015, walls: WallTone::Light, places, ..read };
+        let learned_file = Some("m.learned".to_owned());
+        let changed =
+            SketchMission { method: Method::Beam, walls: WallTone::Light, places, learned_file, ..read };
         changed.write_to(&mut mission);
         let text = toml::to_string(&mission).unwrap();
         assert_eq!(parse(&text).unwrap(), changed, "{text}");

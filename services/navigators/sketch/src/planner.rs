@@ -243,8 +243,8 @@ impl Planner {
     }
 
     fn drive(&mut self, chart: &Chart, estimate: &PoseEstimate, dt_s: f64) {
-        let lost = Tracking::from_code(estimate.tracking) == Some(Tracking::Lost);
-        match self.driver.drive(chart, estimate.fit, lost, self.agenda.elapsed_s(), dt_s) {
+        let tracking = Tracking::from_code(estimate.tracking).unwrap_or(Tracking::Lost);
+        match self.driver.drive(chart, estimate.fit, tracking, self.agenda.elapsed_s(), dt_s) {
             TaskStatus::Asks(question) => {
                 self.asking.for_s = 0.0;
                 self.agenda.ask(question);
@@ -307,7 +307,7 @@ impl Planner {
 }
 
 impl Stage for Planner {
-    const FORM: &'static str = "sketch planner 10";
+    const FORM: &'static str = "sketch planner 11";
     type State = State;
 
     fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {
@@ -373,8 +373,9 @@ impl Stage for Planner {
 /// # Errors
 /// [`PlannerError`] with the key of the mission.
 pub fn parameters(mission: &Mission) -> Result<Parameters, PlannerError> {
-    let method = SketchMission::of(mission)?.method;
-    let parameters = mission.parameters.over(Process::Planner, &Parameters::of(method))?;
+    let SketchMission { method, learned_file, .. } = SketchMission::of(mission)?;
+    let usual = if learned_file.is_some() { Parameters::learned() } else { Parameters::of(method) };
+    let parameters = mission.parameters.over(Process::Planner, &usual)?;
     parameters.check()?;
     Ok(parameters)
 }

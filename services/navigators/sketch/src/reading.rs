@@ -47,6 +47,7 @@ pub mod strokes;
 mod vector;
 mod walls;
 
+pub(crate) use direction::walls as wall_direction;
 pub use drawn_map::DrawnMap;
 pub use error::SketchError;
 pub use file::read;

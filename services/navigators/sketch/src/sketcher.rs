@@ -13,6 +13,7 @@ use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::doubts::{Canvas, Doubts};
 use sketchnav_stage::{Files, Heard, Hosted, Outbox, Stage, StageError};
 
+use crate::learned::{DrawingFile, Learned};
 use crate::reading::desk::{self, Change, Desk};
 use crate::reading::{
     self, DrawnMap, Intent, Options, Places, SketchError, fill_cells, fill_sketch, fill_understood, read,
@@ -33,7 +34,7 @@ pub fn sketcher(run: &RunConfig, files: &Files<'_>) -> Result<Box<dyn Hosted>, S
     }
     let options = Options::of_mission(&run.mission, run.seed)?;
     let mission = SketchMission::of(&run.mission)?;
-    Ok(Box::new(FileSketcher { bytes: load(&mission, files)?, mission, options }))
+    Ok(Box::new(FileSketcher { given: Given::load(&mission, files)?, mission, options }))
 }
 
 /// Reads the drawing of a run and places its start and tasks in it. The mission takes precedence over marks
@@ -44,7 +45,7 @@ pub fn sketcher(run: &RunConfig, files: &Files<'_>) -> Result<Box<dyn Hosted>, S
 pub fn understand(run: &RunConfig, files: &Files<'_>) -> Result<(DrawnMap, Places), SketchError> {
     let options = Options::of_mission(&run.mission, run.seed)?;
     let mission = SketchMission::of(&run.mission)?;
-    understand_bytes(&mission, &options, &load(&mission, files)?)
+    Given::load(&mission, files)?.understand(&mission, &options)
 }
 
 /// Returns what a person should know about a drawing before a robot drives by it. Empty if people draw while
@@ -57,6 +58,10 @@ pub fn doubts(run: &RunConfig, files: &Files<'_>) -> Result<Doubts, SketchError>
         return Ok(Doubts::default());
     }
     let (drawing, places) = understand(run, files)?;
+    if SketchMission::of(&run.mission)?.learned_file.is_some() {
+        // What is doubted about a drawing by hand does not concern what a laser has seen.
+        return Ok(Doubts::default());
+    }
     let range_max_m = run.robot.laser.as_ref().map(|laser| laser.range_max_m);
     let found = reading::doubts::doubts(&drawing, &places, range_max_m);
     reading::doubts::hopeless(&drawing, &places, &found)?;
@@ -82,27 +87,47 @@ pub fn canvas(run: &RunConfig, files: &Files<'_>) -> Result<Option<Canvas>, Sket
     Ok(Some(Canvas { size_px, scale: drawing.scale }))
 }
 
-fn load(mission: &SketchMission, files: &Files<'_>) -> Result<Vec<u8>, SketchError> {
-    let file = &mission.drawing;
-    files(file).map_err(|error| SketchError::File { file: file.clone(), reason: error.to_string() })
+/// The contents of the files that a mission names.
+struct Given {
+    drawing: Vec<u8>,
+    learned: Option<Vec<u8>>,
 }
 
-fn understand_bytes(
-    mission: &SketchMission,
-    options: &Options,
-    bytes: &[u8],
-) -> Result<(DrawnMap, Places), SketchError> {
-    let drawing = read(bytes, &mission.drawing, options)?;
-    let intent = Intent::of_mission(mission, &drawing)?.or(Intent::of_marks(&drawing.marks));
-    let places = intent.place(&drawing, &options.settings)?;
-    Ok((drawing, places))
+impl Given {
+    fn load(mission: &SketchMission, files: &Files<'_>) -> Result<Self, SketchError> {
+        let load = |file: &String| {
+            files(file).map_err(|error| SketchError::File { file: file.clone(), reason: error.to_string() })
+        };
+        let learned = mission.learned_file.as_ref().map(load).transpose()?;
+        Ok(Self { drawing: load(&mission.drawing)?, learned })
+    }
+
+    fn understand(
+        &self,
+        mission: &SketchMission,
+        options: &Options,
+    ) -> Result<(DrawnMap, Places), SketchError> {
+        let drawing = read(&self.drawing, &mission.drawing, options)?;
+        let intent = Intent::of_mission(mission, &drawing)?.or(Intent::of_marks(&drawing.marks));
+        if let (Some(learned), Some(file)) = (&self.learned, &mission.learned_file) {
+            let learned = Learned::parse(learned)
+                .map_err(|reason| SketchError::Learned { file: file.clone(), reason })?;
+            if !learned.drawing.is_same(&DrawingFile::of(&mission.drawing, &self.drawing)) {
+                let (file, of, drawing) = (file.clone(), learned.drawing.file, mission.drawing.clone());
+                return Err(SketchError::LearnedByAnother { file, of, drawing });
+            }
+            return learned.place(file, &intent, options);
+        }
+        let places = intent.place(&drawing, &options.settings)?;
+        Ok((drawing, places))
+    }
 }
 
 /// Sends the sketch and the route of the mission's drawing once. It has no state: after a crash, it reads the drawing again.
 struct FileSketcher {
     mission: SketchMission,
     options: Options,
-    bytes: Vec<u8>,
+    given: Given,
 }
 
 impl Stage for FileSketcher {
@@ -110,7 +135,7 @@ impl Stage for FileSketcher {
     type State = ();
 
     fn speak(&mut self, out: &mut Outbox<'_>) -> Result<(), StageError> {
-        let (drawing, places) = understand_bytes(&self.mission, &self.options, &self.bytes)?;
+        let (drawing, places) = self.given.understand(&self.mission, &self.options)?;
         out.send_with(SKETCH, drawing.cells.len(), |map, cells| write_sketch(&drawing, &places, map, cells))?;
         out.send(ROUTE, |route: &mut Route| fill_route(&places.tasks, route))?;
         Ok(())

@@ -1,9 +1,11 @@
 //! Property tests for all relations and all scenes.
 
+mod dipoles;
 mod motion;
 mod networks;
 mod oriented;
 mod scenes;
+mod speeds;
 mod stories;
 mod tables;
 mod ways;

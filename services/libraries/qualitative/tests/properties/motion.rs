@@ -8,11 +8,13 @@ use sketchnav_qualitative::algebra::Relation;
 use sketchnav_qualitative::allen::Allen;
 use sketchnav_qualitative::argd::{Bound, Scale};
 use sketchnav_qualitative::cardinal::Direction;
+use sketchnav_qualitative::dipole::{Dipole, DraC, DraF};
+use sketchnav_qualitative::doublecross::DoubleCross;
 use sketchnav_qualitative::flipflop::FlipFlop;
 use sketchnav_qualitative::mos::Motion;
 use sketchnav_qualitative::opra::Opra;
 use sketchnav_qualitative::qrpc::{Projections, Qrpc};
-use sketchnav_qualitative::qtc::{QtcB, QtcBc, QtcC};
+use sketchnav_qualitative::qtc::{QtcB, QtcB22, QtcBc, QtcC, QtcC22};
 use sketchnav_qualitative::rcc::{Rcc5, Rcc8};
 use sketchnav_qualitative::rectangle::Rectangular;
 use sketchnav_qualitative::tpcc::Tpcc;
@@ -44,6 +46,20 @@ impl Curve {
 fn curve() -> impl Strategy<Value = Curve> {
     (anywhere(), [0.5..4.0, -2.0..2.0, 0.0..TAU], [0.1..2.0, -3.0..3.0, 0.0..TAU])
         .prop_map(|([x, y], [r1, w1, p1], [r2, w2, p2])| Curve([x / 4.0, y / 4.0, r1, w1, p1, r2, w2, p2]))
+}
+
+/// Checks that a motion on which relations hold for an instant only, such as equal speeds, passes through neighbours. These instants
+/// are never met, so that what holds before and after one must have a neighbour in common.
+fn passes_instants_only<R: Relation>(relation: impl Fn(f64) -> R) -> Result<(), TestCaseError> {
+    let mut last = relation(0.0);
+    // Two instants that follow each other within such a step are taken for one, and must be one that limits both.
+    for i in 1..=30_000 {
+        let now = relation(f64::from(i) * 1e-4);
+        let shares = || R::all().any(|instant| last.limits_to(instant) && now.limits_to(instant));
+        prop_assert!(last == now || last.is_neighbour(now) || shares(), "{last} to {now} at {i}");
+        last = now;
+    }
+    Ok(())
 }
 
 /// Follows a motion from time 0 to 3. An interval between successive times is refined until the change over it is one
@@ -96,6 +112,8 @@ proptest! {
         passes_neighbours_only(|t| Tpcc::of(k.point(t), l.point(t), m.point(t), 0.02))?;
         passes_neighbours_only(|t| FlipFlop::of(k.point(t), l.point(t), m.point(t), 0.02))?;
         passes_neighbours_only(|t| FlipFlop::of(k.point(t), l.point(t), m.point(t), 1.0))?;
+        passes_neighbours_only(|t| DoubleCross::of(k.point(t), l.point(t), m.point(t), 0.02))?;
+        passes_neighbours_only(|t| DoubleCross::of(k.point(t), l.point(t), m.point(t), 1.0))?;
         passes_neighbours_only(|t| Direction::of(k.point(t), l.point(t)))?;
         let [a, b, c, d] = sizes;
         let rects = |t: f64| {
@@ -118,5 +136,25 @@ proptest! {
         passes_neighbours_only(|t| Opra::<2>::of(turning([0.0; 2], k, t), turning([0.0; 2], l, t), 0.01))?;
         let meeting = |t: f64| { let apart = (1.5 - t).max(0.0); [apart * a, apart * b] };
         passes_neighbours_only(|t| Opra::<2>::of(turning([0.0; 2], k, t), turning(meeting(t), l, t), 0.01))?;
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(100))]
+
+    #[test]
+    fn speeds_and_dipoles_change_through_instants(ends in [curve(), curve(), curve(), curve()]) {
+        let step = 1e-3;
+        let [k, l, ..] = ends;
+        let motion = |curve: Curve, t: f64| [curve.point(t), curve.point(t + step)];
+        passes_instants_only(|t| QtcB22::of(motion(k, t), motion(l, t), 0.0))?;
+        passes_instants_only(|t| QtcC22::of(motion(k, t), motion(l, t), 0.0))?;
+        let dipole = |of: [Curve; 2], t: f64| {
+            let [start, end] = of.map(|end| end.point(t));
+            Dipole::new(start, end).unwrap()
+        };
+        let [a, b] = [[ends[0], ends[1]], [ends[2], ends[3]]];
+        passes_instants_only(|t| DraF::of(dipole(a, t), dipole(b, t), 0.0).unwrap())?;
+        passes_instants_only(|t| DraC::of(dipole(a, t), dipole(b, t), 0.0).unwrap())?;
     }
 }

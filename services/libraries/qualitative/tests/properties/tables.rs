@@ -6,12 +6,14 @@ use sketchnav_qualitative::Error;
 use sketchnav_qualitative::algebra::{Compose, Converse, Relation, RelationSet};
 use sketchnav_qualitative::allen::Allen;
 use sketchnav_qualitative::cardinal::Direction;
+use sketchnav_qualitative::dipole::{DraC, DraF};
+use sketchnav_qualitative::doublecross::DoubleCross;
 use sketchnav_qualitative::flipflop::FlipFlop;
 use sketchnav_qualitative::mos::Motion;
 use sketchnav_qualitative::opra::Opra;
 use sketchnav_qualitative::order::Order;
 use sketchnav_qualitative::qrpc::{Disposition, Qrpc};
-use sketchnav_qualitative::qtc::{QtcB, QtcBc, QtcC};
+use sketchnav_qualitative::qtc::{QtcB, QtcB22, QtcBc, QtcC, QtcC22};
 use sketchnav_qualitative::rcc::{Rcc2, Rcc3, Rcc4, Rcc5, Rcc8};
 use sketchnav_qualitative::rectangle::Rectangular;
 use sketchnav_qualitative::tpcc::Tpcc;
@@ -45,6 +47,11 @@ fn every_relation_has_a_place_a_word_and_neighbours() {
     is_well_formed::<QtcB>(9);
     is_well_formed::<QtcC>(81);
     is_well_formed::<QtcBc>(90);
+    is_well_formed::<QtcB22>(27);
+    is_well_formed::<QtcC22>(257);
+    is_well_formed::<DraC>(24);
+    is_well_formed::<DraF>(72);
+    is_well_formed::<DoubleCross>(17);
     is_well_formed::<Qrpc>(41);
     is_well_formed::<Disposition>(5);
     is_well_formed::<Motion>(2);
@@ -92,6 +99,10 @@ fn the_converse_of_the_converse_is_the_relation_and_keeps_neighbours() {
     converse_is_an_involution::<QtcB>();
     converse_is_an_involution::<QtcC>();
     converse_is_an_involution::<QtcBc>();
+    converse_is_an_involution::<QtcB22>();
+    converse_is_an_involution::<QtcC22>();
+    converse_is_an_involution::<DraC>();
+    converse_is_an_involution::<DraF>();
     converse_is_an_involution::<Order>();
     converse_is_an_involution::<Direction>();
     converse_is_an_involution::<Allen>();
@@ -143,6 +154,10 @@ fn compositions_are_algebras() {
     composition_is_an_algebra(Some(Order::Together));
     composition_is_an_algebra("s_0".parse::<Opra<1>>().ok());
     composition_is_an_algebra("s_0".parse::<Opra<2>>().ok());
+    composition_is_an_algebra("sese".parse::<DraC>().ok());
+    composition_is_an_algebra("sese".parse::<DraF>().ok());
+    composition_is_an_algebra::<QtcB22>(None);
+    composition_is_an_algebra::<QtcC>(None);
 }
 
 #[test]

@@ -5,8 +5,10 @@ use sketchnav_schemas::codes::Tracking;
 
 use super::parameters::Parameters;
 
-/// Share of the weight near the mode below which other places are plausible, too.
-const ONE_PLACE: f64 = 0.3;
+/// Factor on the share of the weight near the mode that an estimate needs to be believed again after it was doubtful.
+const REGAINED: f64 = 1.5;
+/// Largest share of the weight that is ever asked for.
+const NEARLY_ALL: f64 = 0.8;
 /// Rate at which the running mean of the fit follows, as a share per update.
 const FOLLOW: f32 = 0.25;
 /// Rates at which the quick and the slow mean likelihood follow (Thrun, Burgard and Fox, table 8.3).
@@ -56,7 +58,8 @@ impl Confidence {
     fn judge(&self, share: f64, p: &Parameters) -> Tracking {
         let was = self.tracking();
         let rises = |from: Tracking| if was >= from { p.hysteresis } else { 0.0 };
-        let one_place = if was >= Tracking::Doubtful { ONE_PLACE * 1.5 } else { ONE_PLACE };
+        let regained = (p.one_place_share * REGAINED).min(NEARLY_ALL.max(p.one_place_share));
+        let one_place = if was >= Tracking::Doubtful { regained } else { p.one_place_share };
         if self.fit < p.lost_below + rises(Tracking::Lost) {
             Tracking::Lost
         } else if self.fit < p.doubtful_below + rises(Tracking::Doubtful) || share < one_place {

@@ -200,7 +200,7 @@ pub fn inject(
         if rng.random::<f32>() >= share {
             continue;
         }
-        let Some(place) = free_place(terrain, rng) else { continue };
+        let Some(place) = free_place_anywhere(terrain, rng) else { continue };
         [set.x_px[i], set.y_px[i]] = place;
         set.yaw_rad[i] = wrap(TAU * rng.random::<f32>());
         set.anisotropy[i] = terrain.proportions.anisotropy(parameters, rng);
@@ -210,7 +210,7 @@ pub fn inject(
 }
 
 /// Returns a random free place in the drawing, or `None` if a hundred attempts find none.
-fn free_place(terrain: &Terrain<'_>, rng: &mut Pcg64Mcg) -> Option<[f32; 2]> {
+pub(super) fn free_place_anywhere(terrain: &Terrain<'_>, rng: &mut Pcg64Mcg) -> Option<[f32; 2]> {
     let mut place = || terrain.grid.size_px().map(|size| size * rng.random::<f32>());
     std::iter::repeat_with(&mut place).take(100).find(|&[x, y]| !terrain.grid.is_wall(x, y))
 }

@@ -163,6 +163,8 @@ pub struct Parameters {
     /// Factor on the density near the last estimate. A rival has to exceed the product.
     pub mode_hysteresis: f32,
 
+    /// Share of the weight near the estimate below which other places are plausible, too, and the estimate is doubtful.
+    pub one_place_share: f64,
     /// Mean log likelihood of a beam below which the estimate is doubtful.
     pub doubtful_below: f32,
     /// Mean log likelihood of a beam below which the robot is lost.
@@ -225,6 +227,7 @@ impl Default for Parameters {
             mode_radius_m: 0.6,
             mode_radius_rad: 0.35,
             mode_hysteresis: 1.3,
+            one_place_share: 0.3,
             doubtful_below: -1.2,
             lost_below: -1.9,
             hysteresis: 0.2,
@@ -240,6 +243,27 @@ impl Parameters {
             Method::Boniardi2015 => Self::paper(),
             Method::Boniardi2015FixedScale => Self::fixed_scale(),
             Method::Behzadian2015 => Self::one_scale(),
+        }
+    }
+
+    /// Returns the parameters for a map that a laser has seen, in which the robot may be anywhere. The scale is known and the same
+    /// everywhere. Particles are many at first, and few once the robot has found itself (Fox 2003).
+    pub fn learned() -> Self {
+        Self {
+            particles: 20_000,
+            least_particles: 1500,
+            scale_noise: 0.0,
+            scale_limit: 1e-4,
+            start_log_scale_spread: 0.0,
+            start_size_share: 1.0,
+            anisotropic_share: 0.0,
+            perturbation_log_scale: 0.0,
+            outline_gap_m: 0.0,
+            door_width_m: 0.0,
+            bearing_error_rad: 0.1,
+            injected_share_lost: 0.1,
+            one_place_share: 0.7,
+            ..Self::default()
         }
     }
 
@@ -396,8 +420,9 @@ impl Parameters {
         ]
     }
 
-    fn shares(&self) -> [(&'static str, f64); 11] {
+    fn shares(&self) -> [(&'static str, f64); 12] {
         [
+            ("one_place_share", self.one_place_share),
             ("injected_share_lost", self.injected_share_lost.into()),
             ("resample_below", self.resample_below),
             ("start_anisotropy", self.start_anisotropy.into()),

@@ -13,7 +13,7 @@ use super::FilterError;
 use super::beams::Beams;
 use super::grid::Grid;
 use super::metric::{PxFromBase, ScaleFrame, wrap};
-use super::motion::{Terrain, normal, scales_about};
+use super::motion::{Terrain, free_place_anywhere, normal, scales_about};
 use super::parameters::{Parameters, Scales, StartScales};
 use super::particles::ParticleSet;
 use super::scales::{ScaledPose, least_squares, trimmed_means};
@@ -46,6 +46,11 @@ impl Start {
     /// Returns true if the heading is unknown.
     pub(super) fn has_any_heading(&self) -> bool {
         self.spread_rad >= PI
+    }
+
+    /// Returns true if the position is as uncertain as the drawing is large, so that the robot may be anywhere in it.
+    fn is_anywhere(&self, [width, height]: [f32; 2]) -> bool {
+        self.spread_px as f32 >= width.max(height)
     }
 
     /// Returns the pose with the scales that the first scan suggests, or with `guess_pxpm` if the scan sees nothing.
@@ -95,7 +100,10 @@ impl Start {
         let spread_px = |ln: f32| (self.spread_px as f32).max(parameters.start_spread_m * ln.exp());
         let px_from_draw = terrain.frame.px_from_frame(spread_px(ln_a), spread_px(ln_b));
         for i in 0..particles.len() {
-            let place = free_place(terrain.grid, middle, &px_from_draw, rng);
+            let place = match self.is_anywhere(terrain.grid.size_px()) {
+                true => free_place_anywhere(terrain, rng).unwrap_or(middle),
+                false => free_place(terrain.grid, middle, &px_from_draw, rng),
+            };
             [particles.x_px[i], particles.y_px[i]] = place;
             let off_rad = match self.has_any_heading() {
                 true => rng.random_range(-PI as f32..PI as f32),
@@ -170,7 +178,7 @@ fn free_place(grid: &Grid, middle: [f32; 2], px_from_draw: &PxFromBase, rng: &mu
 
 /// Returns the longer side, in pixels, of the box around all walls that is aligned with the walls' direction, or the longer side of
 /// the drawing if it has no walls.
-pub(super) fn extent_px(sketch: &SketchGrid) -> f32 {
+pub fn extent_px(sketch: &SketchGrid) -> f32 {
     let (sin, cos) = (sketch.wall_direction_rad() as f32).sin_cos();
     let (mut least, mut most) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
     for (row, walls) in sketch.walls().chunks_exact(sketch.width()).enumerate() {

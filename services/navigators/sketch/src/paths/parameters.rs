@@ -67,6 +67,8 @@ pub struct Parameters {
     pub doubt_above: f64,
     /// True if goals are located by the outline of what was seen.
     pub by_outline: bool,
+    /// True if the robot may be anywhere in a map and has to find out where, before it drives to a goal and whenever it is lost.
+    pub finds_itself: bool,
     /// Minimum share of the area that the largest part of what was seen must have once passages as narrow as
     /// doors are closed, for each assumed width of doors. Below this share, the floor consists of rooms, and
     /// the robot drives by the filter instead of by the outline.
@@ -127,6 +129,7 @@ impl Default for Parameters {
             look_above: 0.6,
             doubt_above: 1.5,
             by_outline: false,
+            finds_itself: false,
             least_open_share: 0.82,
             building_size_m: 25.0,
             goal_hidden_share: 0.15,
@@ -162,6 +165,11 @@ impl Parameters {
             Method::Outline => Self { by_outline: true, ..Self::default() },
             Method::Boniardi2015 | Method::Boniardi2015FixedScale | Method::Behzadian2015 => Self::paper(),
         }
+    }
+
+    /// Returns the parameters for a map that was learned on an earlier drive.
+    pub fn learned() -> Self {
+        Self { finds_itself: true, ..Self::default() }
     }
 
     /// Returns parameters for planning as described in Boniardi et al. 2015, III-C. Values that the paper

@@ -4,6 +4,7 @@
 //! local path.
 
 mod exploring;
+mod finding;
 mod state;
 mod way;
 
@@ -20,7 +21,7 @@ use sketchnav_motion::obstacles::Obstacles;
 use sketchnav_motion::progress::{ProgressChecker, StuckCounter};
 use sketchnav_motion::pursuit::{Body, Pursuit};
 use sketchnav_motion::recovery::{Next, Recovery};
-use sketchnav_schemas::codes::TaskState;
+use sketchnav_schemas::codes::{TaskState, Tracking};
 use sketchnav_schemas::geometry::{Odom, Point, Pose, Sketch};
 use sketchnav_schemas::message::{LaserScan, Twist};
 use sketchnav_schemas::robot::{Laser, Robot};
@@ -29,6 +30,7 @@ use super::arrival::{Arrival, Belief};
 use super::explorer::Explorer;
 use super::pace::Pace;
 use super::reason::Reason;
+use finding::Finding;
 pub use state::State;
 
 /// Maximum number of blockages remembered during a task.
@@ -119,6 +121,8 @@ pub struct Driver {
     field_of_view_rad: f64,
     map_path: Vec<Point<Map>>,
     course_path: Vec<Point<Odom>>,
+    /// The search for where the robot is, as long as it lasts.
+    finding: Option<Finding>,
 }
 
 impl Driver {
@@ -162,6 +166,7 @@ impl Driver {
             field_of_view_rad: laser.field_of_view_deg.to_radians(),
             map_path: Vec::new(),
             course_path: Vec::new(),
+            finding: None,
             parameters,
         })
     }
@@ -169,6 +174,7 @@ impl Driver {
     /// Sets the drawing, and the start in it.
     pub fn on_sketch(&mut self, sketch: &SketchGrid, start: Pose<Sketch>) {
         self.field = Some(CostField::new(sketch));
+        self.finding = self.parameters.finds_itself.then(Finding::default);
         if let Some(explorer) = &mut self.explorer {
             explorer.on_sketch(sketch, start);
         }
@@ -234,11 +240,23 @@ impl Driver {
     }
 
     /// Continues to drive for `dt_s` seconds. `chart` is that of the estimate, `fit` is the estimate's mean log likelihood of a
-    /// beam, `lost` says whether the localizer is lost, and `now_s` is the time since the task began.
-    pub fn drive(&mut self, chart: &Chart, fit: f64, lost: bool, now_s: f64, dt_s: f64) -> TaskStatus {
+    /// beam, `tracking` is the localizer's confidence in it, and `now_s` is the time since the task began.
+    pub fn drive(
+        &mut self,
+        chart: &Chart,
+        fit: f64,
+        tracking: Tracking,
+        now_s: f64,
+        dt_s: f64,
+    ) -> TaskStatus {
         self.chart = Some(*chart);
+        let lost = tracking == Tracking::Lost;
         self.attempt.lost_s = if lost { self.attempt.lost_s + dt_s } else { 0.0 };
         self.attempt.arrival.follow(chart, fit, dt_s);
+        self.find_if_lost(now_s);
+        if let Some(status) = self.find(chart, tracking, now_s, dt_s) {
+            return status;
+        }
         self.go_by_the_floor(chart, now_s);
         if self.attempt.guide == Guide::Outline {
             return self.explore(chart, now_s, dt_s);
@@ -246,7 +264,7 @@ impl Driver {
         if self.attempt.guide != Guide::Goal {
             self.keep_to_route(chart, now_s);
         }
-        if let Some((state, reason)) = self.lost_for_good(lost, now_s) {
+        if let Some((state, reason)) = self.lost_for_good(lost, now_s).filter(|_| self.finding.is_none()) {
             self.stop(dt_s);
             return TaskStatus::Ended(state, reason);
         }
@@ -334,7 +352,7 @@ impl Driver {
 
     /// Returns the distance to the end of the task, in metres, if the robot has arrived there and is not looking around.
     fn arrives(&self, chart: &Chart, lost: bool) -> Option<f64> {
-        let may = !lost && !self.attempt.arrival.is_looking();
+        let may = !lost && self.finding.is_none() && !self.attempt.arrival.is_looking();
         may.then(|| self.goal_within(chart, self.parameters.arrival_radius_m)).flatten()
     }
 

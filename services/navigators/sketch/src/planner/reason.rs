@@ -40,6 +40,10 @@ pub enum Reason {
     NoDrawnWay(Point<Sketch>),
     /// The scans have not fitted anywhere near the estimate, with the time for which they have not, in seconds.
     Lost(f64),
+    /// The robot is finding out where it is in the learned map.
+    Finding,
+    /// Several places of the learned map look alike, with the number of times that the robot has looked around.
+    Ambiguous(u32),
     /// The robot turns on the spot to see everything around it.
     Surveying,
     /// The walls seen are being compared with the drawing.
@@ -106,6 +110,8 @@ impl fmt::Display for Reason {
                 write!(f, "the drawing shows no path to ({:.0}, {:.0}) px, and none was found", p.x, p.y)
             }
             Self::Lost(s) => write!(f, "the scans have fitted nowhere nearby for {s:.0} s"),
+            Self::Finding => f.write_str("looking for where it is in the learned map"),
+            Self::Ambiguous(n) => write!(f, "several places look alike after looking around {n} times"),
             Self::Surveying => f.write_str("turning to look all around"),
             Self::Comparing => f.write_str("comparing the walls seen with the drawing"),
             Self::Exploring(Aim::Goal) => f.write_str("driving to where the walls seen put the goal"),

@@ -2,6 +2,8 @@
 
 use sketchnav_schemas::mission::MissionError;
 
+use crate::learned::LearnedError;
+
 /// An error in a drawing, its marks, or the sketcher's parameters. Positions are in image pixels (column,
 /// row) of the original file.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -218,6 +220,36 @@ pub enum SketchError {
         key: &'static str,
         /// What was expected and found.
         reason: String,
+    },
+    /// The learned map cannot be read.
+    #[error("{file}: {reason}")]
+    Learned {
+        /// The file.
+        file: String,
+        /// The reason that it cannot be read.
+        reason: LearnedError,
+    },
+    /// The learned map belongs to another drawing.
+    #[error(
+        "navigator.learned_file: expected what was learned by {drawing}, found {file}, which was learned by {of} with other content; learn it by this drawing, or leave it out"
+    )]
+    LearnedByAnother {
+        /// The learned map.
+        file: String,
+        /// The drawing that it belongs to.
+        of: String,
+        /// The mission's drawing.
+        drawing: String,
+    },
+    /// A task leads to a place that is not in the learned map.
+    #[error("{what} at ({:.0}, {:.0}): expected a place that the robot saw on the drive from which {file} was learned, found one that it did not see; drive this task by the drawing, without the learned map", place[0], place[1])]
+    Unseen {
+        /// The task.
+        what: String,
+        /// The position in the drawing.
+        place: [f64; 2],
+        /// The learned map.
+        file: String,
     },
     /// The drawing cannot be opened.
     #[error("{file}: expected a drawing: {reason}")]

@@ -152,6 +152,7 @@ impl Driver {
     /// Accepts where a person says that the robot is, at `now_s` after the beginning of the task.
     pub fn tell(&mut self, here: &Here, now_s: f64) {
         self.attempt.look_again(now_s, self.chart.as_ref());
+        self.finding = None;
         if let Some(explorer) = &mut self.explorer {
             explorer.tell(here);
         }

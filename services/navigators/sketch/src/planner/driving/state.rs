@@ -12,6 +12,7 @@ use sketchnav_motion::pursuit::Pursuit;
 use sketchnav_schemas::geometry::{Odom, Point, Sketch};
 
 use super::super::explorer::{self, Explorer};
+use super::finding::Finding;
 use super::{Attempt, Driver, MAX_BLOCKAGES, Solved};
 
 /// The driver's state, as read back from a checkpoint.
@@ -28,6 +29,7 @@ pub struct State {
     chart: Option<Chart>,
     planned: bool,
     explorer: Option<explorer::State>,
+    finding: Option<Finding>,
 }
 
 /// A [`State`] by reference, for writing it without a copy. It has the same fields in the same order, so that it serializes alike.
@@ -44,6 +46,7 @@ pub struct StateView<'a> {
     chart: Option<Chart>,
     planned: bool,
     explorer: Option<explorer::StateView<'a>>,
+    finding: Option<Finding>,
 }
 
 impl Driver {
@@ -61,6 +64,7 @@ impl Driver {
             chart: self.chart,
             planned: self.planned,
             explorer: self.explorer.as_ref().map(Explorer::state),
+            finding: self.finding,
         }
     }
 
@@ -70,6 +74,7 @@ impl Driver {
         let State { obstacles, local, pursuit, route, attempt, solved, chart, planned, .. } = state;
         (self.obstacles, self.pursuit, self.route, self.attempt) = (obstacles, pursuit, route, attempt);
         (self.solved, self.chart, self.planned) = (solved, chart, planned);
+        self.finding = state.finding;
         self.local.restore(local);
         self.route.reserve();
         self.attempt.blocked.reserve(MAX_BLOCKAGES);

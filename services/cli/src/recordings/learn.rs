@@ -1,0 +1,118 @@
+//! Learns from a drive by a drawing, for the next drive to start from.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, anyhow};
+use sketchnav_navigators::read_from;
+use sketchnav_recordings::Recording;
+use sketchnav_recordings::reader::Selection;
+use sketchnav_recordings::sources::RecordedRun;
+use sketchnav_recordings::writer::topic_name;
+use sketchnav_schemas::channels;
+use sketchnav_schemas::codes::Process;
+use sketchnav_sketch::learned::{CELL_M, DrawingFile, Learned, Learner, map_server, svg};
+use sketchnav_sketch::mission::{KIND, SketchMission};
+use sketchnav_sketch::reading::DrawnMap;
+
+use super::args::LearnOptions;
+use super::whole::Whole;
+use crate::failure::{Failure, OrInput, Outcome};
+use crate::output::out;
+
+/// Learns from a recording and writes what was learned.
+pub fn learn(whole: &Whole, options: &LearnOptions) -> Result<Outcome, Failure> {
+    let output = options.output.clone().unwrap_or_else(|| whole.name().with_extension("learned"));
+    super::refuse_to_overwrite(whole.sources(), &output)?;
+    super::refuse_a_recording(&output, false)?;
+    let recording = super::open(whole.path())?;
+    if recording.index().or_input()?.is_cut_off() {
+        super::tell_cut_off(whole.name().display());
+    }
+    let (learned, drawing) = of(&recording).with_context(|| whole.name().display().to_string()).or_input()?;
+    write(&output, &learned.to_bytes())?;
+    let mut exports = Vec::new();
+    if let Some(folder) = &options.map_server {
+        std::fs::create_dir_all(folder).with_context(|| folder.display().to_string()).or_input()?;
+        let name = output.file_stem().unwrap_or_default().to_string_lossy();
+        let map = map_server(&learned.map, &format!("{name}.pgm"));
+        for (ending, content) in [("pgm", map.pgm), ("yaml", map.yaml.into_bytes())] {
+            let path = folder.join(format!("{name}.{ending}"));
+            write(&path, &content)?;
+            exports.push(path);
+        }
+    }
+    if let Some(path) = &options.svg {
+        super::refuse_a_recording(path, false)?;
+        write(path, svg(&learned, &drawing).as_bytes())?;
+        exports.push(path.clone());
+    }
+    report(&output, &learned, &exports, options.json)?;
+    Ok(Outcome::Success)
+}
+
+fn write(path: &Path, content: &[u8]) -> Result<(), Failure> {
+    sketchnav_files::write(path, content).with_context(|| path.display().to_string()).or_input()
+}
+
+/// Returns what the drive of a recording teaches, and the drawing that it was by.
+fn of(recording: &Recording) -> anyhow::Result<(Learned, DrawnMap)> {
+    let RecordedRun { run, files } = RecordedRun::of(recording)?;
+    let kind = run.mission.navigator_kind();
+    if kind != KIND {
+        return Err(anyhow!("expected a drive of kind {KIND:?}, found one of {kind:?}"));
+    }
+    if run.pad.draws() {
+        return Err(anyhow!(
+            "expected a drive by a drawing in a file, found one by drawings made during the run"
+        ));
+    }
+    let mission = SketchMission::of(&run.mission)?;
+    if let Some(file) = &mission.learned_file {
+        return Err(anyhow!(
+            "expected a drive by a drawing, found one in {file}, which was learned before: learn from the drive by {}",
+            mission.drawing
+        ));
+    }
+    let files = read_from(&files);
+    let content = files(&mission.drawing)?;
+    let (drawing, places) = sketchnav_sketch::sketcher::understand(&run, &files)?;
+    let mut learner = Learner::new(&run.robot)?;
+    let planner = Process::Planner;
+    let heard = channels::read_by(planner, KIND).chain(channels::written_by(planner, KIND));
+    let topics = heard.map(|spec| topic_name(spec.name));
+    for message in recording.timeline(Selection::of_topics(topics))? {
+        let message = message?;
+        let Some(spec) = channels::of_topic(&message.topic.name) else { continue };
+        match message.decode(spec) {
+            // What the robot's processes rejected, it has not learned from either.
+            Err(error) if error.is_one_message() => {}
+            Err(error) => return Err(error.into()),
+            Ok(decoded) if spec.message.check(decoded.bytes()).is_err() => {}
+            Ok(decoded) => learner.see(spec, decoded.bytes()),
+        }
+    }
+    let learned = learner.learned(DrawingFile::of(&mission.drawing, &content), &drawing, &places)?;
+    Ok((learned, drawing))
+}
+
+fn report(output: &Path, learned: &Learned, exports: &[PathBuf], json: bool) -> anyhow::Result<()> {
+    let seen_m2 = learned.map.free_cells() as f64 * CELL_M * CELL_M;
+    let reached = learned.goals.iter().filter(|goal| goal.reached).count();
+    let paths: Vec<_> = exports.iter().map(|path| path.display().to_string()).collect();
+    if json {
+        return out!(
+            "{}",
+            serde_json::json!({
+                "learned": output.display().to_string(),
+                "drawing": learned.drawing.file,
+                "seen_m2": seen_m2,
+                "goals": learned.goals,
+                "exports": paths,
+            })
+        );
+    }
+    out!("learned    {}", output.display())?;
+    out!("drawing    {}", learned.drawing.file)?;
+    out!("seen       {seen_m2:.0} m² of floor; {reached} of {} goals reached", learned.goals.len())?;
+    paths.iter().try_for_each(|path| out!("exported   {path}"))
+}

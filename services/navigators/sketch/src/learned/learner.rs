@@ -1,0 +1,293 @@
+//! Learns from the messages of a drive, whether they come from a recording or from a run under way.
+//!
+//! The planner's own map is not part of any message, but follows from the scans and the odometry: the learner runs the same mapper
+//! on the same readings. Where the drawing corresponds to the map follows from the outline if the robot drove by it, and otherwise
+//! from the estimates along the way.
+
+use sketchnav_mapping::mapper::Mapper;
+use sketchnav_mapping::outline::Place;
+use sketchnav_mapping::{Cell, CellGrid, Map, Scan, Survey};
+use sketchnav_schemas::channels::{ChannelSpec, ODOMETRY, SCAN, STATUS};
+use sketchnav_schemas::codes::{TaskState, Tracking};
+use sketchnav_schemas::geometry::{Base, Odom, Point, Pose, Sketch};
+use sketchnav_schemas::message::{LaserScan, MissionStatus};
+use sketchnav_schemas::robot::{Robot, RobotError};
+
+use super::{DrawingFile, Goal, Learned, LearnedMap, LearnedStart, MAX_PAIRS};
+use crate::messages::{
+    CORRESPONDENCE, Correspondence, ESTIMATE, MAX_SKETCH_CELLS, PartnerKind, PoseEstimate,
+};
+use crate::paths::chart::Chart;
+use crate::planner::ROOMS;
+use crate::reading::{DrawnMap, Places};
+use crate::task::Task;
+
+/// Distance, in metres, between the places of the way that are paired with the drawing.
+const PAIR_EVERY_M: f64 = 0.5;
+/// Maximum distance of the robot from the free part of its map, in metres.
+const OFF_FREE_M: f64 = 0.6;
+/// Maximum distance, in metres, of a goal from where the robot reported that it had arrived.
+const GOAL_WITHIN_M: f64 = 1.0;
+/// Margin around what was seen, in cells.
+const MARGIN: i64 = 2;
+
+/// The reason that nothing can be learned from a drive.
+#[derive(Debug, thiserror::Error)]
+pub enum LearnError {
+    /// The robot has no laser.
+    #[error(transparent)]
+    Robot(#[from] RobotError),
+    /// The robot's laser is not suitable for mapping.
+    #[error(transparent)]
+    Mapping(#[from] sketchnav_mapping::Error),
+    /// There were no scans.
+    #[error("expected scans and odometry of a drive, found none")]
+    Blind,
+    /// There were no estimates.
+    #[error("expected estimates of where the robot is in the drawing, found fewer than two places")]
+    NowhereInTheDrawing,
+    /// What was seen is larger than a map may be.
+    #[error("expected a map of at most 3180080 cells of 0.05 m, found {0}")]
+    TooLarge(usize),
+}
+
+/// Learns from the messages of one drive.
+#[derive(Debug)]
+pub struct Learner {
+    mapper: Mapper,
+    base_from_laser: Pose<Base>,
+    radius_m: f64,
+    odometry: Option<Pose<Odom>>,
+    scan: Option<Box<LaserScan>>,
+    /// Where the robot was at each scan that was entered or matched, which is free, although the laser does not see it.
+    way: Vec<Place>,
+    /// Places of the drawing (frame `Sketch`, in pixels) and of the map along the way.
+    driven: Vec<(Place, Place)>,
+    /// The same for the outline, from the last alignment, which also says where the goal is.
+    aligned: Vec<(Place, Place)>,
+    aligned_goal: Option<Place>,
+    /// The alignment that led to the last arrival by the outline.
+    believed: Vec<(Place, Place)>,
+    is_among_rooms: bool,
+    estimate: Option<PoseEstimate>,
+    arrived: Vec<Arrived>,
+}
+
+/// An arrival, as the robot reported it.
+#[derive(Debug)]
+struct Arrived {
+    /// Number of the task.
+    task: u32,
+    robot: Pose<Map>,
+    estimate: Option<PoseEstimate>,
+    /// Where the outline has the goal, if the robot drove by it.
+    goal: Option<Place>,
+}
+
+impl Learner {
+    /// Creates a learner for a drive of this robot.
+    ///
+    /// # Errors
+    /// [`LearnError`] if the robot has no laser, or one that is not suitable for mapping.
+    pub fn new(robot: &Robot) -> Result<Self, LearnError> {
+        let laser = robot.laser()?;
+        Ok(Self {
+            mapper: Mapper::new(sketchnav_mapping::Parameters::for_range(laser.range_max_m))?,
+            base_from_laser: laser.mount(),
+            radius_m: robot.radius_m,
+            odometry: None,
+            scan: None,
+            way: Vec::new(),
+            driven: Vec::new(),
+            aligned: Vec::new(),
+            aligned_goal: None,
+            believed: Vec::new(),
+            is_among_rooms: false,
+            estimate: None,
+            arrived: Vec::new(),
+        })
+    }
+
+    /// Takes in a message that the planner has received or sent; others are ignored. Those of an instant must come in the order
+    /// of the table of channels.
+    pub fn see(&mut self, channel: &ChannelSpec, message: &[u8]) {
+        if let Some(odometry) = ODOMETRY.message(channel, message) {
+            self.odometry = Some(odometry.pose());
+        } else if let Some(scan) = SCAN.message(channel, message) {
+            self.scan = Some(Box::new(*scan));
+        } else if let Some(estimate) = ESTIMATE.message(channel, message) {
+            self.map();
+            self.follow(estimate);
+        } else if let Some(found) = CORRESPONDENCE.message(channel, message) {
+            self.align(found);
+        } else if let Some(status) = STATUS.message(channel, message) {
+            self.on_status(status);
+        }
+    }
+
+    /// Enters the instant's scan, as the explorer does when the planner answers an estimate.
+    fn map(&mut self) {
+        let (Some(robot), Some(scan)) = (self.odometry, self.scan.take()) else { return };
+        let base_from_laser = robot.motion_to(&robot.compose(&self.base_from_laser));
+        // An invalid scan returns an error, which can be ignored because nothing changes then.
+        let _ = self.mapper.update(robot, &Scan::of_message(&scan, base_from_laser));
+        let at = self.place();
+        if self.way.last().is_none_or(|last| distance(*last, at) > super::CELL_M) {
+            self.way.push(at);
+        }
+    }
+
+    fn place(&self) -> Place {
+        let pose = self.mapper.pose();
+        [pose.x, pose.y]
+    }
+
+    fn follow(&mut self, estimate: &PoseEstimate) {
+        self.estimate = Some(*estimate);
+        let at = self.place();
+        let is_known = Tracking::from_code(estimate.tracking) == Some(Tracking::Tracking);
+        let is_far = self.driven.last().is_none_or(|(_, last)| distance(*last, at) > PAIR_EVERY_M);
+        if is_known && is_far && !self.way.is_empty() {
+            let drawn = estimate.pose.pose();
+            self.driven.push(([drawn.x, drawn.y], at));
+        }
+    }
+
+    fn align(&mut self, found: &Correspondence) {
+        let walls = found.samples().iter().filter(|sample| sample.partner == PartnerKind::Wall.code());
+        let pair =
+            |[x_px, y_px, x_m, y_m]: [f32; 4]| ([x_px, y_px].map(f64::from), [x_m, y_m].map(f64::from));
+        self.aligned_goal = Some(found.goal_m);
+        self.aligned.clear();
+        self.aligned.extend(walls.map(|s| pair([s.x_px, s.y_px, s.x_m, s.y_m])));
+    }
+
+    fn on_status(&mut self, status: &MissionStatus) {
+        match TaskState::from_code(status.state) {
+            Some(TaskState::Driving) => self.is_among_rooms = status.reason.as_str() == ROOMS,
+            Some(TaskState::Reached) if self.arrived.iter().all(|arrived| arrived.task != status.task) => {
+                let is_by_outline = !self.is_among_rooms && !self.aligned.is_empty();
+                if is_by_outline {
+                    self.believed.clone_from(&self.aligned);
+                }
+                self.arrived.push(Arrived {
+                    task: status.task,
+                    robot: self.mapper.pose(),
+                    estimate: self.estimate,
+                    goal: self.aligned_goal.filter(|_| is_by_outline),
+                });
+            }
+            _ => {}
+        }
+    }
+
+    /// Returns what was learned. `drawing` is the drawing of the drive with the places marked in it, and `file` describes its file.
+    ///
+    /// # Errors
+    /// [`LearnError`] if nothing was seen, or nothing that could be placed in the drawing.
+    pub fn learned(
+        &self,
+        file: DrawingFile,
+        drawing: &DrawnMap,
+        places: &Places,
+    ) -> Result<Learned, LearnError> {
+        let map = self.map_of_free_space()?;
+        let in_file = |at: Point<Sketch>| drawing.to_image(&at).map(|px| rounded(px, 100.0));
+        let goal = |(number, task): (u32, &Task)| {
+            let arrived = self.arrived.iter().find(|arrived| arrived.task == number);
+            let at_m =
+                arrived.map(|arrived| arrived.goal_m(task.end(), drawing, &map).map(|m| rounded(m, 1e3)));
+            Goal { task: task.name.clone(), at: in_file(task.end()), at_m, reached: at_m.is_some() }
+        };
+        let goals: Vec<Goal> = (0..).zip(&places.tasks).map(goal).collect();
+        let start = in_file(places.start.position());
+        let walls = if self.believed.is_empty() { &self.driven } else { &self.believed };
+        let reached = goals.iter().filter_map(|goal| Some((goal.at, goal.at_m?)));
+        let seen =
+            walls.iter().map(|([x, y], seen)| (in_file(Point::new(*x, *y)), seen.map(|m| rounded(m, 1e3))));
+        let pairs = std::iter::once((start, [0.0; 2])).chain(reached).chain(seen).take(MAX_PAIRS);
+        let pairs: Vec<_> = pairs.map(|([column, row], [x, y])| [column, row, x, y]).collect();
+        if pairs.len() < 2 {
+            return Err(LearnError::NowhereInTheDrawing);
+        }
+        let heading_deg = rounded(places.start.yaw_rad.to_degrees(), 100.0);
+        Ok(Learned::new(file, map, LearnedStart { at: start, heading_deg }, goals, pairs))
+    }
+
+    /// Returns the map, cut to what was seen. Only space that is connected to the robot's way counts as free, slits between beams
+    /// are closed, and so is the ground that the robot has covered.
+    fn map_of_free_space(&self) -> Result<LearnedMap, LearnError> {
+        if self.way.is_empty() {
+            return Err(LearnError::Blind);
+        }
+        let mut survey = Survey::default();
+        survey.take(self.mapper.map(), self.place(), OFF_FREE_M);
+        let (grid, free) = (survey.grid(), survey.free());
+        let mut covered = free.clone();
+        for at in &self.way {
+            cover(grid, *at, self.radius_m, |index| covered.insert(index));
+        }
+        covered.subtract(&grid.occupied);
+        let what = |index: usize| match (covered.contains(index), grid.occupied.contains(index)) {
+            (true, _) => Cell::Free,
+            (_, true) => Cell::Occupied,
+            _ => Cell::Unknown,
+        };
+        let known = || (0..grid.free.cells()).filter(|&index| what(index) != Cell::Unknown);
+        let bounds = |axis: usize| {
+            let at = |index: usize| grid.free.at(index)[axis];
+            let (least, most) = (known().map(at).min().unwrap_or(0), known().map(at).max().unwrap_or(0));
+            [least - MARGIN, most + MARGIN]
+        };
+        let ([left, right], [low, high]) = (bounds(0), bounds(1));
+        let (width, height) = ((right - left + 1) as usize, (high - low + 1) as usize);
+        if width * height > MAX_SKETCH_CELLS {
+            return Err(LearnError::TooLarge(width * height));
+        }
+        let cell = |row: i64, column: i64| grid.free.index([column, row]).map_or(Cell::Unknown, what);
+        let cells = (low..=high).flat_map(|row| (left..=right).map(move |column| cell(row, column)));
+        let origin_m = [0, 1].map(|k| rounded(grid.origin[k] + [left, low][k] as f64 * grid.cell, 1e3));
+        Ok(LearnedMap { origin_m, width, cells: cells.collect() })
+    }
+}
+
+impl Arrived {
+    /// Returns where the goal is in the map, by what the robot believed when it arrived. If that is not free floor nearby, the
+    /// robot's own place counts, because the robot could drive there.
+    fn goal_m(&self, goal: Point<Sketch>, drawing: &DrawnMap, map: &LearnedMap) -> Place {
+        let by_estimate = || {
+            let estimate = self.estimate.as_ref()?;
+            let goal = Chart::new(estimate, drawing.wall_direction_rad)?.to_odom(goal);
+            let ahead = estimate.odometry().motion_to(&Pose::new(goal.x, goal.y, 0.0));
+            let there = self.robot.compose(&ahead);
+            Some([there.x, there.y])
+        };
+        let here = [self.robot.x, self.robot.y];
+        let is_good = |at: &Place| distance(*at, here) <= GOAL_WITHIN_M && map.at_m(*at) == Cell::Free;
+        self.goal.or_else(by_estimate).filter(is_good).unwrap_or(here)
+    }
+}
+
+/// Rounds a number to whole parts of which `parts` make one.
+fn rounded(number: f64, parts: f64) -> f64 {
+    (number * parts).round() / parts
+}
+
+fn distance(a: Place, b: Place) -> f64 {
+    (a[0] - b[0]).hypot(a[1] - b[1])
+}
+
+/// Visits the cells that a disc covers.
+fn cover(grid: &CellGrid, at: Place, radius_m: f64, mut visit: impl FnMut(usize)) {
+    let [column, row] = grid.cell_of(at);
+    let reach = (radius_m / grid.cell).ceil() as i64;
+    for dy in -reach..=reach {
+        for dx in -reach..=reach {
+            if (dx as f64).hypot(dy as f64) * grid.cell <= radius_m
+                && let Some(index) = grid.free.index([column + dx, row + dy])
+            {
+                visit(index);
+            }
+        }
+    }
+}

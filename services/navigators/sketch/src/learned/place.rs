@@ -1,0 +1,110 @@
+//! Uses what was learned in place of the drawing: the map becomes the sketch, in which every pixel is a cell, and the tasks are
+//! placed in it.
+
+use image::{GrayImage, Luma};
+use sketchnav_mapping::Cell;
+use sketchnav_schemas::codes::{FREE, WALL};
+use sketchnav_schemas::geometry::{Point, Sketch};
+use sketchnav_schemas::seed;
+
+use super::{CELLS_PER_M, Goal, Learned, LearnedMap, Warp};
+use crate::reading::{self, DrawnMap, ImageTask, Intent, Kind, Marks, Options, Places, SketchError};
+
+/// Distance in the drawing, in pixels of the file, within which a goal is the same as one of the drive that was learned from.
+const SAME_GOAL_PX: f64 = 1.0;
+/// Distance, in cells, within which a place that was not driven to must have been seen.
+const SEEN_WITHIN: f64 = 10.0;
+
+impl LearnedMap {
+    /// Returns the place of a position in metres, in pixels of the map as a picture (column, row; row 0 at the top).
+    fn to_image(&self, at: [f64; 2]) -> [f64; 2] {
+        let [x, y] = [0, 1].map(|k| (at[k] - self.origin_m[k]) * CELLS_PER_M);
+        [x, self.height() as f64 - y]
+    }
+
+    /// Returns the map as a drawing at [`CELLS_PER_M`]. What was not seen is wall.
+    fn drawn(&self, file: &str, options: &Options) -> DrawnMap {
+        let (width, height) = (self.width as u32, self.height() as u32);
+        let picture = GrayImage::from_fn(width, height, |column, row| {
+            let cell = self.cells[row as usize * self.width + column as usize];
+            Luma([if cell == Cell::Occupied { 255 } else { 0 }])
+        });
+        let mut rng = seed::stream(options.seed, "sketcher/lines");
+        DrawnMap {
+            file: file.to_owned(),
+            kind: Kind::Filled,
+            width_px: width,
+            height_px: height,
+            cells: self.cells.iter().map(|&cell| if cell == Cell::Free { FREE } else { WALL }).collect(),
+            scale: 1.0,
+            pen_width_px: 1.0,
+            wall_direction_rad: reading::wall_direction(&picture, &options.settings, &mut rng),
+            marks: Marks::default(),
+            labels: Vec::new(),
+            left_out: Vec::new(),
+        }
+    }
+}
+
+impl Learned {
+    /// Returns the map as a drawing, with the tasks of a mission placed in it. `intent` has the tasks in pixels of the drawing's
+    /// file. The robot may start anywhere in what was seen, with any heading.
+    ///
+    /// # Errors
+    /// [`SketchError::Unseen`] if a task leads to a place that was not seen.
+    pub fn place(
+        &self,
+        file: &str,
+        intent: &Intent,
+        options: &Options,
+    ) -> Result<(DrawnMap, Places), SketchError> {
+        let drawing = self.map.drawn(file, options);
+        let warp = self.to_map();
+        let tasks = intent.tasks.iter().enumerate().map(|(i, task)| {
+            let what = format!("task {} ({})", i + 1, task.name);
+            let points = task.points.iter().map(|&at| {
+                let seen = self.seen(at, &warp, &drawing);
+                seen.ok_or_else(|| SketchError::Unseen {
+                    what: what.clone(),
+                    place: at,
+                    file: file.to_owned(),
+                })
+            });
+            let points = points.collect::<Result<_, _>>()?;
+            Ok(ImageTask { points, name: task.name.clone(), is_named: true, time_limit_s: task.time_limit_s })
+        });
+        let tasks = tasks.collect::<Result<_, SketchError>>()?;
+        let start = self.map.to_image([0.0; 2]);
+        let placed = Intent { start: Some(start), heading_deg: Some(0.0), tasks };
+        let places = placed.place(&drawing, &options.settings)?;
+        let anywhere = Places {
+            start_spread_px: drawing.diagonal_px(),
+            start_spread_rad: std::f64::consts::PI,
+            ..places
+        };
+        Ok((drawing, anywhere))
+    }
+
+    /// Returns the place in the map, in pixels of the map as a picture, of a place in the drawing, in pixels of its file. Where the
+    /// robot has arrived, it is where it stood. Returns `None` if the place was not seen.
+    fn seen(&self, at: [f64; 2], warp: &Warp, drawing: &DrawnMap) -> Option<[f64; 2]> {
+        let is_same = |goal: &&Goal| (goal.at[0] - at[0]).hypot(goal.at[1] - at[1]) <= SAME_GOAL_PX;
+        let arrived = self.goals.iter().filter(is_same).find_map(|goal| goal.at_m);
+        let at_m = arrived.or_else(|| warp.apply([at[0], -at[1]]))?;
+        let near = nearest_free(drawing, &drawing.from_image(self.map.to_image(at_m)))?;
+        Some(drawing.to_image(&near))
+    }
+}
+
+/// Returns the point itself if it is free, or else the centre of the nearest free cell that is at most [`SEEN_WITHIN`] cells away.
+fn nearest_free(drawing: &DrawnMap, point: &Point<Sketch>) -> Option<Point<Sketch>> {
+    if drawing.cell(point) == Some(FREE) {
+        return Some(*point);
+    }
+    let reach = SEEN_WITHIN as i64;
+    let cells = (-reach..=reach).flat_map(|dy| (-reach..=reach).map(move |dx| (dx, dy)));
+    cells
+        .map(|(dx, dy)| Point::new(point.x.floor() + dx as f64 + 0.5, point.y.floor() + dy as f64 + 0.5))
+        .filter(|cell| drawing.cell(cell) == Some(FREE) && cell.distance(point) <= SEEN_WITHIN)
+        .min_by(|a, b| a.distance(point).total_cmp(&b.distance(point)))
+}

@@ -1,0 +1,173 @@
+use proptest::prelude::*;
+use sketchnav_mapping::Cell;
+
+use super::*;
+use crate::reading::{DrawnMap, Intent, Options, SketchError, read};
+
+/// A room of 4 × 3 m with a wall to the left of its middle, seen from its lower left corner.
+fn room() -> Learned {
+    let (width, height) = (90, 70);
+    let cell = |index: usize| {
+        let (column, row) = (index % width, index / width);
+        let inside = (5..85).contains(&column) && (5..65).contains(&row);
+        let border = (4..=85).contains(&column) && (4..=65).contains(&row);
+        match (inside, border) {
+            (true, _) if column == 40 && row > 25 => Cell::Occupied,
+            (true, _) => Cell::Free,
+            (false, true) => Cell::Occupied,
+            (false, false) => Cell::Unknown,
+        }
+    };
+    let map = LearnedMap { origin_m: [-1.0, -1.0], width, cells: (0..width * height).map(cell).collect() };
+    let goal = |task: &str, at, at_m: Option<[f64; 2]>| Goal {
+        task: task.to_owned(),
+        at,
+        at_m,
+        reached: at_m.is_some(),
+    };
+    let goals = vec![goal("corner", [300.0, 100.0], Some([2.5, 1.5])), goal("beyond", [700.0, 100.0], None)];
+    // The drawing is 100 px/m and has its origin 1 m to the left of the start and 2 m above it.
+    let pairs = vec![[100.0, 200.0, 0.0, 0.0], [300.0, 200.0, 2.0, 0.0], [100.0, 50.0, 0.0, 1.5]];
+    let start = LearnedStart { at: [100.0, 200.0], heading_deg: 0.0 };
+    Learned::new(DrawingFile::of("rooms/a.json", b"strokes"), map, start, goals, pairs)
+}
+
+fn placed(goal: [f64; 2]) -> Result<(DrawnMap, crate::reading::Places), SketchError> {
+    let task = crate::reading::ImageTask {
+        name: "tea".into(),
+        points: vec![goal],
+        is_named: false,
+        time_limit_s: 60.0,
+    };
+    room().place("a.learned", &Intent { tasks: vec![task], ..Intent::default() }, &Options::default())
+}
+
+#[test]
+fn what_is_written_is_read() {
+    let learned = room();
+    let bytes = learned.to_bytes();
+    assert_eq!(Learned::parse(&bytes).unwrap(), learned);
+    let text = String::from_utf8(bytes).unwrap();
+    assert!(text.contains("\"4u82o4u\"") && text.contains("\"file\": \"a.json\""), "{text}");
+}
+
+#[test]
+fn files_that_are_no_learned_map_are_refused_with_the_key() {
+    let text = String::from_utf8(room().to_bytes()).unwrap();
+    for (from, to, words) in [
+        ("\"learned\": 1", "\"learned\": 2", "learned: expected version 1, found 2"),
+        ("\"learned\": 1", "\"learned\": \"new\"", "expected version 1, found \"new\""),
+        ("\"learned\": 1,", "", "as `sketchnav learn` writes it: missing field `learned`"),
+        ("\"resolution_m\": 0.05", "\"resolution_m\": 0.1", "map.resolution_m: expected 0.05, found 0.1"),
+        ("\"4u82o4u\"", "\"4u81o4u\"", "map.rows[4]: expected runs of u, f and o as long as the map is wide"),
+        ("\"4u82o4u\"", "\"4u82o4x\"", "map.rows[4]"),
+        ("\"4u82o4u\"", "\"99999999999999999999u\"", "map.rows[4]"),
+        ("\"4u82o4u\"", "\"4u82o4u1\"", "map.rows[4]"),
+        ("\"width\": 90", "\"width\": 4294967296", "map: expected 1 to 3180080 cells"),
+        ("\"heading_deg\": 0.0", "\"heading_deg\": 1e9", "start.heading_deg: expected -360 to 360"),
+        ("300.0,", "1e300,", "expected numbers from -100000 to 100000, found 1e300"),
+        ("\"reached\": true", "\"arrived\": true", "unknown field `arrived`"),
+    ] {
+        assert!(text.contains(from), "{from}");
+        let error = Learned::parse(text.replacen(from, to, 1).as_bytes()).unwrap_err().to_string();
+        assert!(error.contains(words), "{to}: {error}");
+    }
+    assert!(Learned::parse(b"\x89PNG").is_err());
+}
+
+#[test]
+fn a_drawing_is_recognized_by_its_content() {
+    let drawing = DrawingFile::of("rooms/a.json", b"strokes");
+    assert!(drawing.is_same(&DrawingFile::of("/elsewhere/b.json", b"strokes")));
+    assert!(!drawing.is_same(&DrawingFile::of("rooms/a.json", b"stroked")));
+    // The check value of CRC-32.
+    assert_eq!(DrawingFile::of("x", b"123456789").crc32, "cbf43926");
+}
+
+/// The map is the drawing, at 20 px/m. What was not seen is wall.
+#[test]
+fn a_goal_of_the_drive_is_where_the_robot_arrived() {
+    let (drawing, places) = placed([300.0, 100.0]).unwrap();
+    assert_eq!((drawing.width_px, drawing.height_px, drawing.scale), (90, 70, 1.0));
+    let end = places.tasks[0].end();
+    assert!((end.x - 70.0).abs() < 1e-9 && (end.y - 50.0).abs() < 1e-9, "{end:?}");
+    assert!(places.start_spread_px >= 90.0 && places.start_spread_rad >= std::f64::consts::PI);
+    let walls = drawing.cells.iter().filter(|cell| **cell == sketchnav_schemas::codes::WALL).count();
+    assert_eq!(walls, 90 * 70 - 80 * 60 + 39);
+}
+
+#[test]
+fn another_goal_is_where_the_correspondence_has_it_if_that_was_seen() {
+    let (_, places) = placed([200.0, 200.0]).unwrap();
+    let end = places.tasks[0].end();
+    assert!((end.x - 40.0).abs() < 1.0 && (end.y - 20.0).abs() < 1.0, "{end:?}");
+    let error = placed([700.0, 100.0]).unwrap_err().to_string();
+    assert!(error.starts_with("task 1 (tea) at (700, 100): expected a place that the robot saw"), "{error}");
+}
+
+#[test]
+fn the_map_of_map_server_has_its_rows_from_the_top() {
+    let learned = room();
+    let MapServer { yaml, pgm } = map_server(&learned.map, "a.pgm");
+    assert!(yaml.contains("image: a.pgm\nresolution: 0.05\norigin: [-1, -1, 0.0]\n"), "{yaml}");
+    let pixels = pgm.strip_prefix(b"P5\n90 70\n255\n").unwrap();
+    assert_eq!(pixels.len(), 90 * 70);
+    // The wall to the left of the middle begins at the top.
+    let tone = |column: usize, up: usize| pixels[(69 - up) * 90 + column];
+    assert_eq!((tone(40, 60), tone(40, 10), tone(0, 0)), (0, 254, 205));
+}
+
+/// A drawing of the room with another room to the right, which was not seen.
+#[test]
+fn the_corrected_drawing_shows_what_was_not_seen_as_drawn() {
+    let strokes = r#"{"canvas":[900,300],"strokes":[
+        {"points":[[20,20],[880,20],[880,280],[20,280],[20,20]]},{"points":[[425,20],[425,280]]}]}"#;
+    let drawing = read(strokes.as_bytes(), "a.json", &Options::default()).unwrap();
+    let picture = svg(&room(), &drawing);
+    for words in
+        ["class=\"walls\"", "class=\"drawn\"", "class=\"free\"", ">corner<", ">beyond<", "stroke-dasharray"]
+    {
+        assert!(picture.contains(words), "{words}");
+    }
+    let path = |class: &str| {
+        let line = picture.lines().find(|line| line.contains(&format!("class=\"{class}\""))).unwrap();
+        line.matches('M').count()
+    };
+    assert!(path("drawn") > 20 && path("walls") > 60, "{} {}", path("drawn"), path("walls"));
+    let named =
+        Learned { goals: vec![Goal { task: "a <b> & c".into(), ..room().goals[0].clone() }], ..room() };
+    assert!(svg(&named, &drawing).contains("a &lt;b&gt; &amp; c"));
+}
+
+fn cell() -> impl Strategy<Value = Cell> {
+    prop_oneof![Just(Cell::Unknown), Just(Cell::Free), Just(Cell::Occupied)]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
+
+    #[test]
+    fn every_map_is_read_as_it_was_written(width in 1_usize..40, cells in proptest::collection::vec(cell(), 40..800), x in -100.0..100.0f64) {
+        let height = cells.len() / width;
+        let map = LearnedMap { origin_m: [x, -x], width, cells: cells[..width * height].to_vec() };
+        let learned = Learned { map, ..room() };
+        prop_assert_eq!(Learned::parse(&learned.to_bytes()), Ok(learned));
+    }
+
+    /// A damaged file is refused or read, but never crashes the reader.
+    #[test]
+    fn any_damage_is_read_or_refused(at in 0_usize..4000, byte in any::<u8>(), cut in 0_usize..4000) {
+        let mut bytes = room().to_bytes();
+        let (at, cut) = (at % bytes.len(), cut % (bytes.len() - 1));
+        bytes[at] = byte;
+        if let Ok(read) = Learned::parse(&bytes) {
+            prop_assert_eq!(read.map.cells.len(), read.map.width * read.map.height());
+        }
+        prop_assert!(Learned::parse(&bytes[..cut]).is_err());
+    }
+
+    #[test]
+    fn any_text_is_refused(text in ".*") {
+        prop_assert!(Learned::parse(text.as_bytes()).is_err());
+    }
+}

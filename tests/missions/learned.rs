@@ -1,0 +1,118 @@
+//! The next drive starts from what a robot learned on a drive by a drawing: anywhere, with any heading, without a mark.
+
+use std::fs;
+
+use support::{Place, building, repository};
+
+/// Drives the demo's first tasks by its drawing, learns from the drive, and writes `again.toml`. That mission starts in another
+/// room, with its back to the door, in what was learned.
+fn learned() -> (Place, String) {
+    let place = Place::new();
+    building::write(&place.files().join("first.toml"), keep_tasks);
+    let recording = place.driven("first.toml");
+    let report = place
+        .fine(&format!("learn {recording} -o building.learned --map-server map --svg corrected.svg --json"))
+        .json();
+    let reached: Vec<_> = report["goals"].as_array().unwrap().iter().map(|goal| &goal["reached"]).collect();
+    assert_eq!(reached, [true, true, true], "{report:#}");
+    assert!(report["seen_m2"].as_f64().unwrap() > 50.0, "{report:#}");
+    again(&place, |_| {});
+    (place, recording)
+}
+
+fn keep_tasks(mission: &mut toml::Table) {
+    mission["task"].as_array_mut().unwrap().truncate(3);
+}
+
+fn again(place: &Place, edit: impl FnOnce(&mut toml::Table)) {
+    building::write(&place.files().join("again.toml"), |mission| {
+        keep_tasks(mission);
+        mission["start"]["world"] = vec![14.0, 10.4].into();
+        mission["start"]["world_heading_deg"] = 100.0.into();
+        let navigator = mission["navigator"].as_table_mut().unwrap();
+        navigator.remove("start");
+        navigator.remove("start_heading_deg");
+        navigator.insert("learned_file".into(), "building.learned".into());
+        edit(mission);
+    });
+}
+
+fn read(place: &Place, file: &str) -> Vec<u8> {
+    fs::read(place.files().join(file)).unwrap()
+}
+
+#[test]
+fn the_next_drive_starts_anywhere_in_what_was_learned() {
+    let (place, first) = learned();
+    assert!(read(&place, "building.learned").len() < 100_000);
+    let recording = place.driven("again.toml");
+    place.is_reproduced(&recording, &["sketcher", "localizer", "planner"]);
+    place.page_says(&recording, &["3 of 3 tasks reached"]);
+    // The option does the same as the key of the mission.
+    building::write(&place.files().join("marked.toml"), keep_tasks);
+    place.driven("marked.toml --learned building.learned");
+    // What was learned follows from the messages alone.
+    place
+        .fine(&format!("replay {first} --live localizer,planner,recorder --rate max --record replayed.mcap"));
+    place.fine("learn replayed.mcap -o replayed.learned");
+    assert!(read(&place, "replayed.learned") == read(&place, "building.learned"));
+    let (map, picture) = (place.files().join("map/building.yaml"), place.files().join("corrected.svg"));
+    assert!(
+        sketchnav_sim::files::occupancy_map(&map).is_ok()
+            && fs::read_to_string(picture).unwrap().contains("0 → 1")
+    );
+}
+
+/// The sketcher, the localizer and the planner are killed while the robot finds out where it is, and later.
+#[test]
+fn kills_leave_the_same_bytes() {
+    let (place, _) = learned();
+    place.is_identical_after("again.toml", 6, "sketcher,localizer,planner");
+}
+
+/// A robot with another laser, another drive and another size.
+#[test]
+fn another_robot_drives_in_what_was_learned() {
+    let (place, _) = learned();
+    again(&place, |mission| {
+        mission["robot"] = "turtlebot3".into();
+        for task in mission["task"].as_array_mut().unwrap() {
+            task.as_table_mut().unwrap().insert("time_limit_s".into(), 400.0.into());
+        }
+    });
+    place.driven("again.toml");
+}
+
+#[test]
+fn what_does_not_belong_together_is_refused() {
+    let (place, first) = learned();
+    let refused = |line: &str, words: &[&str]| {
+        let ended = place.run(line);
+        assert!(
+            ended.code == Some(2) && words.iter().all(|words| ended.err.contains(words)),
+            "{line}: {ended}"
+        );
+    };
+    let write = |name: &str, content: &[u8]| fs::write(place.files().join(name), content).unwrap();
+    let text = String::from_utf8(read(&place, "building.learned")).unwrap();
+    write("newer.learned", text.replace("\"learned\": 1", "\"learned\": 7").as_bytes());
+    write("cut.learned", &text.as_bytes()[..text.len() / 2]);
+    refused("run first.toml --learned newer.learned", &["newer.learned", "expected version 1, found 7"]);
+    refused("run first.toml --learned cut.learned", &["cut.learned", "expected a learned map"]);
+    refused("run first.toml --learned none.learned", &["none.learned"]);
+    refused("run first.toml --learned building.learned --method boniardi-2015", &["navigator.method"]);
+    let corridor = repository().join("sim/missions/corridor/corridor-qtc.toml");
+    refused(
+        &format!("run {} --learned building.learned", corridor.display()),
+        &["learned_file", "expected `method`"],
+    );
+    let other = repository().join("sim/missions/building/sketch-b.json");
+    again(&place, |mission| mission["navigator"]["drawing"] = other.to_str().unwrap().into());
+    refused("run again.toml", &["navigator.learned_file", "sketch-b.json", "learned by sketch-a.svg"]);
+    again(&place, |mission| mission["task"][0]["goal"] = vec![1993, 883].into());
+    refused("run again.toml", &["task 1 (0 → 1) at (1993, 883)", "expected a place that the robot saw"]);
+    again(&place, |_| {});
+    let second = place.driven("again.toml");
+    refused(&format!("learn {second}"), &["expected a drive by a drawing", "building.learned"]);
+    refused(&format!("learn {first} -o {first}"), &["expected a file other than the input"]);
+}

@@ -174,7 +174,9 @@ fn of_suite(
     let of_methods = methods.iter().map(|method| Method::of(&suite, method, &outcomes)).collect();
     let program = machine::program()?;
     let notices = suite.notices.clone();
-    let experiment = Experiment { command, program, methods: of_methods, notices, tables: Vec::new() };
+    let sections = suite.sections(&outcomes).into_iter().map(|section| section.table).collect();
+    let methods = of_methods;
+    let experiment = Experiment { command, program, methods, notices, tables: Vec::new(), sections };
     let title = suite.title.clone();
     Ok(Ok(Entry { name: suite.name, title, experiment, size: None }))
 }
@@ -246,6 +248,7 @@ fn of_study(
             methods: Vec::new(),
             notices: Vec::new(),
             tables,
+            sections: Vec::new(),
         },
         size: Some(format!("{} worlds", size.worlds)),
     };

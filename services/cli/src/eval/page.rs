@@ -95,6 +95,7 @@ mod tests {
             methods: vec![serde_json::from_str(json).unwrap()],
             notices: Vec::new(),
             tables: Vec::new(),
+            sections: Vec::new(),
         }
     }
 

@@ -62,7 +62,7 @@ const LOOK_AHEAD_M: f64 = 1.0;
 
 /// A floor of which drawings are made.
 pub(crate) struct Site {
-    pub(crate) name: &'static str,
+    pub(crate) name: String,
     world: WorldSource,
     floor: Floor,
     /// The ground on which the robot fits.
@@ -117,14 +117,14 @@ pub(crate) fn sites(folders: &Folders, notices: &mut Vec<String>) -> Result<Vec<
 
 impl Site {
     /// Opens a floor plan, with its furniture and the people who walk there.
-    fn of_plan(name: &'static str, path: &Path) -> Result<Self, EvalError> {
+    pub(crate) fn of_plan(name: impl Into<String>, path: &Path) -> Result<Self, EvalError> {
         let robot = sketchnav_sim::files::robot("robotino")?;
         let world = sketchnav_sim::files::floor_plan_file(path)?;
         let ground = Ground::of_world(&world, CELL_M, robot.radius_m + CLEARANCE_M);
         let floor = sketchnav_deform::files::floor(path)?;
         let regions = regions(&floor, &ground);
         let world = source(Some(path), None);
-        Ok(Self { name, world, floor, ground, robot, regions })
+        Ok(Self { name: name.into(), world, floor, ground, robot, regions })
     }
 
     /// Opens a pair of maps. The bare one is drawn, and the furnished one is driven in.
@@ -135,7 +135,7 @@ impl Site {
         let floor = sketchnav_deform::files::floor(bare)?;
         let regions = if name == "kth" { annotated(&ground)? } else { regions(&floor, &ground) };
         let world = source(None, Some(furnished));
-        Ok(Self { name, world, floor, ground, robot, regions })
+        Ok(Self { name: name.into(), world, floor, ground, robot, regions })
     }
 
     /// Returns the trials with one drawing.

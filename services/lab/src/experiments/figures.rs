@@ -15,6 +15,7 @@
 //! <!--= corridor-published notices--> … what the reader of its figures must know … <!--=-->
 //! <!--= routes boniardi-2015 share-on-sketch-->60.0 % (42 to 78 over 25 drawings) of 100<!--=-->
 //! <!--= routes groups--> … a table with a row for each group of the experiment's lines … <!--=-->
+//! <!--= witnesses section 1-->… the first section that the suite reports in addition to its tables …<!--=-->
 //! <!--= building@mujoco outline of a; b-->90 of 90, 90 of 90<!--=-->
 //! ```
 //!
@@ -74,6 +75,9 @@ pub struct Experiment {
     /// Tables of a study.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tables: Vec<Table>,
+    /// Tables of the sections that a suite reports in addition to its own.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sections: Vec<table::Table>,
 }
 
 /// The results of all drives by one method.
@@ -150,6 +154,7 @@ impl Figures {
             Marker::Experiments => return Ok(Some(self.table())),
             Marker::Whole { experiment, .. }
             | Marker::Figure { experiment, .. }
+            | Marker::Section { experiment, .. }
             | Marker::Study { experiment, .. } => *experiment,
         };
         let Some(found) = self.experiments.get(experiment) else {
@@ -159,6 +164,7 @@ impl Figures {
         let text = match marker {
             Marker::Figure { method, form, lines, .. } => found.figure((experiment, method), *form, lines)?,
             Marker::Whole { form, .. } => found.whole(*form),
+            Marker::Section { number, .. } => found.section(number)?,
             Marker::Study { table, shown, .. } => found.study(table, shown)?,
             Marker::Experiments => Some(self.table()),
         };
@@ -259,14 +265,22 @@ impl Experiment {
 
     /// Returns what a marker shows of a study, or `None` if the tables of the study were not kept.
     fn study(&self, number: &str, shown: &Shown) -> Result<Option<String>, Wrong> {
-        let known =
-            || (1..=self.tables.len()).map(|number| number.to_string()).collect::<Vec<_>>().join(", ");
-        let index = number.parse::<usize>().ok().and_then(|number| number.checked_sub(1));
-        match index.and_then(|index| self.tables.get(index)) {
-            None if self.tables.is_empty() => Ok(None),
-            None => Err(one_of(&known(), number)),
-            Some(table) => shown.of(table).map(Some),
-        }
+        numbered(&self.tables, number)?.map(|table| shown.of(table)).transpose()
+    }
+
+    /// Returns the table of a suite's section, or `None` if the sections of the suite were not kept.
+    fn section(&self, number: &str) -> Result<Option<String>, Wrong> {
+        Ok(numbered(&self.sections, number)?.map(|table| format!("\n\n{}", table.markdown())))
+    }
+}
+
+/// Returns the table with this number, which counts from 1, or `None` if there are no tables.
+fn numbered<'a, T>(tables: &'a [T], number: &str) -> Result<Option<&'a T>, Wrong> {
+    let known = || (1..=tables.len()).map(|number| number.to_string()).collect::<Vec<_>>().join(", ");
+    let index = number.parse::<usize>().ok().and_then(|number| number.checked_sub(1));
+    match index.and_then(|index| tables.get(index)) {
+        None if !tables.is_empty() => Err(one_of(&known(), number)),
+        found => Ok(found),
     }
 }
 
@@ -293,6 +307,7 @@ enum Marker<'a> {
     Experiments,
     Whole { experiment: &'a str, form: Whole },
     Figure { experiment: &'a str, method: &'a str, form: Form, lines: String },
+    Section { experiment: &'a str, number: &'a str },
     Study { experiment: &'a str, table: &'a str, shown: Shown },
 }
 
@@ -309,6 +324,10 @@ impl<'a> Marker<'a> {
             [experiment, table, form, ref words @ ..] if studies::find(experiment).is_some() => {
                 let shown = Shown::read(form, &words.join(" "))?;
                 Ok(Self::Study { experiment, table, shown })
+            }
+            [experiment, "section", number] => {
+                is_suite(experiment)?;
+                Ok(Self::Section { experiment, number })
             }
             [experiment, method, form, ref lines @ ..] => {
                 is_suite(experiment)?;
@@ -343,7 +362,10 @@ mod tests {
         let outline = Method { method: "outline".into(), total, lines, groups };
         let (command, program) = ("sketchnav eval people --seed 1".to_owned(), "0.1.0 7".to_owned());
         let notices = vec!["One house.".to_owned(), "Ten people.".to_owned()];
-        let people = Experiment { command, program, methods: vec![outline], notices, tables: Vec::new() };
+        let (header, row) = (vec!["agree".to_owned(), "right".into()], vec!["all".to_owned(), "9".into()]);
+        let sections = vec![table::Table { header, rows: vec![row] }];
+        let (methods, tables) = (vec![outline], Vec::new());
+        let people = Experiment { command, program, methods, notices, tables, sections };
         let table = Table {
             title: "Success".to_owned(),
             head: ["plan", "D", "low", "high", "journeys", "lost"].map(str::to_owned).to_vec(),
@@ -402,6 +424,7 @@ mod tests {
             ("people outline majority", "2 of 2"),
             ("people@mujoco outline of yard", "2 of 2"),
             ("people notices", "One house. Ten people."),
+            ("people section 1", "\n\n| agree | right |\n|---|---|\n| all | 9 |\n\n"),
             ("routes boniardi-2015 share", "34.0 % (18 to 52 over 25 drawings) of 100"),
             ("routes boniardi-2015 share-on-sketch", "60.0 % (42 to 78 over 25 drawings) of 100"),
             ("routes boniardi-2015 of-by-place", "44 of 100"),

@@ -1,6 +1,6 @@
 //! Formats the figures of a suite as tables of text, both for the terminal and for reports.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use sketchnav_schemas::statistics::wilson;
 
 use crate::experiments::cost;
@@ -10,7 +10,7 @@ use crate::experiments::suite::{Group, Leg, Suite};
 use crate::experiments::trial::Trial;
 
 /// A table whose first column names the line and whose other columns are figures.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Table {
     /// Column headings.
     pub header: Vec<String>,

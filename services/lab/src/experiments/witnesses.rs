@@ -1,12 +1,10 @@
-//! The `witnesses` suite asks two witnesses where the goal is when the robot ends a task: the robot itself,
-//! which drives by the outline or by the filter, and the [regions joined by doors](sketchnav_sketch::rooms).
-//! Its tables show how often each of them is right, and whether their disagreement indicates which arrivals
-//! are wrong.
+//! The `witnesses` suite asks three witnesses where the goal is when the robot ends a task: the particle filter, the
+//! outline of what was seen, and [regions joined by doors](sketchnav_sketch::rooms). Its tables show how often each of
+//! them is right, alone and with the others, and how well their answers tell right arrivals from wrong
+//! ones.
 //!
-//! The drawings are those of `people` that parameters may be chosen by, and drawings made by
-//! `sketchnav deform` whose numbers no other suite uses. The latter are also driven by the outline alone,
-//! which leads to more wrong arrivals. Every other drawing is used to fit the combination of the witnesses,
-//! and the rest to check it.
+//! The drawings are made by `sketchnav deform` from invented floors of seven kinds. What is fitted is fitted to the
+//! first floor of each kind and checked on the other two.
 
 mod tables;
 
@@ -14,29 +12,33 @@ use serde::{Deserialize, Serialize};
 use sketchnav_mapping::{Mapper, Parameters, Scan, Survey};
 use sketchnav_rehearsal::Tap;
 use sketchnav_schemas::channels::{ChannelSpec, ODOMETRY, SCAN};
-use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::geometry::{Base, Pose};
+use sketchnav_schemas::geometry::{Base, Point, Pose, Sketch, World};
 use sketchnav_schemas::message::{LaserScan, Odometry};
 use sketchnav_schemas::mission::Place;
 use sketchnav_schemas::run::RunConfig;
-use sketchnav_sketch::paths;
+use sketchnav_sketch::paths::{self, chart::Chart};
+use sketchnav_sketch::planner::locate_by_outline;
 use sketchnav_sketch::rooms::{Floor, locate};
 use sketchnav_sketch::sketch::SketchGrid;
 
 use crate::error::EvalError;
-use crate::experiments::deformed::{self, DRAWINGS};
-use crate::experiments::people;
-use crate::experiments::sensitivity::variant;
+use crate::experiments::deformed::Site;
 use crate::experiments::suite::{Folders, Suite};
-use crate::experiments::trial::Trial;
 use crate::judge::log::Log;
 
-const TITLE: &str = "What regions joined by doors say about the goal at the end of each drive, beside the robot's own decision: lesson drawings, and drawings by sketchnav deform that no other suite uses.";
+const TITLE: &str = "What three witnesses say about the goal at the end of each drive: the particle filter, the outline of what was seen, and regions joined by doors. Drawings by sketchnav deform of invented floors that no other suite uses.";
+/// The kinds of floors.
+pub(super) const KINDS: [&str; 7] = ["straight", "l", "t", "ring", "double", "hall", "open"];
+/// Number of floors of each kind. Whatever is fitted is fitted to the first one, and the others check it.
+const FLOORS: u64 = 3;
 /// Degrees of deformation.
 const DEGREES: [f64; 2] = [1.0, 1.5];
-/// Numbers of the drawings of each floor at each degree. Those up to 11 are used by `deformed` and by `calibrate-boniardi-2015`.
-const NUMBERS: std::ops::RangeInclusive<u64> = DRAWINGS + 5..=DRAWINGS + 12;
-/// Distance, in metres, up to which the witnesses agree about where the goal is.
+/// Number of drawings of each floor at each degree.
+const DRAWINGS_OF_FLOOR: u64 = 4;
+/// Number of the first drawing of the first floor, and the difference to that of the next floor. No other suite uses drawings with
+/// such numbers, and no two floors share one, because drawings with the same number are deformed in the same way.
+const FIRST_DRAWING: [u64; 2] = [104, 8];
+/// Distance, in metres, up to which two witnesses have the goal at the same place.
 const AGREE_M: f64 = 2.5;
 /// Maximum distance of the robot from the free part of its map, in metres.
 const OFF_FREE_M: f64 = 0.6;
@@ -44,48 +46,37 @@ const OFF_FREE_M: f64 = 0.6;
 /// Loads the suite.
 ///
 /// # Errors
-/// [`EvalError`] if a file is malformed. Drawings and floors whose data are missing are left out with a notice.
+/// [`EvalError`] if a file is malformed.
 pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     let mut suite = Suite {
         title: TITLE.into(),
         repetitions: 1,
-        lines: Some("drawings"),
+        lines: Some("degree"),
         sections: Some(tables::sections),
         ..Suite::default()
     };
-    let sites = deformed::sites(folders, &mut suite.notices)?;
-    for degree in DEGREES {
-        for site in &sites {
-            for number in NUMBERS {
-                suite.trials.extend(
-                    site.trials(degree, number)?
-                        .into_iter()
-                        .map(|trial| Trial { drawing: format!("degree {degree}"), ..trial }),
-                );
+    let names = KINDS.iter().flat_map(|kind| (1..=FLOORS).map(move |k| format!("{kind}-{k}")));
+    for (name, k) in names.zip(0..) {
+        let path = folders.project.join(format!("sim/missions/floors/{name}.floor.toml"));
+        let site = Site::of_plan(name, &path)?;
+        let first = FIRST_DRAWING[0] + k * FIRST_DRAWING[1];
+        for number in first..first + DRAWINGS_OF_FLOOR {
+            for degree in DEGREES {
+                suite.trials.extend(site.trials(degree, number)?);
             }
         }
-    }
-    let by_outline: Vec<_> = suite.trials.iter().map(by_outline).collect();
-    suite.trials.extend(by_outline);
-    match people::suite(folders) {
-        Ok(people) => {
-            suite
-                .trials
-                .extend(people.trials.into_iter().map(|trial| Trial { drawing: "people".into(), ..trial }));
-        }
-        Err(EvalError::NoData { .. }) => suite.notices.push("skipped: the lesson drawings of people".into()),
-        Err(error) => return Err(error),
     }
     suite.trials.iter_mut().for_each(|trial| trial.asks_rooms = true);
     Ok(suite)
 }
 
-/// Returns a variant of the trial that is driven by the outline even among rooms.
-fn by_outline(trial: &Trial) -> Trial {
-    let mut by_outline = variant(trial, &format!("{}, by the outline", trial.drawing));
-    let table = by_outline.mission.parameters.of_mut(Process::Planner);
-    table.insert("least_open_share".to_owned(), 0.0.into());
-    Trial { name: format!("outline/{}", trial.name), ..by_outline }
+/// Where a witness has the goal.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Claim {
+    /// The place, in metres in frame [`sketchnav_schemas::geometry::World`].
+    pub at: [f64; 2],
+    /// True if it truly lies in the goal's region.
+    pub is_right: bool,
 }
 
 /// What regions and doors say at the end of a task.
@@ -94,10 +85,9 @@ pub struct RoomsSaid {
     /// False if they have no answer, in which case everything else is 0. This happens if no doors of the
     /// drawing lead to the goal, or if those that do have no partners.
     pub has_answer: bool,
-    /// True if the goal truly is where they place it.
-    pub is_right: bool,
-    /// Distance from the robot to where they place the goal, in metres, or `None` if they do not place it
-    /// anywhere.
+    /// Where the filter, the outline, and regions and doors have the goal. `None` if they have it nowhere yet.
+    pub claims: [Option<Claim>; 3],
+    /// Distance from the robot to where they have the goal, in metres, or `None` if they have it nowhere.
     pub away_m: Option<f64>,
     /// True if they place the goal in the region in which the robot is.
     pub is_same_room: bool,
@@ -121,7 +111,8 @@ impl RoomsSaid {
 pub struct Witness {
     mount: Pose<Base>,
     parameters: Parameters,
-    building_size_m: f64,
+    /// The planner's parameters.
+    planner: paths::parameters::Parameters,
     mapper: Mapper,
     odometry: Option<Odometry>,
     scan: Option<Box<LaserScan>>,
@@ -135,14 +126,14 @@ impl Witness {
         Some(Self {
             mount: laser.mount(),
             parameters,
-            building_size_m: paths::parameters::Parameters::default().building_size_m,
+            planner: paths::parameters::Parameters::default(),
             mapper: Mapper::new(parameters).ok()?,
             odometry: None,
             scan: None,
         })
     }
 
-    /// Returns what regions and doors say about the task `index`, whose place in the true world is `there`.
+    /// Returns what the witnesses say about the task `index`, whose place in the true world is `there`.
     pub fn said(&self, log: &Log, index: usize, there: &Place) -> RoomsSaid {
         self.answer(log, index, there).unwrap_or_default()
     }
@@ -152,25 +143,50 @@ impl Witness {
         let sketch = SketchGrid::of_map(message, cells).ok()?;
         let route = log.route.as_ref()?;
         let goal = route.points(route.tasks().get(index)?).last()?;
-        let start = message.start.pose();
         let (robot, truth) = (self.mapper.pose(), log.truth.last()?.pose());
+        let claim = |at: Option<Pose<World>>| {
+            at.map(|at| Claim { at: [at.x, at.y], is_right: there.contains(at.x, at.y) })
+        };
+        let of_map = |[x, y]: [f64; 2]| truth.compose(&robot.motion_to(&Pose::new(x, y, 0.0)));
+        let of_filter = || {
+            let chart = Chart::new(log.estimates.last()?, message.wall_direction_rad)?;
+            let at = chart.to_odom(goal);
+            Some(truth.compose(&chart.robot_m().motion_to(&Pose::new(at.x, at.y, 0.0))))
+        };
         let mut survey = Survey::with_room(&self.parameters);
         survey.take(self.mapper.map(), [robot.x, robot.y], OFF_FREE_M);
-        let drawing = Floor::of_drawing(&sketch, start, self.building_size_m)?;
-        let map = Floor::of_map(&survey, [0.0; 2], start.yaw_rad, &drawing)?;
+        let start = message.start.pose();
+        let outline = locate_by_outline(&sketch, start, goal, &survey, &self.planner);
+        let (said, rooms) = self.rooms(&sketch, start, goal, &survey).unwrap_or_default();
+        Some(RoomsSaid {
+            claims: [claim(of_filter()), claim(outline.map(of_map)), claim(rooms.map(of_map))],
+            ..said
+        })
+    }
+
+    /// Asks regions and doors. Returns their answer without claims, and where in the map they have the goal.
+    fn rooms(
+        &self,
+        sketch: &SketchGrid,
+        start: Pose<Sketch>,
+        goal: Point<Sketch>,
+        survey: &Survey,
+    ) -> Option<(RoomsSaid, Option<[f64; 2]>)> {
+        let robot = self.mapper.pose();
+        let drawing = Floor::of_drawing(sketch, start, self.planner.building_size_m)?;
+        let map = Floor::of_map(survey, [0.0; 2], start.yaw_rad, &drawing)?;
         let answer = locate(&drawing, &map, [goal.x, goal.y])?;
         let best = answer.hypotheses.first()?;
-        let in_world = |[x, y]: [f64; 2]| truth.compose(&robot.motion_to(&Pose::new(x, y, 0.0)));
-        let is_right = best.place.map(in_world).is_some_and(|at| there.contains(at.x, at.y));
-        Some(RoomsSaid {
+        let said = RoomsSaid {
             has_answer: true,
-            is_right,
+            claims: [None; 3],
             away_m: best.place.map(|[x, y]| (x - robot.x).hypot(y - robot.y)),
             is_same_room: best.place.is_some() && map.room_at([robot.x, robot.y]) == Some(best.room),
             share_here: answer.share_near([robot.x, robot.y], AGREE_M),
             margin: answer.margin,
             doors_matched: answer.doors.share_matched(),
-        })
+        };
+        Some((said, best.place))
     }
 
     /// Enters the newest scan if the odometry of the same instant is known.
@@ -198,9 +214,12 @@ impl Tap for Witness {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
     use super::*;
     use crate::experiments::outcome::Kind;
-    use crate::experiments::run;
+    use crate::experiments::trial::Trial;
+    use crate::experiments::{deformed, run};
 
     /// The witness maps the drive itself, and must agree with a robot that has arrived where a traced floor says.
     #[test]
@@ -210,27 +229,24 @@ mod tests {
         let outcomes = run::run(&trial, "outline", 1, 7).unwrap();
         assert_eq!(outcomes[0].kind, Kind::Reached);
         let said = outcomes[0].rooms.unwrap();
-        assert!(said.is_right && said.agrees() && said.share_here > 0.5, "{said:?}");
+        let knows = said.claims.map(|claim| claim.is_some_and(|claim| claim.is_right));
+        assert_eq!(knows, [true; 3], "{said:?}");
+        assert!(said.agrees() && said.share_here > 0.5, "{said:?}");
         let unasked = Trial { asks_rooms: false, ..trial };
         assert_eq!(run::run(&unasked, "outline", 1, 7).unwrap()[0].rooms, None);
     }
 
     #[test]
-    fn drawings_are_not_those_of_other_suites_and_fit_or_check() {
+    fn every_floor_has_drawings_of_its_own() {
         let suite = suite(&Folders::of_checkout()).unwrap();
-        assert_eq!(
-            suite.drawings(),
-            ["1", "1.5", "1, by the outline", "1.5, by the outline"].map(|d| format!("degree {d}"))
-        );
-        let other = deformed::suite(&Folders::of_checkout()).unwrap();
-        let of = |suite: &Suite| {
-            suite
-                .trials
-                .iter()
-                .filter_map(|trial| trial.cluster.clone())
-                .collect::<std::collections::BTreeSet<_>>()
-        };
-        assert!(of(&suite).is_disjoint(&of(&other)));
+        assert_eq!(suite.drawings(), DEGREES.map(|degree| degree.to_string()));
         assert!(suite.trials.iter().all(|trial| trial.asks_rooms));
+        let clusters: BTreeSet<_> =
+            suite.trials.iter().filter_map(|trial| trial.cluster.as_deref()).collect();
+        let part = |k: usize| move |cluster: &&str| cluster.split('/').nth(k).unwrap().to_owned();
+        let floors: BTreeSet<_> = clusters.iter().map(part(0)).collect();
+        let numbers: BTreeSet<_> = clusters.iter().map(part(2)).collect();
+        assert_eq!(floors.len(), KINDS.len() * FLOORS as usize);
+        assert_eq!(numbers.len(), floors.len() * DRAWINGS_OF_FLOOR as usize);
     }
 }

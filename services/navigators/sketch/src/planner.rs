@@ -30,6 +30,7 @@ use sketchnav_schemas::run::{Pad, RunConfig};
 use sketchnav_stage::{Heard, Instant, Outbox, Remains, Stage, StageError};
 
 use self::driving::{Driver, TaskStatus};
+pub use self::explorer::locate as locate_by_outline;
 pub use self::reason::ROOMS;
 use self::reason::{Help, Reason};
 use crate::paths::chart::Chart;

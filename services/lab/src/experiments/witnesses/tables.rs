@@ -4,7 +4,7 @@ use crate::experiments::logistic::{Logistic, area_under_curve, losses};
 use crate::experiments::outcome::{Kind, TaskOutcome};
 use crate::experiments::section::Section;
 use crate::experiments::table::Table;
-use crate::experiments::witnesses::RoomsSaid;
+use crate::experiments::witnesses::{AGREE_M, Claim, RoomsSaid};
 
 /// Largest margin that makes a difference.
 const MOST_MARGIN: f64 = 15.0;
@@ -19,53 +19,34 @@ struct Arrival<'a> {
     outline: Option<[f64; 2]>,
 }
 
-/// A figure that may tell right arrivals from wrong ones.
-struct Sign {
+/// Signs that may tell right arrivals from wrong ones.
+struct Signs {
     name: &'static str,
-    of: fn(&Arrival<'_>) -> f64,
-    /// True if only the outline has it.
-    of_outline: bool,
+    of: fn(&Arrival<'_>) -> Vec<f64>,
 }
 
-const SIGNS: [Sign; 7] = [
-    Sign {
-        name: "rooms: agree",
-        of: |a| a.or_half(f64::from(u8::from(a.rooms.agrees()))),
-        of_outline: false,
+const COMBINATIONS: [Signs; 6] = [
+    Signs { name: "none: the share of right arrivals", of: |_| Vec::new() },
+    Signs {
+        name: "margin and misfit of the outline, and whether the arrival is by it",
+        of: |a| {
+            a.outline.map_or(vec![0.0; 3], |[margin, misfit]| {
+                vec![margin.min(MOST_MARGIN) / MOST_MARGIN, misfit, 1.0]
+            })
+        },
     },
-    Sign {
-        name: "rooms: share of alignments with the goal here",
-        of: |a| a.or_half(a.rooms.share_here),
-        of_outline: false,
+    Signs { name: "whether regions and doors agree", of: |a| vec![a.agreement()] },
+    Signs { name: "share of their alignments with the goal here", of: |a| vec![a.share_here()] },
+    Signs {
+        name: "share of all doors that have a partner",
+        of: |a| vec![if a.rooms.has_answer { a.rooms.doors_matched } else { 0.5 }],
     },
-    Sign { name: "rooms: margin", of: |a| a.margin(), of_outline: false },
-    Sign { name: "rooms: margin, negative if they disagree", of: |a| a.signed_margin(), of_outline: false },
-    Sign {
-        name: "rooms: share of doors with a partner",
-        of: |a| a.or_half(a.rooms.doors_matched),
-        of_outline: false,
+    Signs {
+        name: "agreement, share, whether the arrival is by the outline, and the margin of regions and doors, negative if they disagree",
+        of: |a| {
+            vec![a.agreement(), a.share_here(), a.signed_margin(), f64::from(u8::from(a.outline.is_some()))]
+        },
     },
-    Sign {
-        name: "outline: margin",
-        of: |a| a.outline.map_or(0.0, |[margin, _]| margin.min(MOST_MARGIN)),
-        of_outline: true,
-    },
-    Sign { name: "outline: misfit", of: |a| a.outline.map_or(0.0, |[_, misfit]| -misfit), of_outline: true },
-];
-
-/// A combination of signs, by their indices.
-struct Combination {
-    name: &'static str,
-    signs: &'static [usize],
-}
-
-const COMBINATIONS: [Combination; 6] = [
-    Combination { name: "none: the share of right arrivals", signs: &[] },
-    Combination { name: "outline: margin and misfit", signs: &[5, 6] },
-    Combination { name: "rooms: agree", signs: &[0] },
-    Combination { name: "rooms: agree, share here, doors", signs: &[0, 1, 4] },
-    Combination { name: "rooms: agree, share here, signed margin, doors", signs: &[0, 1, 3, 4] },
-    Combination { name: "both: the last, and the outline's", signs: &[0, 1, 3, 4, 5, 6] },
 ];
 
 impl Arrival<'_> {
@@ -73,28 +54,25 @@ impl Arrival<'_> {
         self.outcome.kind == Kind::Reached
     }
 
-    /// Returns the value, or a half if regions and doors have no answer.
-    fn or_half(&self, value: f64) -> f64 {
-        if self.rooms.has_answer { value } else { 0.5 }
+    /// Returns 1 if regions and doors agree, 0 if they do not, and a half if they are silent.
+    fn agreement(&self) -> f64 {
+        if self.rooms.has_answer { f64::from(u8::from(self.rooms.agrees())) } else { 0.5 }
     }
 
-    fn margin(&self) -> f64 {
-        self.rooms.margin.unwrap_or_default().clamp(0.0, MOST_MARGIN)
+    fn share_here(&self) -> f64 {
+        if self.rooms.has_answer { self.rooms.share_here } else { 0.5 }
     }
 
     fn signed_margin(&self) -> f64 {
-        if self.rooms.agrees() { self.margin() } else { -self.margin() }
+        let margin = self.rooms.margin.unwrap_or_default().clamp(0.0, MOST_MARGIN) / MOST_MARGIN;
+        if self.rooms.agrees() { margin } else { -margin }
     }
+}
 
-    /// Returns true if the arrival is one of those that combinations are fitted to, which are those with every other drawing.
-    fn is_fitted(&self) -> bool {
-        let number = self
-            .outcome
-            .cluster
-            .as_deref()
-            .and_then(|cluster| cluster.rsplit('/').next()?.parse::<u64>().ok());
-        number.is_some_and(|number| number % 2 == 0)
-    }
+/// Returns true if combinations are fitted to the outcome, which is so for the first floor of each kind.
+fn is_fitted(outcome: &TaskOutcome) -> bool {
+    let floor = outcome.cluster.as_deref().and_then(|cluster| cluster.split('/').next());
+    floor.is_some_and(|floor| floor.ends_with("-1"))
 }
 
 /// Returns the margin and the misfit in the reason for an arrival by the outline.
@@ -103,7 +81,7 @@ fn of_outline(reason: &str) -> Option<[f64; 2]> {
         let rest = &reason[reason.find(word)? + word.len()..];
         rest.split([' ', ',']).next()?.parse::<f64>().ok()
     };
-    Some([after("margin ")?, after("misfit ")?])
+    Some([after("margin ").unwrap_or_default(), after("misfit ")?])
 }
 
 /// Returns the tables.
@@ -115,7 +93,9 @@ pub fn sections(outcomes: &[TaskOutcome]) -> Vec<Section> {
         .filter(|outcome: &&TaskOutcome| matches!(outcome.kind, Kind::Reached | Kind::WrongArrival))
         .filter_map(arrival)
         .collect();
-    vec![answers(outcomes, &arrivals), areas(&arrivals), combinations(&arrivals), bins(&arrivals)]
+    let checked: Vec<_> = outcomes.iter().filter(|outcome| !is_fitted(outcome)).collect();
+    let rest: Vec<_> = arrivals.iter().filter(|arrival| !is_fitted(arrival.outcome)).collect();
+    vec![together(&checked), disagreement(&rest), combinations(&arrivals), bins(&arrivals)]
 }
 
 fn section(title: &str, header: &[&str], rows: Vec<Vec<String>>, words: &str) -> Section {
@@ -124,120 +104,121 @@ fn section(title: &str, header: &[&str], rows: Vec<Vec<String>>, words: &str) ->
     Section { title: title.to_owned(), table: Table { header, rows }, words, plots: Vec::new() }
 }
 
-fn lines(outcomes: &[TaskOutcome]) -> Vec<&str> {
-    let mut lines: Vec<&str> = Vec::new();
-    for outcome in outcomes {
-        if !lines.contains(&outcome.drawing.as_str()) {
-            lines.push(&outcome.drawing);
-        }
-    }
-    lines
+/// Names of the witnesses, in the order of [`RoomsSaid::claims`].
+const NAMES: [&str; 3] = ["filter", "outline", "rooms and doors"];
+/// Distances between an arrival and where regions and doors have the goal, in metres, at which the bins of the curve end.
+const BIN_ENDS_M: [f64; 5] = [1.0, AGREE_M, 5.0, 10.0, f64::INFINITY];
+
+/// Returns true if two witnesses have the goal at about the same place.
+fn agree(a: &Claim, b: &Claim) -> bool {
+    (a.at[0] - b.at[0]).hypot(a.at[1] - b.at[1]) <= AGREE_M
 }
 
-/// Counts who is right.
-fn answers(outcomes: &[TaskOutcome], arrivals: &[Arrival<'_>]) -> Section {
-    let row = |line: &&str| {
-        let of_line = || arrivals.iter().filter(|arrival| arrival.outcome.drawing == **line);
-        let count = |is: &dyn Fn(&Arrival<'_>) -> bool| of_line().filter(|arrival| is(arrival)).count();
-        let answers = outcomes.iter().filter(|outcome| outcome.drawing == **line && outcome.rooms.is_some());
-        let right = answers.filter(|outcome| outcome.rooms.is_some_and(|said| said.is_right)).count();
-        let figures = [
-            outcomes.iter().filter(|outcome| outcome.drawing == **line).count(),
-            count(&|arrival| arrival.is_right()),
-            count(&|arrival| !arrival.is_right()),
-            right,
-            count(&|arrival| arrival.is_right() && arrival.rooms.agrees()),
-            count(&|arrival| !arrival.is_right() && arrival.rooms.agrees()),
-            count(&|arrival| arrival.is_right() && !arrival.rooms.has_answer),
-            count(&|arrival| !arrival.is_right() && !arrival.rooms.has_answer),
-            count(&|arrival| !arrival.is_right() && arrival.rooms.is_right),
+/// Counts how often each witness knows where the goal is, and each pair, and all three.
+fn together(outcomes: &[&TaskOutcome]) -> Section {
+    let claims: Vec<_> = outcomes.iter().filter_map(|outcome| Some(outcome.rooms?.claims)).collect();
+    let row = |members: &[usize]| {
+        let of = |all: &[Option<Claim>; 3]| members.iter().map(|k| all[*k]).collect::<Option<Vec<_>>>();
+        let (same, apart): (Vec<_>, Vec<_>) =
+            claims.iter().filter_map(of).partition(|own| own.iter().all(|claim| agree(&own[0], claim)));
+        let right = |group: &[Vec<Claim>], is: &dyn Fn(&[Claim]) -> bool| {
+            group.iter().filter(|own| is(own)).count().to_string()
+        };
+        let names: Vec<_> = members.iter().map(|k| NAMES[*k]).collect();
+        let mut cells = vec![
+            names.join(", "),
+            same.len().to_string(),
+            right(&same, &|own| own[0].is_right),
+            share(same.iter().filter(|own| own[0].is_right).count(), same.len()),
         ];
-        std::iter::once((*line).to_owned()).chain(figures.map(|figure| figure.to_string())).collect()
+        let apart_cells = match members.len() {
+            1 => [(); 4].map(|()| "–".to_owned()),
+            _ => [
+                apart.len().to_string(),
+                right(&apart, &|own| own[0].is_right),
+                right(&apart, &|own| own[1..].iter().any(|claim| claim.is_right) && !own[0].is_right),
+                right(&apart, &|own| !own.iter().any(|claim| claim.is_right)),
+            ],
+        };
+        cells.extend(apart_cells);
+        cells
     };
+    let groups: [&[usize]; 7] = [&[0], &[1], &[2], &[0, 1], &[0, 2], &[1, 2], &[0, 1, 2]];
     section(
-        "Who is right",
+        "Each witness, each pair, and all three",
         &[
-            "drawings",
-            "drives",
-            "right arrivals",
-            "wrong arrivals",
-            "rooms right",
-            "rooms agree, right arrivals",
-            "rooms agree, wrong arrivals",
-            "rooms silent, right arrivals",
-            "rooms silent, wrong arrivals",
-            "rooms right, wrong arrivals",
+            "witnesses",
+            "agree",
+            "right",
+            "share right",
+            "disagree",
+            "the first is right",
+            "only another is right",
+            "none is right",
         ],
-        lines(outcomes).iter().map(row).collect(),
-        "Rooms are right if the goal truly lies where regions and doors have it, whether or not the robot arrived. They agree with an arrival if they have the goal in the robot's region or within 2.5 m of it. They are silent if no doors lead to the goal, or none of these have partners.",
+        groups.into_iter().map(row).collect(),
+        "Where the witnesses have the goal when the drive ends, whether or not the robot arrived. They agree if all have it within 2.5 m of where the first one has it, and are right if the first one has it in the goal's region. A witness that has it nowhere, for example because it lies behind a gap, is not counted. Floors with the numbers 2 and 3.",
     )
+}
+
+/// Counts right arrivals by how far away regions and doors have the goal.
+fn disagreement(arrivals: &[&Arrival<'_>]) -> Section {
+    let row = |name: String, is: &dyn Fn(&RoomsSaid) -> bool| {
+        let own: Vec<_> = arrivals.iter().filter(|arrival| is(&arrival.rooms)).collect();
+        let right = own.iter().filter(|arrival| arrival.is_right()).count();
+        vec![name, own.len().to_string(), right.to_string(), share(right, own.len())]
+    };
+    let begins = [0.0].into_iter().chain(BIN_ENDS_M);
+    let mut rows: Vec<_> = begins
+        .zip(BIN_ENDS_M)
+        .map(|(begin, end)| {
+            let name = match end.is_finite() {
+                true => format!("{begin} to {end} m away"),
+                false => format!("over {begin} m away"),
+            };
+            row(name, &|rooms| rooms.away_m.is_some_and(|away_m| away_m >= begin && away_m < end))
+        })
+        .collect();
+    rows.push(row("beyond a gap".to_owned(), &|rooms| rooms.has_answer && rooms.away_m.is_none()));
+    rows.push(row("nowhere".to_owned(), &|rooms| !rooms.has_answer));
+    section(
+        "What a disagreement says",
+        &["rooms and doors have the goal", "arrivals", "right", "share right"],
+        rows,
+        "Arrivals by how far from the robot regions and doors have the goal. Floors with the numbers 2 and 3.",
+    )
+}
+
+fn share(count: usize, whole: usize) -> String {
+    if whole == 0 { "–".to_owned() } else { format!("{:.0} %", 100.0 * count as f64 / whole as f64) }
 }
 
 fn number(value: Option<f64>) -> String {
     value.map_or_else(|| "–".to_owned(), |value| format!("{value:.2}"))
 }
 
-/// Returns how well each sign tells right arrivals from wrong ones.
-fn areas(arrivals: &[Arrival<'_>]) -> Section {
-    let row = |sign: &Sign| {
-        let area = |is: &dyn Fn(&Arrival<'_>) -> bool| {
-            let counted = arrivals
-                .iter()
-                .filter(|arrival| is(arrival) && (!sign.of_outline || arrival.outline.is_some()));
-            let scores: Vec<_> = counted.map(|arrival| ((sign.of)(arrival), arrival.is_right())).collect();
-            number(area_under_curve(&scores))
-        };
-        let is_by_outline = |arrival: &Arrival<'_>| arrival.outline.is_some();
-        let columns = [
-            area(&|_| true),
-            area(&is_by_outline),
-            area(&|arrival| !is_by_outline(arrival)),
-            area(&|arrival| arrival.outcome.drawing.starts_with("people")),
-            area(&|arrival| arrival.outcome.drawing.starts_with("degree")),
-        ];
-        std::iter::once(sign.name.to_owned()).chain(columns).collect()
-    };
-    section(
-        "How well each sign tells right arrivals from wrong ones",
-        &["sign", "all", "by the outline", "by the filter", "people", "deformed"],
-        SIGNS.iter().map(row).collect(),
-        "Area under the curve: the probability that the sign is larger for a right arrival than for a wrong one. 0.5 is chance.",
-    )
-}
-
-fn features(signs: &[usize], arrival: &Arrival<'_>) -> Vec<f64> {
-    let scale = |value: f64, k: &usize| if [2, 3, 5].contains(k) { value / 10.0 } else { value };
-    signs.iter().map(|k| scale((SIGNS[*k].of)(arrival), k)).collect()
-}
-
-/// Returns what a combination that was fitted to every other drawing states about the rest, and its coefficients.
-fn checked(combination: &Combination, arrivals: &[Arrival<'_>]) -> (Vec<(f64, bool)>, Logistic) {
-    let example = |arrival: &Arrival<'_>| (features(combination.signs, arrival), arrival.is_right());
-    let fitted: Vec<_> = arrivals.iter().filter(|arrival| arrival.is_fitted()).map(example).collect();
-    let model = Logistic::fit(&fitted);
-    let rest = arrivals.iter().filter(|arrival| !arrival.is_fitted());
-    let stated = rest.map(example).map(|(features, is_right)| (model.probability(&features), is_right));
+/// Returns what a regression on signs that was fitted to the first floor of each kind states about the others, and its coefficients.
+fn checked(signs: &Signs, arrivals: &[Arrival<'_>]) -> (Vec<(f64, bool)>, Logistic) {
+    let example = |arrival: &Arrival<'_>| ((signs.of)(arrival), arrival.is_right());
+    let (fitted, rest): (Vec<_>, Vec<_>) = arrivals.iter().partition(|arrival| is_fitted(arrival.outcome));
+    let model = Logistic::fit(&fitted.into_iter().map(example).collect::<Vec<_>>());
+    let stated =
+        rest.into_iter().map(example).map(|(features, is_right)| (model.probability(&features), is_right));
     (stated.collect(), model)
 }
 
 fn combinations(arrivals: &[Arrival<'_>]) -> Section {
-    let row = |combination: &Combination| {
-        let (stated, model) = checked(combination, arrivals);
+    let row = |signs: &Signs| {
+        let (stated, model) = checked(signs, arrivals);
         let [log, brier] = losses(&stated).map(|loss| format!("{loss:.3}"));
         let coefficients: Vec<_> = model.coefficients.iter().map(|b| format!("{b:.2}")).collect();
-        vec![
-            combination.name.to_owned(),
-            number(area_under_curve(&stated)),
-            log,
-            brier,
-            coefficients.join(", "),
-        ]
+        vec![signs.name.to_owned(), number(area_under_curve(&stated)), log, brier, coefficients.join(", ")]
     };
     section(
-        "Signs combined",
+        "What tells right arrivals from wrong ones",
         &["signs", "area under the curve", "logarithmic loss", "squared error", "coefficients"],
         COMBINATIONS.iter().map(row).collect(),
-        "Logistic regression, fitted to drawings with even numbers and checked on those with odd ones. Smaller losses are better. Margins count in tens.",
+        "Logistic regressions, fitted to the floors with the number 1 and checked on those with the numbers 2 and 3. The area is the probability that a right arrival is given more than a wrong one, and 0.5 is chance. Smaller losses are better.",
     )
 }
 
@@ -260,10 +241,10 @@ fn bins(arrivals: &[Arrival<'_>]) -> Section {
         ]
     };
     section(
-        "Stated and kept",
+        "Stated and kept on other floors",
         &["stated", "arrivals", "mean stated", "right"],
         (0..BINS).map(row).collect(),
-        "The probability of a right arrival by all signs together, on the drawings with odd numbers.",
+        "The probability of a right arrival by all signs, fitted to the floors with the number 1, on those with the numbers 2 and 3.",
     )
 }
 
@@ -271,10 +252,11 @@ fn bins(arrivals: &[Arrival<'_>]) -> Section {
 mod tests {
     use super::*;
 
-    fn outcome(number: u32, kind: Kind, away_m: f64, margin: f64) -> TaskOutcome {
+    fn outcome(floor: u32, kind: Kind, away_m: f64, margin: f64) -> TaskOutcome {
+        let claim = |at: f64| Some(Claim { at: [at, 0.0], is_right: at < 1.0 });
         let rooms = RoomsSaid {
             has_answer: true,
-            is_right: away_m < 1.0,
+            claims: [claim(0.0), None, claim(away_m)],
             away_m: Some(away_m),
             is_same_room: false,
             share_here: if away_m < 1.0 { 0.9 } else { 0.1 },
@@ -282,12 +264,11 @@ mod tests {
             doors_matched: 0.8,
         };
         TaskOutcome {
-            drawing: "degree 1".into(),
-            cluster: Some(format!("floor/1/{number}")),
+            cluster: Some(format!("ring-{floor}/1/7")),
             rooms: Some(rooms),
             reason: "the walls seen put the goal here: margin 9.21 at 7.2 m, misfit 0.034, a person agrees"
                 .into(),
-            ..TaskOutcome::sample(&format!("floor/1/{number}/1#1"), kind)
+            ..TaskOutcome::sample("ring/1/7/1#1", kind)
         }
     }
 
@@ -300,17 +281,19 @@ mod tests {
     /// Regions that disagree with every wrong arrival and with no right one know everything.
     #[test]
     fn witnesses_who_know_the_failures_are_seen_to() {
-        let right = (0..30).map(|k| outcome(k, Kind::Reached, 0.3, 8.0));
-        let wrong = (0..10).map(|k| outcome(k, Kind::WrongArrival, 6.0, 4.0));
+        let right = (0..30).map(|k| outcome(1 + k % 2, Kind::Reached, 0.3, 8.0));
+        let wrong = (0..10).map(|k| outcome(1 + k % 2, Kind::WrongArrival, 6.0, 4.0));
         let outcomes: Vec<_> = right.chain(wrong).collect();
-        let [answers, areas, combined, bins] = &sections(&outcomes)[..] else { panic!() };
+        let [together, disagreement, combined, bins] = &sections(&outcomes)[..] else { panic!() };
+        assert_eq!(together.table.rows[2][1..4], ["20", "15", "75 %"]);
+        assert_eq!(together.table.rows[4][1..], ["15", "15", "100 %", "5", "5", "0", "0"]);
+        assert_eq!(disagreement.table.rows[0][1..], ["15", "15", "100 %"]);
+        assert_eq!(disagreement.table.rows[3][1..], ["5", "0", "0 %"]);
         assert_eq!(
-            answers.table.rows,
-            [["degree 1", "40", "30", "10", "30", "30", "0", "0", "0", "0"].map(str::to_owned)]
+            (combined.table.rows[1][1].as_str(), combined.table.rows[5][1].as_str()),
+            ("0.50", "1.00")
         );
-        assert_eq!(areas.table.rows[0][1], "1.00");
-        assert_eq!(areas.table.rows[5][1], "0.50", "the margin is the same for all");
-        assert!(combined.table.rows[3][2] < combined.table.rows[0][2]);
+        assert!(combined.table.rows[5][2] < combined.table.rows[0][2]);
         let kept: Vec<_> = bins.table.rows.iter().map(|row| row[1].parse::<usize>().unwrap()).collect();
         assert_eq!(kept.iter().sum::<usize>(), 20);
         assert_eq!((bins.table.rows[0][3].as_str(), bins.table.rows[4][3].as_str()), ("0 %", "100 %"));

@@ -14,6 +14,7 @@ mod correspondence;
 mod course;
 mod doubt;
 mod floor;
+mod locate;
 mod paper;
 mod path_grid;
 
@@ -35,6 +36,7 @@ use crate::sketch::SketchGrid;
 pub use course::Aim;
 use course::{Course, Likely};
 use doubt::{Doubt, Settled, Told};
+pub use locate::locate;
 use paper::Paper;
 use path_grid::{Field, PathGrid};
 
@@ -296,8 +298,7 @@ impl Explorer {
             (Some(paper), Some(goal)) => paper.shares(goal),
             _ => Vec::new(),
         };
-        let more = |share: &f64| 1.0 + self.parameters.goal_emphasis * (share / WHOLE_SHARE).min(1.0);
-        self.emphasis = self.shares.iter().map(more).collect();
+        self.emphasis = emphasis(&self.shares, self.parameters.goal_emphasis);
     }
 
     /// Takes a step, with `left_s` seconds left for the task.
@@ -645,6 +646,12 @@ impl Paper {
             most_pieces: MOST_PIECES,
         }
     }
+}
+
+/// Returns the weight of each sample of the drawing's outline, given the goal's shares of them.
+fn emphasis(shares: &[f64], goal_emphasis: f64) -> Vec<f64> {
+    let more = |share: &f64| 1.0 + goal_emphasis * (share / WHOLE_SHARE).min(1.0);
+    shares.iter().map(more).collect()
 }
 
 fn distance(a: Place, b: Place) -> f64 {

@@ -1,0 +1,35 @@
+//! Where a goal lies according to the outline of what was seen, asked once and for itself.
+
+use sketchnav_mapping::Survey;
+use sketchnav_mapping::alignment::{Aligner, Anchor, Problem, Search, Weights, turn_by_walls};
+use sketchnav_mapping::outline::{Place, SeenOutline};
+use sketchnav_schemas::geometry::{Point, Pose, Sketch};
+
+use super::course::Likely;
+use super::emphasis;
+use super::paper::Paper;
+use crate::paths::parameters::Parameters;
+use crate::sketch::SketchGrid;
+
+/// Aligns the outline of a survey with the drawing's, as the planner does on its way. Returns the goal's place in the map, in metres,
+/// or `None` if more of its surroundings lies behind gaps than `parameters.goal_hidden_share`.
+pub fn locate(
+    sketch: &SketchGrid,
+    start: Pose<Sketch>,
+    goal: Point<Sketch>,
+    survey: &Survey,
+    parameters: &Parameters,
+) -> Option<Place> {
+    let paper = Paper::new(sketch, start, parameters.building_size_m)?;
+    let shares = paper.shares(goal);
+    let seen = SeenOutline::of_map(survey, &[], &paper.taking());
+    let turn_rad = turn_by_walls(&paper.outline, &seen, start.yaw_rad);
+    let anchor = Anchor { drawn: [start.x, start.y], seen: [0.0; 2], turn_rad, scale_m: paper.scale_m };
+    let weights = Weights { away_m: parameters.rival_away_m, ..Weights::default() };
+    let emphasis = emphasis(&shares, parameters.goal_emphasis);
+    let mut aligner = Aligner::default();
+    let (drawn, seen) = (&paper.outline, &seen);
+    aligner.set(&weights, &Problem { drawn, seen, anchor: &anchor, emphasis: &emphasis, forbidden: &[] });
+    let likely = Likely::new(&shares, seen, &Search::whole(&mut aligner)?);
+    likely.place.filter(|_| likely.hidden < parameters.goal_hidden_share)
+}

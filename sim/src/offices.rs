@@ -39,7 +39,7 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// All shapes. Their floors ship in `sim/missions/floors`.
+    /// All shapes. Their floors ship in `sim/missions/offices`.
     pub const ALL: [Self; 6] = [Self::L, Self::T, Self::Ring, Self::Double, Self::Hall, Self::Comb];
 
     /// Returns the name, which is also that of the file that ships.

@@ -27,7 +27,7 @@ fn golden_floors_are_up_to_date() {
     for shape in Shape::ALL {
         let made = toml::to_string(&shape.plan(1)).unwrap();
         let made_by = MADE_BY.replace("scenes", "offices");
-        is_as_made(&format!("floors/{}.floor.toml", shape.name()), &format!("{made_by}{made}"));
+        is_as_made(&format!("offices/{}.floor.toml", shape.name()), &format!("{made_by}{made}"));
     }
 }
 

@@ -68,7 +68,7 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     let missions = folders.project.join("sim/missions");
     let shipped = ("building", missions.join("building/building.floor.toml"));
     let made = Shape::ALL
-        .map(|shape| (shape.name(), missions.join("floors").join(format!("{}.floor.toml", shape.name()))));
+        .map(|shape| (shape.name(), missions.join("offices").join(format!("{}.floor.toml", shape.name()))));
     let (mut trials, mut notices) = (Vec::new(), Vec::new());
     for (name, path) in iter::once(shipped).chain(made) {
         let site = Site::open(folders, name, path)?;
@@ -295,7 +295,7 @@ mod tests {
     #[test]
     fn half_of_the_journeys_through_a_floor_are_among_people_and_all_have_room_at_the_start() {
         let folders = Folders::of_checkout();
-        let path = folders.project.join("sim/missions/floors/hall.floor.toml");
+        let path = folders.project.join("sim/missions/offices/hall.floor.toml");
         let site = Site::open(&folders, "hall", path).unwrap();
         let (journeys, _) = site.journeys().unwrap();
         assert_eq!(journeys.len(), 2 * JOURNEYS);
@@ -313,7 +313,7 @@ mod tests {
     fn the_robot_finds_the_poles_that_the_map_maker_expects_it_to_see_and_nothing_else() {
         let folders = Folders::of_checkout();
         let mut counts = Counts::default();
-        for name in ["building/building", "floors/ring", "floors/hall", "floors/comb"] {
+        for name in ["building/building", "offices/ring", "offices/hall", "offices/comb"] {
             let path = folders.project.join(format!("sim/missions/{name}.floor.toml"));
             counts.add(&Site::open(&folders, "seen", path).unwrap());
         }

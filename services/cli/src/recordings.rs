@@ -35,7 +35,7 @@ pub fn dispatch(tool: Tool) -> Result<Outcome, Failure> {
         }),
         Tool::Report { file, output, rooms, force, json } => with(&file, |whole| {
             refuse_to_overwrite(whole.sources().iter().chain(&rooms), &output)?;
-            refuse_a_recording(&output, force)?;
+            refuse_a_recording(&output, Some(force))?;
             report::report(whole, &output, rooms.as_deref(), json)
         }),
         Tool::Learn { file, options } => with(&file, |whole| learn::learn(whole, &options)),
@@ -73,16 +73,18 @@ fn refuse_to_overwrite<'a>(
     sketchnav_files::draft::refuse_to_overwrite(inputs.into_iter().map(PathBuf::as_path), output).or_input()
 }
 
-/// Rejects an output that is not a recording but would overwrite one, which is probably a mistake. `force` allows it.
-fn refuse_a_recording(output: &Path, force: bool) -> Result<(), Failure> {
+/// Rejects an output that is not a recording but would overwrite one, which is probably a mistake. The option `--force` of a command
+/// that has it allows it.
+fn refuse_a_recording(output: &Path, force: Option<bool>) -> Result<(), Failure> {
     let is_recording = || output.is_file() && (whole::is_packed(output) || copy::profile(output).is_ok());
-    if force || !is_recording() {
+    if force == Some(true) || !is_recording() {
         return Ok(());
     }
     let place = output.display();
+    let remedy =
+        if force.is_some() { "choose another --output, or use --force" } else { "choose another file" };
     Err(Failure::Input(anyhow!(
-        "{place}: expected a page to replace, or no file, found a recording; it is unchanged: choose another --output, or \
-         use --force"
+        "{place}: expected a file to replace, or none, found a recording; it is unchanged: {remedy}"
     )))
 }
 

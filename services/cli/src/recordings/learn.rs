@@ -22,8 +22,11 @@ use crate::output::out;
 /// Learns from a recording and writes what was learned.
 pub fn learn(whole: &Whole, options: &LearnOptions) -> Result<Outcome, Failure> {
     let output = options.output.clone().unwrap_or_else(|| whole.name().with_extension("learned"));
-    super::refuse_to_overwrite(whole.sources(), &output)?;
-    super::refuse_a_recording(&output, false)?;
+    let name = output.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let in_folder =
+        |ending| options.map_server.as_ref().map(|folder| folder.join(format!("{name}.{ending}")));
+    let [picture, yaml] = ["pgm", "yaml"].map(in_folder);
+    refuse_outputs(whole, [Some(&output), picture.as_ref(), yaml.as_ref(), options.svg.as_ref()])?;
     let recording = super::open(whole.path())?;
     if recording.index().or_input()?.is_cut_off() {
         super::tell_cut_off(whole.name().display());
@@ -33,21 +36,36 @@ pub fn learn(whole: &Whole, options: &LearnOptions) -> Result<Outcome, Failure> 
     let mut exports = Vec::new();
     if let Some(folder) = &options.map_server {
         std::fs::create_dir_all(folder).with_context(|| folder.display().to_string()).or_input()?;
-        let name = output.file_stem().unwrap_or_default().to_string_lossy();
         let map = map_server(&learned.map, &format!("{name}.pgm"));
-        for (ending, content) in [("pgm", map.pgm), ("yaml", map.yaml.into_bytes())] {
-            let path = folder.join(format!("{name}.{ending}"));
+        for (path, content) in
+            picture.into_iter().zip([map.pgm]).chain(yaml.into_iter().zip([map.yaml.into_bytes()]))
+        {
             write(&path, &content)?;
             exports.push(path);
         }
     }
     if let Some(path) = &options.svg {
-        super::refuse_a_recording(path, false)?;
         write(path, svg(&learned, &drawing).as_bytes())?;
         exports.push(path.clone());
     }
     report(&output, &learned, &exports, options.json)?;
     Ok(Outcome::Success)
+}
+
+/// Rejects outputs that would overwrite the recording, another recording or each other.
+fn refuse_outputs(whole: &Whole, outputs: [Option<&PathBuf>; 4]) -> Result<(), Failure> {
+    let outputs: Vec<_> = outputs.into_iter().flatten().collect();
+    for (i, output) in outputs.iter().enumerate() {
+        super::refuse_to_overwrite(whole.sources(), output)?;
+        super::refuse_a_recording(output, None)?;
+        if outputs[..i].contains(output) {
+            let place = output.display();
+            return Err(Failure::Input(anyhow!(
+                "{place}: expected a file of its own for each output, found it twice"
+            )));
+        }
+    }
+    Ok(())
 }
 
 fn write(path: &Path, content: &[u8]) -> Result<(), Failure> {

@@ -58,7 +58,7 @@ impl Relation for Place {
         self != other && matches!(turn, 0 | 1 | 15) && self.grade.abs_diff(other.grade) <= 1
     }
 
-    /// Returns `None`, because the best direction of two jumps from the one to the other.
+    /// Returns `None`, because the best direction jumps between neighbouring directions.
     fn between(self, _: Self) -> Option<Self> {
         None
     }

@@ -20,6 +20,7 @@ use sketchnav_stage::{Heard, Instant, Outbox, Remains, Stage, StageError};
 use crate::filter::parameters::Parameters;
 use crate::filter::{self, Estimate, Filter, FilterError, Start};
 use crate::learned::CELLS_PER_M;
+use crate::reading::Settings;
 use crate::sketch::{CellsError, SketchGrid};
 
 /// Simulation time between two samples of the particle set, in nanoseconds.
@@ -93,6 +94,16 @@ pub struct Localizer {
     too_old_ns: Option<u64>,
 }
 
+/// Returns the start in a learned map, in which the robot may be anywhere, as uncertain as if a person had marked it.
+fn as_if_marked(anywhere: Start) -> Start {
+    let usual = Settings::default();
+    Start {
+        spread_px: anywhere.spread_px * usual.start_spread_share,
+        spread_rad: usual.start_spread_deg.to_radians(),
+        ..anywhere
+    }
+}
+
 impl Localizer {
     /// Creates the localizer of a run, with parameters from the mission.
     ///
@@ -158,14 +169,15 @@ impl Localizer {
             }
             Filter::new(&sketch, mounting, drive, parameters, start, self.seed)
         };
-        // The start is at least as uncertain as at the start of the mission, since the covariance does not cover everything.
+        // The start is at least as uncertain as a mark, since the covariance does not cover everything.
+        let mark = if self.is_learned { as_if_marked(marked) } else { marked };
         let last = self.start.take().map(|last| Start {
-            spread_px: last.spread_px.max(marked.spread_px),
-            spread_rad: last.spread_rad.max(marked.spread_rad),
+            spread_px: last.spread_px.max(mark.spread_px),
+            spread_rad: last.spread_rad.max(mark.spread_rad),
             ..last
         });
         self.filter = Some(last.and_then(|last| begin(last).ok()).map_or_else(|| begin(marked), Ok)?);
-        (self.sketch_seq, self.estimate, self.marked) = (map.header.seq, None, Some(marked));
+        (self.sketch_seq, self.estimate, self.marked) = (map.header.seq, None, Some(mark));
         Ok(())
     }
 

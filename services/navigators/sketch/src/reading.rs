@@ -53,6 +53,7 @@ pub use error::SketchError;
 pub use file::read;
 pub use labels::Label;
 pub use left_out::LeftOut;
+pub(crate) use places::nearest_free;
 pub use places::{ImageTask, Intent, Places, route_heading_rad};
 pub use preview::preview;
 pub use publish::{fill_cells, fill_sketch, fill_understood};

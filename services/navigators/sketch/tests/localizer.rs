@@ -295,6 +295,21 @@ fn a_person_who_says_where_the_robot_is_has_its_particles_drawn_there() {
 }
 
 /// A lost robot does not know its heading either, so it has to try all of them.
+/// In a learned map the robot may be anywhere, but a person who says where it is means that place.
+#[test]
+fn a_place_that_was_told_counts_in_a_learned_map_too() {
+    let (mut map, cells) = room();
+    (map.start_spread_px, map.start_spread_rad) = (128.0, std::f64::consts::PI);
+    let mission = MISSION.replace("drawing = ", "learned_file = \"room.learned\"\ndrawing = ");
+    let run = RunConfig::lockstep("test", Mission::parse(&mission).unwrap(), Robot::parse(ROBOT).unwrap(), 1);
+    let mut localizer = Hosted { stage: Localizer::new(&run).unwrap(), ..Hosted::new("") };
+    localizer.hear(SKETCH, &map, &cells).unwrap();
+    localizer.answer(&at_the_origin(), &scan(1));
+    let (_, particles) = particles_after(&mut localizer, &here(25.0, 55.0, Some(1.0)));
+    let off = |[x, y, _]: &[f32; 3]| (x - 25.0).hypot(y - 55.0);
+    assert!(!particles.is_empty() && particles.iter().all(|at| off(at) < 20.0), "{particles:?}");
+}
+
 #[test]
 fn a_lost_robot_that_is_told_a_place_tries_every_heading() {
     let mut localizer = settled();

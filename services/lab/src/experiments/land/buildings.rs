@@ -74,9 +74,9 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
         let site = Site::open(folders, name, path)?;
         let (journeys, unjoined) = site.journeys()?;
         notices.push(format!(
-            "{name}: {} poles; no path joins {unjoined} of {} further pairs.",
+            "{name}: {} poles. Of {} pairs of poles, no path joins {unjoined}.",
             site.poles.len(),
-            journeys.len() + unjoined
+            journeys.len() / 2 + unjoined
         ));
         trials.extend(journeys);
     }
@@ -122,7 +122,7 @@ impl<'a> Site<'a> {
         Ok(Self { folders, name, path, plan, inhabitants, poles, ground, pavement })
     }
 
-    /// Returns the journeys, and how many further pairs of poles no path joins.
+    /// Returns the journeys, without people and among them, and how many further pairs of poles no path joins.
     fn journeys(&self) -> Result<(Vec<Trial>, usize), EvalError> {
         let mut rng = seed::stream(1, &format!("eval/buildings/journeys/{}", self.name));
         let (mut calm, mut among_people, mut unjoined) = (Vec::new(), Vec::new(), 0);

@@ -218,7 +218,7 @@ fn combinations(arrivals: &[Arrival<'_>]) -> Section {
         "What tells right arrivals from wrong ones",
         &["signs", "area under the curve", "logarithmic loss", "squared error", "coefficients"],
         COMBINATIONS.iter().map(row).collect(),
-        "Logistic regressions, fitted to the floors with the number 1 and checked on those with the numbers 2 and 3. The area is the probability that a right arrival is given more than a wrong one, and 0.5 is chance. Smaller losses are better.",
+        "Logistic regressions, fitted to the floors with the number 1 and checked on those with the numbers 2 and 3. The area is the probability that a right arrival gets a higher probability than a wrong one, and 0.5 is chance. Smaller losses are better.",
     )
 }
 
@@ -241,7 +241,7 @@ fn bins(arrivals: &[Arrival<'_>]) -> Section {
         ]
     };
     section(
-        "Stated and kept on other floors",
+        "Stated and actual shares on other floors",
         &["stated", "arrivals", "mean stated", "right"],
         (0..BINS).map(row).collect(),
         "The probability of a right arrival by all signs, fitted to the floors with the number 1, on those with the numbers 2 and 3.",

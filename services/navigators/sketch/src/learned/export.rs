@@ -14,7 +14,8 @@ use sketchnav_schemas::geometry::Point;
 const MARGIN: i64 = 10;
 /// Distance from what was seen, in cells, within which the drawing is not shown.
 const SEEN_AROUND: usize = 12;
-/// Maximum size of the picture compared with that of what was seen. A drawing that extends farther is cut.
+/// How far the picture extends beyond what was seen on each side, compared with the size of what was seen. A drawing that extends
+/// farther is cut.
 const LARGEST: i64 = 3;
 
 /// A map in the format of map_server.
@@ -30,7 +31,7 @@ pub struct MapServer {
 pub fn map_server(map: &LearnedMap, picture: &str) -> MapServer {
     let [x, y] = map.origin_m;
     let yaml = format!(
-        "image: {picture}\nresolution: {CELL_M}\norigin: [{x}, {y}, 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
+        "image: {picture:?}\nresolution: {CELL_M}\norigin: [{x}, {y}, 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
     );
     let mut pgm = format!("P5\n{} {}\n255\n", map.width, map.height()).into_bytes();
     let tone = |cell: &Cell| match cell {
@@ -38,7 +39,7 @@ pub fn map_server(map: &LearnedMap, picture: &str) -> MapServer {
         Cell::Occupied => 0,
         Cell::Unknown => 205,
     };
-    pgm.extend(map.cells.chunks(map.width).rev().flatten().map(tone));
+    pgm.extend(map.cells.chunks(map.width.max(1)).rev().flatten().map(tone));
     MapServer { yaml, pgm }
 }
 

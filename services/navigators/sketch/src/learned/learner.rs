@@ -47,7 +47,7 @@ pub enum LearnError {
     #[error("expected estimates of where the robot is in the drawing, found fewer than two places")]
     NowhereInTheDrawing,
     /// What was seen is larger than a map may be.
-    #[error("expected a map of at most 3180080 cells of 0.05 m, found {0}")]
+    #[error("expected a map of at most {MAX_SKETCH_CELLS} cells of 0.05 m, found {0}")]
     TooLarge(usize),
 }
 
@@ -164,7 +164,12 @@ impl Learner {
 
     fn on_status(&mut self, status: &MissionStatus) {
         match TaskState::from_code(status.state) {
-            Some(TaskState::Driving) => self.is_among_rooms = status.reason.as_str() == ROOMS,
+            Some(TaskState::Driving) => match status.reason.as_str() {
+                ROOMS => self.is_among_rooms = true,
+                "" => self.is_among_rooms = false,
+                // Detours and recoveries say nothing about how the robot finds its way.
+                _ => {}
+            },
             Some(TaskState::Reached) if self.arrived.iter().all(|arrived| arrived.task != status.task) => {
                 let is_by_outline = !self.is_among_rooms && !self.aligned.is_empty();
                 if is_by_outline {
@@ -176,9 +181,17 @@ impl Learner {
                     estimate: self.estimate,
                     goal: self.aligned_goal.filter(|_| is_by_outline),
                 });
+                self.forget_alignment();
             }
+            Some(TaskState::Blocked | TaskState::Lost | TaskState::TimedOut) => self.forget_alignment(),
             _ => {}
         }
+    }
+
+    /// Forgets what belongs to the task that has ended.
+    fn forget_alignment(&mut self) {
+        self.aligned.clear();
+        (self.aligned_goal, self.is_among_rooms) = (None, false);
     }
 
     /// Returns what was learned. `drawing` is the drawing of the drive with the places marked in it, and `file` describes its file.
@@ -264,7 +277,7 @@ impl Arrived {
         };
         let here = [self.robot.x, self.robot.y];
         let is_good = |at: &Place| distance(*at, here) <= GOAL_WITHIN_M && map.at_m(*at) == Cell::Free;
-        self.goal.or_else(by_estimate).filter(is_good).unwrap_or(here)
+        self.goal.filter(is_good).or_else(|| by_estimate().filter(is_good)).unwrap_or(here)
     }
 }
 

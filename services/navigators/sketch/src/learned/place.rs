@@ -74,7 +74,9 @@ impl Learned {
             Ok(ImageTask { points, name: task.name.clone(), is_named: true, time_limit_s: task.time_limit_s })
         });
         let tasks = tasks.collect::<Result<_, SketchError>>()?;
-        let start = self.map.to_image([0.0; 2]);
+        // The robot stood at the origin, but something else may have stood there later.
+        let origin = drawing.from_image(self.map.to_image([0.0; 2]));
+        let start = drawing.to_image(&reading::nearest_free(&drawing, &origin).unwrap_or(origin));
         let placed = Intent { start: Some(start), heading_deg: Some(0.0), tasks };
         let places = placed.place(&drawing, &options.settings)?;
         let anywhere = Places {
@@ -91,20 +93,15 @@ impl Learned {
         let is_same = |goal: &&Goal| (goal.at[0] - at[0]).hypot(goal.at[1] - at[1]) <= SAME_GOAL_PX;
         let arrived = self.goals.iter().filter(is_same).find_map(|goal| goal.at_m);
         let at_m = arrived.or_else(|| warp.apply([at[0], -at[1]]))?;
-        let near = nearest_free(drawing, &drawing.from_image(self.map.to_image(at_m)))?;
+        let near = free_near(drawing, &drawing.from_image(self.map.to_image(at_m)))?;
         Some(drawing.to_image(&near))
     }
 }
 
 /// Returns the point itself if it is free, or else the centre of the nearest free cell that is at most [`SEEN_WITHIN`] cells away.
-fn nearest_free(drawing: &DrawnMap, point: &Point<Sketch>) -> Option<Point<Sketch>> {
+fn free_near(drawing: &DrawnMap, point: &Point<Sketch>) -> Option<Point<Sketch>> {
     if drawing.cell(point) == Some(FREE) {
         return Some(*point);
     }
-    let reach = SEEN_WITHIN as i64;
-    let cells = (-reach..=reach).flat_map(|dy| (-reach..=reach).map(move |dx| (dx, dy)));
-    cells
-        .map(|(dx, dy)| Point::new(point.x.floor() + dx as f64 + 0.5, point.y.floor() + dy as f64 + 0.5))
-        .filter(|cell| drawing.cell(cell) == Some(FREE) && cell.distance(point) <= SEEN_WITHIN)
-        .min_by(|a, b| a.distance(point).total_cmp(&b.distance(point)))
+    reading::nearest_free(drawing, point).filter(|cell| cell.distance(point) <= SEEN_WITHIN)
 }

@@ -212,6 +212,8 @@ impl Driver {
     /// Begins a task from the robot's current position, which is that of `chart`.
     pub fn begin(&mut self, task: &Task, chart: &Chart) {
         let start = task.points.first().copied().unwrap_or(task.end());
+        // The time of a task begins anew, and so does a search.
+        self.finding = self.finding.map(|_| Finding::default());
         let far = chart.distance_m(chart.robot_px().position(), start) > self.parameters.route_window_m;
         let guide = match (task.is_route(), far) {
             (false, _) if self.explorer.as_ref().is_some_and(Explorer::is_in_charge) => Guide::Outline,
@@ -419,7 +421,8 @@ impl Driver {
     /// been stuck too often ends the task as blocked.
     fn begin_recovery(&mut self, chart: &Chart, now_s: f64, dt_s: f64) -> TaskStatus {
         self.stop(dt_s);
-        if let Some(off_m) = self.goal_within(chart, self.parameters.near_radius_m) {
+        let is_known = self.finding.is_none();
+        if let Some(off_m) = self.goal_within(chart, self.parameters.near_radius_m).filter(|_| is_known) {
             return self.arrive(Reason::NearEnough(off_m), chart, now_s, dt_s);
         }
         let place = chart.robot_m().position();

@@ -230,7 +230,7 @@ fn in_wall(drawing: &DrawnMap, what: &str, at: [f64; 2]) -> SketchError {
 }
 
 /// Returns the centre of the nearest free cell.
-fn nearest_free(drawing: &DrawnMap, point: &Point<Sketch>) -> Option<Point<Sketch>> {
+pub(crate) fn nearest_free(drawing: &DrawnMap, point: &Point<Sketch>) -> Option<Point<Sketch>> {
     nearest(drawing, point, |cell| drawing.cell(cell) == Some(FREE))
 }
 

@@ -57,8 +57,7 @@ impl Driver {
             self.attempt.look_again(now_s, Some(chart));
             return None;
         }
-        let is_looking = matches!(self.attempt.recovery, Some(Recovery::Spin { .. }));
-        if !is_looking && self.attempt.recovery.is_none() && now_s >= finding.look_due_s {
+        if self.attempt.recovery.is_none() && now_s >= finding.look_due_s {
             if finding.looks >= MOST_LOOKS {
                 let looks = finding.looks;
                 self.stop(dt_s);

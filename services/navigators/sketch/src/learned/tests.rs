@@ -109,7 +109,7 @@ fn another_goal_is_where_the_correspondence_has_it_if_that_was_seen() {
 fn the_map_of_map_server_has_its_rows_from_the_top() {
     let learned = room();
     let MapServer { yaml, pgm } = map_server(&learned.map, "a.pgm");
-    assert!(yaml.contains("image: a.pgm\nresolution: 0.05\norigin: [-1, -1, 0.0]\n"), "{yaml}");
+    assert!(yaml.contains("image: \"a.pgm\"\nresolution: 0.05\norigin: [-1, -1, 0.0]\n"), "{yaml}");
     let pixels = pgm.strip_prefix(b"P5\n90 70\n255\n").unwrap();
     assert_eq!(pixels.len(), 90 * 70);
     // The wall to the left of the middle begins at the top.

@@ -111,9 +111,6 @@ struct Area {
     high: [i32; 2],
 }
 
-/// An axis along which rooms are placed beside a corridor, and the side of the corridor across it.
-const SIDES: [(usize, bool); 4] = [(0, true), (0, false), (1, true), (1, false)];
-
 impl Area {
     fn overlaps(&self, other: &Self) -> bool {
         (0..2).all(|axis| self.low[axis] < other.high[axis] && other.low[axis] < self.high[axis])
@@ -136,8 +133,8 @@ impl Area {
         })
     }
 
-    /// Returns a room beside this corridor, `from` centimetres from its beginning.
-    fn beside(&self, (axis, is_above): (usize, bool), from: i32, width: i32, depth: i32) -> Self {
+    /// Returns a room beside this corridor, which extends along `axis`, `from` centimetres from the beginning of the axis.
+    fn beside(&self, axis: usize, is_above: bool, from: i32, width: i32, depth: i32) -> Self {
         let across = 1 - axis;
         let mut room = *self;
         (room.low[axis], room.high[axis]) = (from, from + width);
@@ -171,7 +168,7 @@ impl Floor {
         // No rooms at the ends of a corridor: its long sides are those along its longer axis.
         let length = |axis: usize| corridor.high[axis] - corridor.low[axis];
         let long = usize::from(length(1) > length(0));
-        for side in SIDES.into_iter().filter(|(axis, _)| *axis == long) {
+        for is_above in [true, false] {
             let depth = decimetres(DEPTH_CM, rng);
             let mut from = corridor.low[long];
             loop {
@@ -180,14 +177,14 @@ impl Floor {
                 if left < ROOM_CM[0] {
                     break;
                 }
-                // What is left after this room must hold another one.
+                // A rest in which no other room fits goes to this one, as far as it may be so wide.
                 let width = if left - width < ROOM_CM[0] { left.min(ROOM_CM[1]) } else { width };
-                let room = corridor.beside(side, from, width, depth);
+                let room = corridor.beside(long, is_above, from, width, depth);
                 if self.areas.iter().any(|area| area.overlaps(&room)) {
                     from += 20;
                     continue;
                 }
-                let across = if side.1 { corridor.high[1 - long] } else { corridor.low[1 - long] };
+                let across = if is_above { corridor.high[1 - long] } else { corridor.low[1 - long] };
                 let at = from + rng.random_range(CORNER_CM..=width - CORNER_CM);
                 self.doors.push(door(long, at, across, rng.random_range(DOOR_CM[0]..=DOOR_CM[1])));
                 self.areas.push(room);

@@ -5,6 +5,7 @@ use rand_pcg::Pcg64Mcg;
 use sketchnav_schemas::floor_plan::{Furniture, Person};
 use sketchnav_schemas::seed;
 use sketchnav_sim::convex::Convex;
+use sketchnav_sim::scenes::distance;
 
 use crate::experiments::ground::Ground;
 use crate::experiments::trial::Trial;
@@ -105,10 +106,6 @@ fn ends(trial: &Trial) -> [[f64; 2]; 2] {
 
 fn stream(trial: &Trial, what: &str) -> Pcg64Mcg {
     seed::stream(1, &format!("eval/{what}/{}", trial.name))
-}
-
-fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
-    (a[0] - b[0]).hypot(a[1] - b[1])
 }
 
 #[cfg(test)]

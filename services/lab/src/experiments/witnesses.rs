@@ -9,6 +9,7 @@
 mod tables;
 
 use serde::{Deserialize, Serialize};
+use sketchnav_mapping::survey::OFF_FREE_M;
 use sketchnav_mapping::{Mapper, Parameters, Scan, Survey};
 use sketchnav_rehearsal::Tap;
 use sketchnav_schemas::channels::{ChannelSpec, ODOMETRY, SCAN};
@@ -40,8 +41,6 @@ const DRAWINGS_OF_FLOOR: u64 = 4;
 const FIRST_DRAWING: [u64; 2] = [104, 8];
 /// Distance, in metres, up to which two witnesses have the goal at the same place.
 const AGREE_M: f64 = 2.5;
-/// Maximum distance of the robot from the free part of its map, in metres.
-const OFF_FREE_M: f64 = 0.6;
 
 /// Loads the suite.
 ///

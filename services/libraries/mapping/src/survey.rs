@@ -9,6 +9,10 @@ use crate::region::Region;
 /// Number of stretches of free cells yet to be visited for which memory is reserved.
 const WAITING: usize = 1 << 14;
 
+/// Maximum distance, in metres, of a robot from the free part of its own map. Its laser does not see the floor that it stands on,
+/// so the nearest free cells may be some way off.
+pub const OFF_FREE_M: f64 = 0.6;
+
 /// The map as a grid, and the free space connected to the robot's position.
 #[derive(Debug, Clone, Default)]
 pub struct Survey {

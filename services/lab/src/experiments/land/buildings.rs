@@ -19,6 +19,7 @@ use sketchnav_schemas::floor_plan::{FloorPlan, Person};
 use sketchnav_schemas::mission::WorldSource;
 use sketchnav_schemas::seed;
 use sketchnav_sim::offices::Shape;
+use sketchnav_sim::scenes::distance;
 use sketchnav_sim::{files, floor_plan, poles};
 use sketchnav_stage::StageError;
 
@@ -137,8 +138,7 @@ impl<'a> Site<'a> {
                 unjoined += 1;
                 continue;
             }
-            let is_away =
-                |person: &&Person| person.waypoints.iter().all(|at| distance_m(*at, start) > AWAY_M);
+            let is_away = |person: &&Person| person.waypoints.iter().all(|at| distance(*at, start) > AWAY_M);
             let Some(way_m) =
                 self.way_m(start, goal).filter(|_| self.inhabitants.iter().all(|who| is_away(&who)))
             else {
@@ -162,10 +162,10 @@ impl<'a> Site<'a> {
             [from[0] + BESIDE_M * turn_rad.cos(), from[1] + BESIDE_M * turn_rad.sin()]
         });
         let fits = |at: &[f64; 2]| {
-            self.ground.fits(*at) && self.poles.iter().all(|pole| distance_m(*pole, *at) >= BESIDE_M - 0.01)
+            self.ground.fits(*at) && self.poles.iter().all(|pole| distance(*pole, *at) >= BESIDE_M - 0.01)
         };
         let start = around.into_iter().find(fits)?;
-        (distance_m(*from, *goal) >= LEAST_M).then_some((start, *goal))
+        (distance(*from, *goal) >= LEAST_M).then_some((start, *goal))
     }
 
     /// Returns the length of the shortest way from a place to a pole, in metres.
@@ -230,16 +230,12 @@ impl<'a> Site<'a> {
     }
 }
 
-fn distance_m(a: [f64; 2], b: [f64; 2]) -> f64 {
-    (a[0] - b[0]).hypot(a[1] - b[1])
-}
-
 /// Returns poles on either side of each door, and further ones at random. `free` says where one fits.
 fn put_up(plan: &FloorPlan, free: &Ground, rng: &mut Pcg64Mcg) -> Vec<[f64; 2]> {
     let mut poles: Vec<[f64; 2]> = Vec::new();
     let fits = |poles: &[[f64; 2]], at: [f64; 2]| {
-        poles.iter().all(|pole| distance_m(*pole, at) >= APART_M)
-            && plan.door.iter().all(|door| distance_m(door.at, at) >= FROM_DOORS_M)
+        poles.iter().all(|pole| distance(*pole, at) >= APART_M)
+            && plan.door.iter().all(|door| distance(door.at, at) >= FROM_DOORS_M)
     };
     for door in &plan.door {
         for i in 0..4 {
@@ -250,7 +246,7 @@ fn put_up(plan: &FloorPlan, free: &Ground, rng: &mut Pcg64Mcg) -> Vec<[f64; 2]> 
                 door.at[0] + from_wall_m * x + ASIDE_M * y.abs(),
                 door.at[1] + from_wall_m * y + ASIDE_M * x.abs(),
             ];
-            let near = |at: [f64; 2]| distance_m(at, wanted) <= MOVED_M && fits(&poles, at);
+            let near = |at: [f64; 2]| distance(at, wanted) <= MOVED_M && fits(&poles, at);
             poles.extend(free.nearest(wanted, near).map(to_centimetres));
         }
     }

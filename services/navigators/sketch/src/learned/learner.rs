@@ -6,6 +6,7 @@
 
 use sketchnav_mapping::mapper::Mapper;
 use sketchnav_mapping::outline::Place;
+use sketchnav_mapping::survey::OFF_FREE_M;
 use sketchnav_mapping::{Cell, CellGrid, Map, Scan, Survey};
 use sketchnav_schemas::channels::{ChannelSpec, ODOMETRY, SCAN, STATUS};
 use sketchnav_schemas::codes::{TaskState, Tracking};
@@ -24,8 +25,6 @@ use crate::task::Task;
 
 /// Distance, in metres, between the places of the way that are paired with the drawing.
 const PAIR_EVERY_M: f64 = 0.5;
-/// Maximum distance of the robot from the free part of its map, in metres.
-const OFF_FREE_M: f64 = 0.6;
 /// Maximum distance, in metres, of a goal from where the robot reported that it had arrived.
 const GOAL_WITHIN_M: f64 = 1.0;
 /// Margin around what was seen, in cells.

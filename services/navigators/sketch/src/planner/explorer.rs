@@ -27,6 +27,7 @@ use sketchnav_mapping::alignment::{
 use sketchnav_mapping::mapper::{self, Mapper};
 use sketchnav_mapping::outline::{Place, SeenOutline, Taking};
 use sketchnav_mapping::scan::Scan;
+use sketchnav_mapping::survey::OFF_FREE_M;
 use sketchnav_mapping::{Map, Survey};
 use sketchnav_schemas::geometry::{Base, Odom, Point, Pose, Sketch};
 use sketchnav_schemas::message::LaserScan;
@@ -46,8 +47,6 @@ const SAMPLES: usize = 220;
 const WORK: usize = 600_000;
 /// Maximum number of pieces of a seen outline.
 const MOST_PIECES: usize = 900;
-/// Maximum distance of the robot from the free part of its map, in metres.
-const OFF_FREE_M: f64 = 0.6;
 /// Maximum number of places in gaps that are shut.
 const MOST_SHUT: usize = 4096;
 /// Distance, in metres, after which the outline is aligned again on the way to a gap or the goal.

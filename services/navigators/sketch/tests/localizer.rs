@@ -306,8 +306,8 @@ fn a_place_that_was_told_counts_in_a_learned_map_too() {
     localizer.hear(SKETCH, &map, &cells).unwrap();
     localizer.answer(&at_the_origin(), &scan(1));
     let (_, particles) = particles_after(&mut localizer, &here(25.0, 55.0, Some(1.0)));
-    let off = |[x, y, _]: &[f32; 3]| (x - 25.0).hypot(y - 55.0);
-    assert!(!particles.is_empty() && particles.iter().all(|at| off(at) < 20.0), "{particles:?}");
+    let is_near = |[x, y, _]: &&[f32; 3]| (x - 25.0).hypot(y - 55.0) < 30.0;
+    assert!(10 * particles.iter().filter(is_near).count() > 9 * particles.len(), "{particles:?}");
 }
 
 #[test]

@@ -86,7 +86,7 @@ pub struct Server {
     sent_time: (u64, Option<Instant>),
 }
 
-/// What viewers are told about the served system or recording.
+/// Description of the served system or recording, which is sent to viewers.
 pub struct Served {
     /// Name shown to people.
     pub name: String,

@@ -212,7 +212,7 @@ impl Driver {
     /// Begins a task from the robot's current position, which is that of `chart`.
     pub fn begin(&mut self, task: &Task, chart: &Chart) {
         let start = task.points.first().copied().unwrap_or(task.end());
-        // The time of a task begins anew, and so does a search.
+        // Times are relative to the beginning of the task, so a search that is under way starts over.
         self.finding = self.finding.map(|_| Finding::default());
         let far = chart.distance_m(chart.robot_px().position(), start) > self.parameters.route_window_m;
         let guide = match (task.is_route(), far) {

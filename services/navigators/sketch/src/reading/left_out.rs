@@ -51,7 +51,7 @@ pub enum LeftOut {
     },
     /// Shapes in an embedded document.
     Foreign(String),
-    /// Path data or points that cannot be read beyond some character.
+    /// Path data or points with a syntax error. Everything up to the error is kept.
     Points {
         /// The element.
         element: String,

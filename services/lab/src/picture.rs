@@ -14,6 +14,7 @@ mod marks;
 mod plane;
 pub mod svg;
 mod task;
+mod witnesses;
 
 use image::ImageEncoder;
 use sketchnav_schemas::codes::WALL;
@@ -28,6 +29,7 @@ pub use plane::{PlanePicture, PlannedMap, plane};
 pub use svg::escape;
 use svg::{Sheet, View};
 pub use task::{TaskMark, TaskPicture};
+pub use witnesses::{Claims, DrawnRooms, claims, drawn_rooms};
 
 /// Why a picture cannot be drawn.
 #[derive(Debug, thiserror::Error)]
@@ -158,8 +160,10 @@ pub fn moment(moment: &Moment<'_>) -> Result<String, PictureError> {
 
 /// Draws the true floor as SVG, with contacts, a scale bar and, if the robot drove, its true trajectory.
 pub fn floor(picture: &FloorPicture<'_>) -> String {
-    let (low, high) = extent(picture);
-    let view = View::new(low, high, 0.04);
+    let start = picture.start.position();
+    let around_start = [-1.0, 1.0].map(|off| Point::<World>::new(start.x + off, start.y + off));
+    let trails = picture.tasks.iter().flat_map(|task| &task.trail);
+    let view = View::around(picture.shapes.walls.iter().flatten().chain(trails).chain(&around_start));
     let mut sheet = Sheet::new(view, picture.title);
     marks::places(&mut sheet, picture.tasks);
     for view in picture.views {
@@ -192,20 +196,6 @@ pub fn floor(picture: &FloorPicture<'_>) -> String {
     symbols.extend((!picture.contacts.is_empty()).then_some(Symbol::Contact));
     marks::legend(&mut sheet, picture.tasks, &symbols);
     sheet.finish()
-}
-
-/// Returns the smallest box around walls, trails and the start, with at least one metre around the start.
-fn extent(picture: &FloorPicture<'_>) -> ([f64; 2], [f64; 2]) {
-    let start = picture.start.position();
-    let (mut low, mut high) = ([start.x - 1.0, start.y - 1.0], [start.x + 1.0, start.y + 1.0]);
-    let trails = picture.tasks.iter().flat_map(|task| &task.trail);
-    for point in
-        picture.shapes.walls.iter().flatten().chain(trails).filter(|p| p.x.is_finite() && p.y.is_finite())
-    {
-        low = [low[0].min(point.x), low[1].min(point.y)];
-        high = [high[0].max(point.x), high[1].max(point.y)];
-    }
-    (low, high)
 }
 
 /// Packs the walls as a PNG, dark on white with row 0 at the top. A whole canvas takes a few dozen kilobytes.

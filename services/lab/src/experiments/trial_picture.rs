@@ -2,21 +2,24 @@
 
 use crate::judge::{self, TaskSpan};
 use crate::picture::{
-    self, DrawnOutline, FloorPicture, FloorShapes, PictureError, SeenOutline, SketchPicture, TaskMark,
-    TaskPicture,
+    self, Claims, DrawnOutline, DrawnRooms, FloorPicture, FloorShapes, PictureError, SeenOutline,
+    SketchPicture, TaskMark, TaskPicture,
 };
-use sketchnav_schemas::geometry::{Point, Pose, World};
+use sketchnav_schemas::geometry::{Point, Pose, Sketch, World};
 use sketchnav_schemas::message::Message;
 use sketchnav_sketch::messages::Correspondence;
 use sketchnav_sketch::mission::SketchMission;
+use sketchnav_sketch::reading::DrawnMap;
 
 use crate::error::EvalError;
 use crate::experiments::outcome::Kind;
 use crate::experiments::run::{Driven, kind_of};
 use crate::experiments::trial::{Sheet, Trial};
+use crate::experiments::witnesses::Asked;
 
 /// Returns the pictures of a run as SVG, each with its name: `sketch` if there is a drawing, and `floor`. For the method
-/// `outline`, this adds `outline-sketch` and `outline-floor`, which show the correspondence at the end of the run.
+/// `outline`, this adds `outline-sketch` and `outline-floor`, which show the correspondence at the end of the run. If regions
+/// joined by doors are asked, `rooms-sketch` and `witnesses-floor` show their answer and those of the other witnesses.
 ///
 /// # Errors
 /// [`EvalError`] if the world or the drawing cannot be drawn.
@@ -32,6 +35,12 @@ pub fn draw(trial: &Trial, driven: &Driven) -> Result<Vec<(&'static str, String)
     if let Some(((sheet, mission), found)) = drawn.zip(driven.log.correspondences.last()) {
         pictures.push(("outline-sketch", outline_sketch(driven, (sheet, mission), found)?));
         pictures.push(("outline-floor", outline_floor(driven, found)?));
+    }
+    let last = driven.verdicts.len().checked_sub(1);
+    let asked = last.and_then(|task| Some((task, driven.witness.as_ref()?.ask(&driven.log, task)?)));
+    if let Some(((sheet, mission), (task, asked))) = drawn.zip(asked) {
+        pictures.push(("rooms-sketch", rooms_sketch(driven, (sheet, mission), &asked)?));
+        pictures.push(("witnesses-floor", witnesses_floor(driven, task, &asked)?));
     }
     Ok(pictures)
 }
@@ -106,15 +115,13 @@ fn outline_sketch(
 ) -> Result<String, PictureError> {
     let paper = &sheet.paper;
     let place = |at: [f64; 2]| paper.from_image(at);
-    let start = mission.start.map(place).unwrap_or(Point::new(0.0, 0.0));
-    let heading_deg = mission.start_heading_deg.unwrap_or_default();
     let goal = mission.tasks.last().and_then(|task| task.aim.points().last().copied()).map(place);
     picture::drawn_outline(&DrawnOutline {
         title: &title(driven, "the sketch's outline"),
         width_px: paper.width_px,
         height_px: paper.height_px,
         cells: &paper.cells,
-        start: Pose::new(start.x, start.y, heading_deg.to_radians()),
+        start: marked_start(paper, mission),
         goal: goal.unwrap_or(Point::new(0.0, 0.0)),
         found,
     })
@@ -131,6 +138,43 @@ fn outline_floor(driven: &Driven, found: &Correspondence) -> Result<String, Eval
         trail: &trail,
         found,
     }))
+}
+
+fn rooms_sketch(
+    driven: &Driven,
+    (sheet, mission): (&Sheet, &SketchMission),
+    asked: &Asked,
+) -> Result<String, PictureError> {
+    let paper = &sheet.paper;
+    picture::drawn_rooms(&DrawnRooms {
+        title: &title(driven, "the sketch as regions joined by doors"),
+        width_px: paper.width_px,
+        height_px: paper.height_px,
+        cells: &paper.cells,
+        start: marked_start(paper, mission),
+        goal: asked.goal,
+        rooms: asked.rooms.as_ref().map(|rooms| (&rooms.drawing, &rooms.answer)),
+    })
+}
+
+fn witnesses_floor(driven: &Driven, task: usize, asked: &Asked) -> Result<String, EvalError> {
+    let world = sketchnav_sim::files::world(&driven.run.mission.world)?;
+    let trail: Vec<_> = driven.log.truth.iter().map(|truth| truth.pose().position()).collect();
+    Ok(picture::claims(&Claims {
+        title: &title(driven, "where three witnesses have the goal"),
+        shapes: &FloorShapes::of(&world),
+        trail: &trail,
+        place: &picture::place_outline(&driven.run.mission.task[task].there),
+        claims: asked.claims,
+        origin: asked.origin,
+        rooms: asked.rooms.as_ref().map(|rooms| (&rooms.map, &rooms.answer)),
+    }))
+}
+
+/// Returns the start as marked in the drawing.
+fn marked_start(paper: &DrawnMap, mission: &SketchMission) -> Pose<Sketch> {
+    let at = mission.start.map_or(Point::new(0.0, 0.0), |at| paper.from_image(at));
+    Pose::new(at.x, at.y, mission.start_heading_deg.unwrap_or_default().to_radians())
 }
 
 fn title(driven: &Driven, what: &str) -> String {

@@ -19,7 +19,7 @@ use sketchnav_schemas::mission::Place;
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_sketch::paths::{self, chart::Chart};
 use sketchnav_sketch::planner::locate_by_outline;
-use sketchnav_sketch::rooms::{Floor, locate};
+use sketchnav_sketch::rooms::{Answer, Floor, locate};
 use sketchnav_sketch::sketch::SketchGrid;
 
 use crate::error::EvalError;
@@ -105,6 +105,53 @@ impl RoomsSaid {
     }
 }
 
+/// The answer of regions and doors, with what it is about.
+#[derive(Debug, Clone)]
+pub struct Rooms {
+    /// The drawing.
+    pub drawing: Floor,
+    /// What the robot has seen.
+    pub map: Floor,
+    /// Where the goal is, with at least one hypothesis.
+    pub answer: Answer,
+}
+
+/// What the three witnesses answer about a task.
+#[derive(Debug, Clone)]
+pub struct Asked {
+    /// The goal in the drawing.
+    pub goal: Point<Sketch>,
+    /// The robot's place in its map, in metres.
+    pub robot: [f64; 2],
+    /// True pose of the map's origin.
+    pub origin: Pose<World>,
+    /// Where the filter, the outline, and regions and doors have the goal. `None` if they have it nowhere yet.
+    pub claims: [Option<Point<World>>; 3],
+    /// Regions and doors, if they have an answer.
+    pub rooms: Option<Rooms>,
+}
+
+impl Asked {
+    /// Judges the answers by the goal's true place.
+    fn said(&self, there: &Place) -> RoomsSaid {
+        let claim = |at: Point<World>| Claim { at: [at.x, at.y], is_right: there.contains(at.x, at.y) };
+        let claims = self.claims.map(|at| at.map(claim));
+        let Some(Rooms { map, answer, .. }) = &self.rooms else {
+            return RoomsSaid { claims, ..RoomsSaid::default() };
+        };
+        let best = &answer.hypotheses[0];
+        RoomsSaid {
+            has_answer: true,
+            claims,
+            away_m: best.place.map(|[x, y]| (x - self.robot[0]).hypot(y - self.robot[1])),
+            is_same_room: best.place.is_some() && map.room_at(self.robot) == Some(best.room),
+            share_here: answer.share_near(self.robot, AGREE_M),
+            margin: answer.margin,
+            doors_matched: answer.doors.share_matched(),
+        }
+    }
+}
+
 /// Maps what a robot sees, as the planner does, and asks regions and doors about it at the end.
 #[derive(Debug)]
 pub struct Witness {
@@ -134,58 +181,46 @@ impl Witness {
 
     /// Returns what the witnesses say about the task `index`, whose place in the true world is `there`.
     pub fn said(&self, log: &Log, index: usize, there: &Place) -> RoomsSaid {
-        self.answer(log, index, there).unwrap_or_default()
+        self.ask(log, index).map(|asked| asked.said(there)).unwrap_or_default()
     }
 
-    fn answer(&self, log: &Log, index: usize, there: &Place) -> Option<RoomsSaid> {
+    /// Asks the witnesses about the task `index`. `None` if there is no drawing or no goal in it.
+    pub fn ask(&self, log: &Log, index: usize) -> Option<Asked> {
         let (message, cells) = log.sketch.as_ref()?;
         let sketch = SketchGrid::of_map(message, cells).ok()?;
         let route = log.route.as_ref()?;
         let goal = route.points(route.tasks().get(index)?).last()?;
         let (robot, truth) = (self.mapper.pose(), log.truth.last()?.pose());
-        let claim = |at: Option<Pose<World>>| {
-            at.map(|at| Claim { at: [at.x, at.y], is_right: there.contains(at.x, at.y) })
-        };
-        let of_map = |[x, y]: [f64; 2]| truth.compose(&robot.motion_to(&Pose::new(x, y, 0.0)));
+        let origin = truth.compose(&robot.motion_to(&Pose::new(0.0, 0.0, 0.0)));
+        let of_map = |[x, y]: [f64; 2]| origin.compose(&Pose::<World>::new(x, y, 0.0)).position();
         let of_filter = || {
             let chart = Chart::new(log.estimates.last()?, message.wall_direction_rad)?;
             let at = chart.to_odom(goal);
-            Some(truth.compose(&chart.robot_m().motion_to(&Pose::new(at.x, at.y, 0.0))))
+            let ahead = chart.robot_m().motion_to(&Pose::new(at.x, at.y, 0.0));
+            Some(truth.compose(&ahead).position())
         };
         let mut survey = Survey::with_room(&self.parameters);
         survey.take(self.mapper.map(), [robot.x, robot.y], OFF_FREE_M);
         let start = message.start.pose();
         let outline = locate_by_outline(&sketch, start, goal, &survey, &self.planner);
-        let (said, rooms) = self.rooms(&sketch, start, goal, &survey).unwrap_or_default();
-        Some(RoomsSaid {
-            claims: [claim(of_filter()), claim(outline.map(of_map)), claim(rooms.map(of_map))],
-            ..said
-        })
+        let rooms = self.rooms(&sketch, start, goal, &survey);
+        let by_rooms = || rooms.as_ref()?.answer.hypotheses.first()?.place;
+        let claims = [of_filter(), outline.map(of_map), by_rooms().map(of_map)];
+        Some(Asked { goal, robot: [robot.x, robot.y], origin, claims, rooms })
     }
 
-    /// Asks regions and doors. Returns their answer without claims, and where in the map they have the goal.
+    /// Asks regions and doors.
     fn rooms(
         &self,
         sketch: &SketchGrid,
         start: Pose<Sketch>,
         goal: Point<Sketch>,
         survey: &Survey,
-    ) -> Option<(RoomsSaid, Option<[f64; 2]>)> {
-        let robot = self.mapper.pose();
+    ) -> Option<Rooms> {
         let drawing = Floor::of_drawing(sketch, start, self.planner.building_size_m)?;
         let map = Floor::of_map(survey, [0.0; 2], start.yaw_rad, &drawing)?;
         let answer = locate(&drawing, &map, [goal.x, goal.y])?;
-        let best = answer.hypotheses.first()?;
-        let said = RoomsSaid {
-            has_answer: true,
-            claims: [None; 3],
-            away_m: best.place.map(|[x, y]| (x - robot.x).hypot(y - robot.y)),
-            is_same_room: best.place.is_some() && map.room_at([robot.x, robot.y]) == Some(best.room),
-            share_here: answer.share_near([robot.x, robot.y], AGREE_M),
-            margin: answer.margin,
-            doors_matched: answer.doors.share_matched(),
-        };
-        Some((said, best.place))
+        (!answer.hypotheses.is_empty()).then_some(Rooms { drawing, map, answer })
     }
 
     /// Enters the newest scan if the odometry of the same instant is known.

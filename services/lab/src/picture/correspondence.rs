@@ -5,7 +5,7 @@ use sketchnav_schemas::geometry::{Point, Pose, Sketch, World};
 use sketchnav_schemas::message::GroundTruth;
 use sketchnav_sketch::messages::{Correspondence, CourseAim, OutlineSample, PartnerKind};
 
-use super::svg::{GREEN, INK, Sheet, View};
+use super::svg::{GREEN, Sheet, View};
 use super::{FloorShapes, PictureError, wall_png};
 
 /// The picture of the outline in the drawing, drawn by [`drawn_outline`].
@@ -56,7 +56,7 @@ pub fn drawn_outline(picture: &DrawnOutline<'_>) -> Result<String, PictureError>
         dot(&mut sheet, &at, &colour(k, picture.found), sample);
     }
     super::marks::start(&mut sheet, &picture.start);
-    cross(&mut sheet, &picture.goal, GREEN);
+    sheet.cross(&picture.goal, GREEN);
     words(&mut sheet, picture.found);
     Ok(sheet.finish())
 }
@@ -78,8 +78,8 @@ pub fn seen_outline(picture: &SeenOutline<'_>) -> String {
     let partners: Vec<_> =
         found.samples().iter().map(|sample| at([sample.x_m.into(), sample.y_m.into()])).collect();
     let walls = picture.shapes.walls.iter().flatten();
-    let (low, high) = bounds(walls.chain(&partners).chain(picture.trail));
-    let mut sheet = Sheet::new(View::new(low, high, 0.04), picture.title);
+    let view = View::around(walls.chain(&partners).chain(picture.trail));
+    let mut sheet = Sheet::new(view, picture.title);
     sheet
         .segments(&picture.shapes.walls, "stroke=\"#b9c0cc\" stroke-width=\"2.4\" stroke-linecap=\"square\"");
     sheet.line(picture.trail, "stroke=\"#2f6fd0\" stroke-width=\"3\" stroke-opacity=\"0.55\"");
@@ -99,14 +99,13 @@ pub fn seen_outline(picture: &SeenOutline<'_>) -> String {
     let robot = picture.origin.compose(&Pose::<World>::new(found.robot.x_m, found.robot.y_m, robot));
     super::marks::start(&mut sheet, &robot);
     if found.seen_share > 0.0 {
-        cross(&mut sheet, &at(found.goal_m), GREEN);
+        sheet.cross(&at(found.goal_m), GREEN);
     }
     if found.rival_margin >= 0.0 {
-        cross(&mut sheet, &at(found.rival_m), "#c2410c");
+        sheet.cross(&at(found.rival_m), "#c2410c");
     }
     sheet.scale_bar(1.0);
-    line_of_words(
-        &mut sheet,
+    sheet.caption(
         "Dark line: the drawing as the floor has corrected it; dotted where the robot has not looked.",
     );
     words(&mut sheet, found);
@@ -127,16 +126,6 @@ fn corrected(samples: &[OutlineSample], partners: &[Point<World>]) -> (Segments,
         segments.push([**from, **to]);
     }
     (seen, unseen)
-}
-
-fn bounds<'a>(points: impl Iterator<Item = &'a Point<World>>) -> ([f64; 2], [f64; 2]) {
-    let finite = points.filter(|point| point.x.is_finite() && point.y.is_finite());
-    let start = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    let (low, high) = finite.fold(start, |(low, high), point| {
-        let at = [point.x, point.y];
-        ([0, 1].map(|k| at[k].min(low[k])), [0, 1].map(|k| at[k].max(high[k])))
-    });
-    if low[0] <= high[0] { (low.map(|k| k - 1.0), high.map(|k| k + 1.0)) } else { ([-1.0; 2], [1.0; 2]) }
 }
 
 /// Returns the colour of a sample. The colours run through the colour wheel once around the outline.
@@ -160,15 +149,6 @@ fn dot<F>(sheet: &mut Sheet, at: &Point<F>, colour: &str, sample: &OutlineSample
     sheet.raw(format_args!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius:.1}\" {style}/>"));
 }
 
-fn cross<F>(sheet: &mut Sheet, at: &Point<F>, colour: &str) {
-    let [x, y] = sheet.view.at(at);
-    sheet.raw(format_args!(
-        "<path d=\"M{:.1} {:.1}l18 18m0 -18l-18 18\" stroke=\"{colour}\" stroke-width=\"5\" fill=\"none\"/>",
-        x - 9.0,
-        y - 9.0
-    ));
-}
-
 fn words(sheet: &mut Sheet, found: &Correspondence) {
     let aim = CourseAim::from_code(found.aim).unwrap_or(CourseAim::None);
     let margin = match found.rival_margin {
@@ -181,13 +161,7 @@ fn words(sheet: &mut Sheet, found: &Correspondence) {
         "{:.0} % of the goal's outline seen, {:.0} % behind gaps; aim: {aim}{margin}.",
         shares[0], shares[1]
     );
-    [key, &summary].into_iter().for_each(|line| line_of_words(sheet, line));
-}
-
-fn line_of_words(sheet: &mut Sheet, line: &str) {
-    let bottom = sheet.bottom;
-    sheet.text([24.0, bottom + 12.0], 16.0, "start", INK, "400", line);
-    sheet.bottom += 22.0;
+    [key, &summary].into_iter().for_each(|line| sheet.caption(line));
 }
 
 #[cfg(test)]

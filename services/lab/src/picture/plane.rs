@@ -59,8 +59,9 @@ fn colour(activity: Activity) -> &'static str {
 
 /// Draws the plane as SVG.
 pub fn plane(picture: &PlanePicture<'_>) -> String {
-    let (low, high) = extent(picture);
-    let mut sheet = Sheet::new(View::new(low, high, 0.04), picture.title);
+    let ways = picture.ways.iter().flat_map(|(_, way)| way);
+    let view = View::around(picture.dots.iter().chain(ways).chain(picture.walls.as_flattened()));
+    let mut sheet = Sheet::new(view, picture.title);
     marks::places(&mut sheet, picture.tasks);
     sheet.segments(picture.walls, "stroke=\"#20242c\" stroke-width=\"3\" stroke-linecap=\"round\"");
     sheet.segments(picture.trajectories, "stroke=\"#c23b8f\" stroke-width=\"0.8\" stroke-opacity=\"0.16\"");
@@ -134,16 +135,6 @@ fn symbols(picture: &PlanePicture<'_>) -> Vec<Symbol> {
     }
     symbols.extend([Symbol::Reached, Symbol::Failed]);
     symbols
-}
-
-/// Returns the smallest box around dots, paths and walls.
-fn extent(picture: &PlanePicture<'_>) -> ([f64; 2], [f64; 2]) {
-    let ways = picture.ways.iter().flat_map(|(_, way)| way);
-    let points = picture.dots.iter().chain(ways).chain(picture.walls.as_flattened());
-    let finite = points.filter(|point| point.x.is_finite() && point.y.is_finite());
-    finite.fold(([f64::MAX; 2], [f64::MIN; 2]), |(low, high), point| {
-        ([low[0].min(point.x), low[1].min(point.y)], [high[0].max(point.x), high[1].max(point.y)])
-    })
 }
 
 #[cfg(test)]

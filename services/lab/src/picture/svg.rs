@@ -20,6 +20,8 @@ const MAX_VIEW_HEIGHT: f64 = 1000.0;
 const TITLE_HEIGHT: f64 = 46.0;
 /// Width of the empty border.
 const MARGIN: f64 = 18.0;
+/// Width of the empty border around points, as a share of the longer side of their box.
+const BORDER: f64 = 0.04;
 /// Minimum distance between neighbouring points of a line. Points that are nearer to the previous one are left out.
 const MIN_STEP: f64 = 0.8;
 
@@ -42,6 +44,16 @@ impl View {
         let (width, height) = (high[0] - low[0], high[1] - low[1]);
         let scale = ((SHEET_WIDTH - 2.0 * MARGIN) / width).min(MAX_VIEW_HEIGHT / height);
         Self { low, high, scale, left: (SHEET_WIDTH - width * scale) / 2.0 }
+    }
+
+    /// Creates a view of all points that are finite, with a small border. Without such points, it shows a few metres around
+    /// the origin.
+    pub fn around<'a, F: 'a>(points: impl Iterator<Item = &'a Point<F>>) -> Self {
+        let finite = points.filter(|point| point.x.is_finite() && point.y.is_finite());
+        let (low, high) = finite.fold(([f64::MAX; 2], [f64::MIN; 2]), |(low, high), point| {
+            ([low[0].min(point.x), low[1].min(point.y)], [high[0].max(point.x), high[1].max(point.y)])
+        });
+        if low[0] > high[0] { Self::new([-1.0; 2], [1.0; 2], BORDER) } else { Self::new(low, high, BORDER) }
     }
 
     /// Creates a view as wide as the sheet and of this height, in units of the sheet.
@@ -143,6 +155,20 @@ impl Sheet {
             path.push_str(&format!("M{ax:.1} {ay:.1}L{bx:.1} {by:.1}"));
         }
         self.raw(format_args!("<path d=\"{path}\" fill=\"none\" {style}/>"));
+    }
+
+    /// Adds a cross at a place.
+    pub fn cross<F>(&mut self, at: &Point<F>, colour: &str) {
+        let [x, y] = self.view.at(at).map(|part| part - 9.0);
+        self.raw(format_args!(
+            "<path d=\"M{x:.1} {y:.1}l18 18m0 -18l-18 18\" stroke=\"{colour}\" stroke-width=\"5\" fill=\"none\"/>"
+        ));
+    }
+
+    /// Adds a line of text below the view.
+    pub fn caption(&mut self, line: &str) {
+        self.text([24.0, self.bottom + 12.0], 16.0, "start", INK, "400", line);
+        self.bottom += 22.0;
     }
 
     /// Adds a bar of the given length at the lower right, for frames in metres.

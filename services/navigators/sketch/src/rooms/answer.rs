@@ -66,6 +66,8 @@ pub struct Answer {
     pub margin: Option<f64>,
     /// The doors in one alignment, whose outlines of the first regions are aligned best and whose rest is drawn at random.
     pub doors: Doors,
+    /// Pairs of regions of the drawing and of the map in the same alignment. A region of the drawing has at most one partner.
+    pub regions: Vec<[u16; 2]>,
     /// The goal's place in the map according to each of the alignments that have one, in metres.
     pub places: Vec<Place>,
 }
@@ -99,7 +101,7 @@ pub fn locate(drawing: &Floor, map: &Floor, goal: Place) -> Option<Answer> {
     let mut random = Pcg64Mcg::new(SEED);
     let found: Vec<_> = (0..SAMPLES).filter_map(|_| asked.sample(&mut random)).collect();
     let mut answer = summary(map, &found);
-    answer.doors = asked.doors(&mut random);
+    (answer.doors, answer.regions) = asked.passed(&mut random);
     let best = answer.hypotheses.first().map(|best| (best.room, best.place.is_some()));
     let deciding = found.iter().find_map(|found| match found {
         Found::Room { room, deciding, .. } if best == Some((*room, true)) && !deciding.is_empty() => {
@@ -132,7 +134,7 @@ fn summary(map: &Floor, found: &[Found]) -> Answer {
         Found::Gap { .. } => None,
     };
     let places = found.iter().filter_map(place).collect();
-    Answer { hypotheses, margin: None, doors: Doors::default(), places }
+    Answer { hypotheses, margin: None, doors: Doors::default(), regions: Vec::new(), places }
 }
 
 fn hypothesis(map: &Floor, room: u16, group: &[&Found]) -> Hypothesis {
@@ -232,15 +234,20 @@ impl Asked<'_> {
         Found::Room { room, place, gap, deciding }
     }
 
-    /// Counts the doors of an alignment.
-    fn doors(&self, random: &mut Pcg64Mcg) -> Doors {
+    /// Counts the doors of an alignment, and pairs its regions.
+    fn passed(&self, random: &mut Pcg64Mcg) -> (Doors, Vec<[u16; 2]>) {
         let mut doors = Doors::default();
+        let mut votes: BTreeMap<u16, BTreeMap<u16, u32>> = BTreeMap::new();
         let energies = || self.joint.root_energies().enumerate();
         let best = energies().min_by(|x, y| x.1.total_cmp(&y.1)).map(|(k, _)| self.joint.roots[k]);
         let (mut waiting, mut seen) = (Vec::from_iter(best), BTreeSet::new());
         while let Some(index) = waiting.pop() {
             let ([a, b], pairing) = self.joint.at(index);
             for Pair { drawn, seen: partner, step } in pairing.draw(a, b, random) {
+                if step == Step::Both {
+                    let [own, other] = [a.nodes[drawn].room, b.nodes[partner].room];
+                    *votes.entry(own).or_default().entry(other).or_insert(0) += 1;
+                }
                 match (step, a.nodes[drawn].token.kind, b.nodes[partner].token.kind) {
                     (Step::Drawn, Kind::Door { .. }, kind) if !matches!(kind, Kind::Gap | Kind::Cut) => {
                         doors.only_drawn += 1
@@ -256,7 +263,10 @@ impl Asked<'_> {
                 }
             }
         }
-        doors
+        let most = |(own, others): (u16, BTreeMap<u16, u32>)| {
+            others.into_iter().max_by_key(|(_, count)| *count).map(|(other, _)| [own, other])
+        };
+        (doors, votes.into_iter().filter_map(most).collect())
     }
 }
 

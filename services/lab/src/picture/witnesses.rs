@@ -98,16 +98,17 @@ pub fn claims(picture: &Claims<'_>) -> String {
         }
     }
     sheet.line(picture.trail, "stroke=\"#49566b\" stroke-width=\"2.5\" stroke-opacity=\"0.6\"");
-    for ((name, colour), claim) in WITNESSES.iter().zip(&picture.claims) {
-        if let Some(claim) = claim {
-            sheet.cross(claim, colour);
-            let [x, y] = sheet.view.at(claim);
-            sheet.text([x + 14.0, y + 5.0], 16.0, "start", colour, "600", name);
-        }
+    for ((_, colour), claim) in WITNESSES.iter().zip(&picture.claims) {
+        claim.iter().for_each(|claim| sheet.cross(claim, colour));
     }
     sheet.scale_bar(1.0);
+    for (((name, colour), claim), column) in WITNESSES.iter().zip(&picture.claims).zip(0..) {
+        let name = if claim.is_some() { format!("✕ {name}") } else { format!("{name}: nowhere yet") };
+        sheet.text([24.0 + 260.0 * f64::from(column), sheet.bottom + 12.0], 16.0, "start", colour, "600", &name);
+    }
+    sheet.bottom += 22.0;
     sheet.caption(
-        "Crosses: where each witness has the goal. Green: where it truly is. Dark line: the robot's path.",
+        "Crosses: where each witness has the goal. Green: where it truly is. Grey line: the robot's path.",
     );
     sheet.caption("Colours: regions with a partner in the drawing. Dots: doors. Dashed: gaps, not seen yet.");
     sheet.finish()

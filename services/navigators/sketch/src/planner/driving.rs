@@ -43,6 +43,8 @@ const BLOCKAGE_M: f64 = 0.6;
 const WAYPOINT_M: f64 = 0.05;
 /// Share of the speed at which a lost robot continues, so that the localizer sees more.
 const LOST_SHARE: f64 = 0.5;
+/// Number of times that a robot driving by the filter may recover at the same place, and during a task, before the outline takes over.
+const RECOVERIES_BEFORE_OUTLINE: [u32; 2] = [2, 4];
 
 /// The source of the robot's path at the moment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -267,8 +269,7 @@ impl Driver {
             self.keep_to_route(chart, now_s);
         }
         if let Some((state, reason)) = self.lost_for_good(lost, now_s).filter(|_| self.finding.is_none()) {
-            self.stop(dt_s);
-            return TaskStatus::Ended(state, reason);
+            return self.give_up(state, reason, chart, now_s, dt_s);
         }
         if let Some(off_m) = self.arrives(chart, lost) {
             return self.arrive(Reason::Arrived(off_m), chart, now_s, dt_s);
@@ -363,7 +364,9 @@ impl Driver {
         self.stop(dt_s);
         match self.attempt.arrival.judge(&self.parameters) {
             Belief::Reached => TaskStatus::Ended(TaskState::Reached, reason),
-            Belief::Doubted(jumps, fit) => TaskStatus::Ended(TaskState::Lost, Reason::Doubted(jumps, fit)),
+            Belief::Doubted(jumps, fit) => {
+                self.give_up(TaskState::Lost, Reason::Doubted(jumps, fit), chart, now_s, dt_s)
+            }
             Belief::Look => {
                 self.attempt.arrival.begin_look();
                 let turn = Recovery::look_around(now_s, &chart.robot_m(), self.turn_rate_radps);
@@ -427,8 +430,11 @@ impl Driver {
         }
         let place = chart.robot_m().position();
         let shut = self.shut_place(chart);
-        if !self.attempt.stuck.count(place, &self.parameters.progress()) {
-            return TaskStatus::Ended(TaskState::Blocked, self.why_blocked(shut));
+        let may_go_on = self.attempt.stuck.count(place, &self.parameters.progress());
+        let [here, per_task] = RECOVERIES_BEFORE_OUTLINE;
+        let is_enough = self.attempt.stuck.here > here || self.attempt.stuck.total > per_task;
+        if !may_go_on || is_enough && self.can_hand_over() {
+            return self.give_up(TaskState::Blocked, self.why_blocked(shut), chart, now_s, dt_s);
         }
         if self.attempt.detour || self.attempt.stuck.here > 1 {
             self.block(shut, chart);

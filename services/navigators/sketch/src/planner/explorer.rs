@@ -138,6 +138,8 @@ pub struct Exploration {
     /// The goal that the robot is looking for.
     goal: Option<Point<Sketch>>,
     has_looked: bool,
+    /// True if the filter has failed the task, although the floor consists of rooms.
+    has_taken_over: bool,
     /// Openness of the floor that was seen (see [`floor::Judge::open_share`]).
     open_share: Option<f64>,
     judged_at: Option<Place>,
@@ -246,10 +248,17 @@ impl Explorer {
         }
     }
 
-    /// Returns true if goals are to be found by the outline, which is the case as long as what was seen is an open floor.
+    /// Returns true if goals are to be found by the outline, which is the case as long as what was seen is an open floor, and for
+    /// the rest of a task that the filter has failed.
     pub fn is_in_charge(&self) -> bool {
         let share = self.exploration.open_share.unwrap_or(1.0);
-        self.paper.is_some() && share >= self.parameters.least_open_share
+        let is_open = share >= self.parameters.least_open_share;
+        self.paper.is_some() && (is_open || self.exploration.has_taken_over)
+    }
+
+    /// Takes charge of the rest of a task that the filter has failed.
+    pub fn take_over(&mut self) {
+        (self.exploration.has_taken_over, self.exploration.course) = (true, None);
     }
 
     /// Returns true if the floor that was seen consists of rooms, so that goals are to be found by the filter.
@@ -284,6 +293,7 @@ impl Explorer {
     pub fn begin(&mut self, goal: Point<Sketch>) {
         self.exploration.goal = Some(goal);
         (self.exploration.job, self.exploration.course, self.exploration.taken_at) = (None, None, None);
+        self.exploration.has_taken_over = false;
         (self.exploration.looking, self.exploration.looks, self.field) = (None, 0, None);
         (self.exploration.rival, self.exploration.doubt, self.exploration.settled) = (None, None, None);
         self.exploration.looked_at.clear();

@@ -48,6 +48,8 @@ pub enum Reason {
     Surveying,
     /// The walls seen are being compared with the drawing.
     Comparing,
+    /// The filter has failed the task among rooms, so the robot continues by the outline of what it has seen.
+    HandedOver,
     /// The robot follows a course that the comparison has set.
     Exploring(Aim),
     /// The walls seen put the goal here, with the evidence for this.
@@ -113,6 +115,7 @@ impl fmt::Display for Reason {
             Self::Finding => f.write_str("looking for where it is in the learned map"),
             Self::Ambiguous(n) => write!(f, "several places look alike after looking around {n} times"),
             Self::Surveying => f.write_str("turning to look all around"),
+            Self::HandedOver => f.write_str("the filter has lost its way: driving on by the walls seen"),
             Self::Comparing => f.write_str("comparing the walls seen with the drawing"),
             Self::Exploring(Aim::Goal) => f.write_str("driving to where the walls seen put the goal"),
             Self::Exploring(Aim::Gap) => f.write_str("driving to a gap that must lead to the goal"),
@@ -168,6 +171,7 @@ mod tests {
             Reason::Doubted(1234, -12.0),
             Reason::Astray(99_999.0, 999.0),
             Reason::Comparing,
+            Reason::HandedOver,
             Reason::Exploring(Aim::Rival),
             Reason::Matched(Evidence { rival: Some((9999.0, 99.0)), misfit: 2.0, is_confirmed: true }),
             Reason::Matched(Evidence { rival: None, misfit: 2.0, is_confirmed: true }),

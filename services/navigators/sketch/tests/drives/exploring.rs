@@ -1,6 +1,7 @@
 //! Drives guided by the outline of what was seen.
 
 use sketchnav_schemas::codes::TaskState::{Finished, Reached};
+use sketchnav_schemas::codes::Tracking;
 use sketchnav_stage::Stage;
 
 use crate::support::*;
@@ -61,6 +62,18 @@ fn a_robot_that_has_seen_rooms_drives_by_the_filter() {
     let outcome = Drive::with(scene, by_outline, &[&[[11.0, 2.0]]], 240.0).run(300.0);
     assert_eq!(outcome.states(), [Reached, Finished], "{:?}", outcome.ends);
     assert!(outcome.ends[0].1.ends_with("m from the goal"), "{:?}", outcome.ends);
+}
+
+/// A robot among rooms used to end a task as soon as the filter had lost its way, even if the map of its drive showed the goal.
+#[test]
+fn the_outline_takes_over_when_the_filter_has_lost_its_way_among_rooms() {
+    let scene = Scene::faithful(rooms(), [13.0, 5.0], [1.5, 2.4, 0.0]);
+    let by_outline = config(ROBOTINO, "by_outline = true");
+    let mut drive = Drive::with(scene, by_outline, &[&[[11.0, 2.0]]], 240.0);
+    drive.tracking = Tracking::Lost;
+    let outcome = drive.run(300.0);
+    assert_eq!(outcome.states(), [Reached, Finished], "{:?}", outcome.ends);
+    assert!(outcome.ends[0].1.starts_with("the walls seen put the goal here"), "{:?}", outcome.ends);
 }
 
 /// Among rooms, the robot drives by the filter, which checks arrivals by looking around. Such a look used to be taken for one of

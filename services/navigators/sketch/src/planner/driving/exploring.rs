@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use crate::messages::{Correspondence, Question};
 use crate::paths::chart::Chart;
 use sketchnav_mapping::Map;
-use sketchnav_motion::progress::ProgressChecker;
+use sketchnav_motion::progress::{ProgressChecker, StuckCounter};
 use sketchnav_motion::recovery::Recovery;
 use sketchnav_schemas::codes::TaskState;
 use sketchnav_schemas::geometry::{Odom, Point, Pose};
@@ -52,6 +52,33 @@ impl Driver {
         };
         (self.attempt.plan_due_s, self.attempt.pace) = (now_s, Pace::new(now_s));
         self.attempt.progress = ProgressChecker::new(now_s, chart.robot_m().position());
+    }
+
+    /// Returns true if the outline can take over a task that the filter fails.
+    pub(super) fn can_hand_over(&self) -> bool {
+        let is_by_filter = self.attempt.guide == Guide::Goal && self.finding.is_none();
+        is_by_filter && self.explorer.as_ref().is_some_and(Explorer::sees_rooms)
+    }
+
+    /// Ends a task that the filter has failed, or hands it over to the outline, which goes by the map of the whole drive and does
+    /// not depend on the estimate.
+    pub(super) fn give_up(
+        &mut self,
+        state: TaskState,
+        reason: Reason,
+        chart: &Chart,
+        now_s: f64,
+        dt_s: f64,
+    ) -> TaskStatus {
+        self.stop(dt_s);
+        let can_hand_over = self.can_hand_over();
+        let Some(explorer) = self.explorer.as_mut().filter(|_| can_hand_over) else {
+            return TaskStatus::Ended(state, reason);
+        };
+        explorer.take_over();
+        self.attempt.look_again(now_s, Some(chart));
+        self.attempt.stuck = StuckCounter::default();
+        TaskStatus::Driving(Reason::HandedOver)
     }
 
     /// Takes a step by the explorer's advice.

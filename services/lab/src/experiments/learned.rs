@@ -114,7 +114,8 @@ fn ground_of(trial: &Trial) -> Result<Ground, EvalError> {
 
 /// Returns the drives of a series. Its first one is `trial`, in which no pose is given again after a failure.
 fn series_of(trial: &Trial, ground: Arc<Ground>) -> Result<Vec<Trial>, EvalError> {
-    let world = sketchnav_sim::files::world(&trial.mission.world).map_err(|error: SimError| EvalError::from(error))?;
+    let world = sketchnav_sim::files::world(&trial.mission.world)
+        .map_err(|error: SimError| EvalError::from(error))?;
     let drawing = trial.drawing.clone();
     let named = |word: &str| Trial {
         name: format!("{}/{word}", trial.name),

@@ -154,7 +154,11 @@ fn open(path: &Path, map: Option<&PathBuf>) -> Result<(Mission, Robot), EvalErro
 }
 
 /// Returns the ground of a mission.
-pub(super) fn ground(world: &WorldDescription, mission: &Mission, robot: &Robot) -> Result<Ground, EvalError> {
+pub(super) fn ground(
+    world: &WorldDescription,
+    mission: &Mission,
+    robot: &Robot,
+) -> Result<Ground, EvalError> {
     let clearance_m = robot.radius_m + CLEARANCE_M;
     match &mission.world.map {
         Some(map) => Ok(Ground::new(&sketchnav_sim::files::occupancy_map(Path::new(map))?, clearance_m)),

@@ -10,8 +10,8 @@ use sketchnav_sketch::method::Method;
 use crate::error::EvalError;
 use crate::experiments::suite::{Folders, Suite};
 use crate::experiments::{
-    ablation, calibration, corridor, corridor_cost, corridor_published, deformed, land, landmarks,
-    learned, look_ahead, people, protocol, routes, sensitivity, studies, witnesses,
+    ablation, calibration, corridor, corridor_cost, corridor_published, deformed, land, landmarks, learned,
+    look_ahead, people, protocol, routes, sensitivity, studies, witnesses,
 };
 
 /// A function that loads a suite.

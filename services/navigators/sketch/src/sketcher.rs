@@ -58,7 +58,7 @@ pub fn doubts(run: &RunConfig, files: &Files<'_>) -> Result<Doubts, SketchError>
         return Ok(Doubts::default());
     }
     let (drawing, places) = understand(run, files)?;
-    if SketchMission::of(&run.mission)?.learned_file.is_some() {
+    if SketchMission::of(&run.mission)?.is_learned() {
         // What is doubted about a drawing by hand does not concern what a laser has seen.
         return Ok(Doubts::default());
     }

@@ -128,7 +128,10 @@ impl Series {
     ) -> Result<Vec<TaskOutcome>, EvalError> {
         let made = self.first.made(method, seed)?;
         if self.drive == 0 {
-            let name = |ended: &TaskOutcome| TaskOutcome { id: format!("{}#{repetition}", trial.name), ..ended.clone() };
+            let name = |ended: &TaskOutcome| TaskOutcome {
+                id: format!("{}#{repetition}", trial.name),
+                ..ended.clone()
+            };
             return Ok(made.outcomes.iter().map(name).collect());
         }
         let prepared = self.prepare(trial, method, seed)?;
@@ -152,8 +155,9 @@ impl Series {
         let Some(goal) = tasks.first().map(|task| task.there.middle()) else { return Ok(trial) };
         let Some(start) = self.first.start(lesson, goal, seed, self.drive) else { return Ok(trial) };
         let ways = self.first.ways(start.world, &tasks);
-        let limited = |(task, way_m): (Task, Option<f64>)| {
-            Task { time_limit_s: way_m.map_or(task.time_limit_s, time_limit_s), ..task }
+        let limited = |(task, way_m): (Task, Option<f64>)| Task {
+            time_limit_s: way_m.map_or(task.time_limit_s, time_limit_s),
+            ..task
         };
         trial.mission.task = tasks.into_iter().zip(ways).map(limited).collect();
         trial.mission.start = start;
@@ -188,7 +192,9 @@ impl First {
 
     /// Returns what a drive teaches, or `None` if that is nothing.
     fn learn(&self, driven: &Driven) -> Result<Option<Lesson>, EvalError> {
-        let (Some(learner), Some(truth)) = (&driven.learner, driven.log.truth.first()) else { return Ok(None) };
+        let (Some(learner), Some(truth)) = (&driven.learner, driven.log.truth.first()) else {
+            return Ok(None);
+        };
         let mission = SketchMission::of(&driven.run.mission).map_err(sketchnav_sim::SimError::from)?;
         let (drawing, places) = sketcher::understand(&driven.run, &sketchnav_navigators::read_file)?;
         let file = DrawingFile::of(&mission.drawing, &read(mission.drawing.as_ref())?);
@@ -199,7 +205,8 @@ impl First {
         };
         let options = Options::of_mission(&driven.run.mission, driven.run.seed)?;
         let intent = Intent::of_mission(&mission, &drawing)?;
-        let accepts = |task| learned.place(LEARNED_FILE, &Intent { tasks: vec![task], ..Intent::default() }, &options);
+        let accepts =
+            |task| learned.place(LEARNED_FILE, &Intent { tasks: vec![task], ..Intent::default() }, &options);
         let accepted = intent.tasks.into_iter().map(|task| accepts(task).is_ok()).collect();
         Ok(Some(Lesson { learned, world_from_map: truth.pose(), accepted }))
     }
@@ -289,7 +296,8 @@ impl Lesson {
         let (estimates, truth) = (span.of(&driven.log.estimates), span.of(&driven.log.truth));
         let off_m = |estimate: &PoseEstimate| {
             let stamp_ns = estimate.header.stamp_ns;
-            let truth = &truth[truth.partition_point(|truth| truth.header.stamp_ns < stamp_ns).min(truth.len() - 1)];
+            let truth =
+                &truth[truth.partition_point(|truth| truth.header.stamp_ns < stamp_ns).min(truth.len() - 1)];
             let [x, y] = [0, 1].map(|axis| {
                 let px = [estimate.pose.x_px, estimate.pose.y_px][axis];
                 self.learned.map.origin_m[axis] + px * CELL_M
@@ -298,7 +306,8 @@ impl Lesson {
             truth.pose().position().distance(&Point::new(at[0], at[1]))
         };
         let is_right = |estimate: &&PoseEstimate| off_m(estimate) <= FOUND_WITHIN_M;
-        let knows = |estimate: &PoseEstimate| Tracking::from_code(estimate.tracking) == Some(Tracking::Tracking);
+        let knows =
+            |estimate: &PoseEstimate| Tracking::from_code(estimate.tracking) == Some(Tracking::Tracking);
         let right = estimates.iter().rev().take_while(is_right).last();
         match (right, estimates.last()) {
             (Some(since), Some(last)) if knows(last) => {

@@ -26,10 +26,8 @@ impl<'a> Ended<'a> {
 
 /// Returns the tables of all outcomes.
 pub fn sections(outcomes: &[TaskOutcome]) -> Vec<Section> {
-    let all: Vec<_> = outcomes
-        .iter()
-        .filter_map(|outcome| Some(Ended { outcome, known: outcome.in_series? }))
-        .collect();
+    let all: Vec<_> =
+        outcomes.iter().filter_map(|outcome| Some(Ended { outcome, known: outcome.in_series? })).collect();
     vec![drives(&all), searches(&all)]
 }
 

@@ -5,7 +5,7 @@
 //! from the estimates along the way.
 
 use sketchnav_mapping::mapper::Mapper;
-use sketchnav_mapping::outline::Place;
+use sketchnav_mapping::outline::{Place, distance};
 use sketchnav_mapping::survey::OFF_FREE_M;
 use sketchnav_mapping::{Cell, CellGrid, Map, Scan, Survey};
 use sketchnav_schemas::channels::{ChannelSpec, ODOMETRY, SCAN, STATUS};
@@ -283,10 +283,6 @@ impl Arrived {
 /// Rounds a number to whole parts of which `parts` make one.
 fn rounded(number: f64, parts: f64) -> f64 {
     (number * parts).round() / parts
-}
-
-fn distance(a: Place, b: Place) -> f64 {
-    (a[0] - b[0]).hypot(a[1] - b[1])
 }
 
 /// Visits the cells that a disc covers.

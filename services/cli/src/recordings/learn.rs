@@ -1,4 +1,4 @@
-//! Learns from a drive by a drawing, for the next drive to start from.
+//! Learns from a drive by a drawing, or in what was learned before, for the next drive to start from.
 
 use std::path::{Path, PathBuf};
 
@@ -13,6 +13,7 @@ use sketchnav_schemas::codes::Process;
 use sketchnav_sketch::learned::{CELL_M, DrawingFile, Learned, Learner, map_server, svg};
 use sketchnav_sketch::mission::{KIND, SketchMission};
 use sketchnav_sketch::reading::DrawnMap;
+use sketchnav_sketch::sketcher;
 
 use super::args::LearnOptions;
 use super::whole::Whole;
@@ -85,15 +86,8 @@ fn of(recording: &Recording) -> anyhow::Result<(Learned, DrawnMap)> {
         ));
     }
     let mission = SketchMission::of(&run.mission)?;
-    if let Some(file) = &mission.learned_file {
-        return Err(anyhow!(
-            "expected a drive by a drawing, found one in {file}, which was learned before: learn from the drive by {}",
-            mission.drawing
-        ));
-    }
     let files = read_from(&files);
-    let content = files(&mission.drawing)?;
-    let (drawing, places) = sketchnav_sketch::sketcher::understand(&run, &files)?;
+    let (drawing, places) = sketcher::understand(&run, &files)?;
     let mut learner = Learner::new(&run.robot)?;
     let planner = Process::Planner;
     let heard = channels::read_by(planner, KIND).chain(channels::written_by(planner, KIND));
@@ -109,8 +103,13 @@ fn of(recording: &Recording) -> anyhow::Result<(Learned, DrawnMap)> {
             Ok(decoded) => learner.see(spec, decoded.bytes()),
         }
     }
-    let learned = learner.learned(DrawingFile::of(&mission.drawing, &content), &drawing, &places)?;
-    Ok((learned, drawing))
+    match sketcher::learned_before(&run, &files)? {
+        Some(before) => Ok((learner.merged(&before.learned, &before.intent, &places)?, before.drawing)),
+        None => {
+            let file = DrawingFile::of(&mission.drawing, &files(&mission.drawing)?);
+            Ok((learner.learned(file, &drawing, &places)?, drawing))
+        }
+    }
 }
 
 fn report(output: &Path, learned: &Learned, exports: &[PathBuf], json: bool) -> anyhow::Result<()> {

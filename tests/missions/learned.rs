@@ -72,7 +72,10 @@ fn a_drive_in_what_was_learned_teaches_more() {
     let report = place.fine(&format!("learn {second} -o more.learned --svg more.svg --json")).json();
     let more: serde_json::Value = serde_json::from_slice(&read(&place, "more.learned")).unwrap();
     let first: serde_json::Value = serde_json::from_slice(&read(&place, "building.learned")).unwrap();
-    assert_eq!([&more["drawing"], &more["goals"], &more["start"]], [&first["drawing"], &first["goals"], &first["start"]]);
+    assert_eq!(
+        [&more["drawing"], &more["goals"], &more["start"]],
+        [&first["drawing"], &first["goals"], &first["start"]]
+    );
     let seen = |learned: &str| {
         let text = String::from_utf8(read(&place, learned)).unwrap();
         Learned::parse(text.as_bytes()).unwrap().map.free_cells()

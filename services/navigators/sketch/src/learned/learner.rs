@@ -47,7 +47,9 @@ pub enum LearnError {
     #[error("expected estimates of where the robot is in the drawing, found fewer than two places")]
     NowhereInTheDrawing,
     /// The robot was not sure of its place in what was learned before.
-    #[error("expected a drive on which the robot found its place in what was learned before, found fewer than two places")]
+    #[error(
+        "expected a drive on which the robot found its place in what was learned before, found fewer than two places"
+    )]
     NowhereInTheMap,
     /// What was seen is larger than a map may be.
     #[error("expected a map of at most {MAX_SKETCH_CELLS} cells of 0.05 m, found {0}")]
@@ -148,9 +150,10 @@ impl Learner {
     fn follow(&mut self, estimate: &PoseEstimate) {
         self.estimate = Some(*estimate);
         let is_known = Tracking::from_code(estimate.tracking) == Some(Tracking::Tracking);
-        let is_far = self.driven.last().is_none_or(|(_, last)| {
-            last.position().distance(&self.mapper.pose().position()) > PAIR_EVERY_M
-        });
+        let is_far = self
+            .driven
+            .last()
+            .is_none_or(|(_, last)| last.position().distance(&self.mapper.pose().position()) > PAIR_EVERY_M);
         if is_known && is_far && !self.way.is_empty() {
             self.driven.push((estimate.pose.pose(), self.mapper.pose()));
         }
@@ -236,12 +239,7 @@ impl Learner {
     ///
     /// # Errors
     /// [`LearnError`] if nothing was seen, or if the robot did not find its place in what was known.
-    pub fn merged(
-        &self,
-        before: &Learned,
-        intent: &Intent,
-        places: &Places,
-    ) -> Result<Learned, LearnError> {
+    pub fn merged(&self, before: &Learned, intent: &Intent, places: &Places) -> Result<Learned, LearnError> {
         let in_m = |at: Point<Sketch>| before.map.of_drawn([at.x, at.y]);
         let pairs = self.driven.iter().map(|(known, seen)| {
             let [x, y] = in_m(known.position());

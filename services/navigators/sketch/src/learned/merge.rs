@@ -38,7 +38,8 @@ fn motion_between(seen: &Pose<Map>, known: &Pose<Map>) -> Pose<Map> {
 /// 1987, in the plane).
 fn mean_motion(pairs: &[&(Pose<Map>, Pose<Map>)]) -> Pose<Map> {
     let count = pairs.len() as f64;
-    let mean = |of: fn(&(Pose<Map>, Pose<Map>)) -> f64| pairs.iter().map(|pair| of(pair)).sum::<f64>() / count;
+    let mean =
+        |of: fn(&(Pose<Map>, Pose<Map>)) -> f64| pairs.iter().map(|pair| of(pair)).sum::<f64>() / count;
     let (seen, known) = ([mean(|p| p.0.x), mean(|p| p.0.y)], [mean(|p| p.1.x), mean(|p| p.1.y)]);
     let (mut along, mut across) = (0.0, 0.0);
     for (from, to) in pairs {
@@ -48,11 +49,7 @@ fn mean_motion(pairs: &[&(Pose<Map>, Pose<Map>)]) -> Pose<Map> {
     }
     let yaw_rad = across.atan2(along);
     let (sin, cos) = yaw_rad.sin_cos();
-    Pose::new(
-        known[0] - cos * seen[0] + sin * seen[1],
-        known[1] - sin * seen[0] - cos * seen[1],
-        yaw_rad,
-    )
+    Pose::new(known[0] - cos * seen[0] + sin * seen[1], known[1] - sin * seen[0] - cos * seen[1], yaw_rad)
 }
 
 impl Learned {

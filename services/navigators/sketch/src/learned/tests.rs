@@ -216,7 +216,11 @@ fn the_newer_map_counts_where_both_know_a_cell() {
 fn what_is_known_of_a_goal_stays() {
     let before = room();
     let goal = |at, at_m: Option<[f64; 2]>| Goal { task: "later".into(), at, at_m, reached: at_m.is_some() };
-    let later = [goal([300.5, 100.0], Some([9.0, 9.0])), goal([700.0, 100.0], Some([6.5, 1.0])), goal([5.0, 5.0], None)];
+    let later = [
+        goal([300.5, 100.0], Some([9.0, 9.0])),
+        goal([700.0, 100.0], Some([6.5, 1.0])),
+        goal([5.0, 5.0], None),
+    ];
     let merged = before.with(before.map.clone(), later);
     let found: Vec<_> = merged.goals.iter().map(|goal| (goal.at[0], goal.at_m)).collect();
     assert_eq!(found, [(300.0, Some([2.5, 1.5])), (700.0, Some([6.5, 1.0])), (5.0, None)]);

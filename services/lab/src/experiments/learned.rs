@@ -137,3 +137,49 @@ fn series_of(trial: &Trial, ground: Arc<Ground>) -> Result<Vec<Trial>, EvalError
     };
     Ok(DRIVES.into_iter().enumerate().map(drive).collect())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiments::outcome::Kind;
+    use crate::experiments::run;
+    use series::Search;
+
+    /// Two tasks in the laboratory, of which the first drive has no time for the second one, whose goal is in another room.
+    fn drives() -> Vec<Trial> {
+        let mut trial = protocol::laboratory(&Folders::of_checkout()).unwrap().trials.swap_remove(0);
+        trial.mission.task.truncate(2);
+        trial.mission.task[1].time_limit_s = 0.5;
+        let ground = Arc::new(ground_of(&trial).unwrap());
+        series_of(&trial, ground).unwrap()
+    }
+
+    #[test]
+    fn later_drives_start_elsewhere_and_have_the_tasks_that_the_robot_accepts() {
+        let trials = drives();
+        let [first, second, third] = [0, 1, 2].map(|k: usize| run::run(&trials[k], "outline", 1, 7).unwrap());
+        let kinds = |outcomes: &[crate::experiments::TaskOutcome]| outcomes.iter().map(|ended| ended.kind).collect::<Vec<_>>();
+        assert_eq!(kinds(&first), [Kind::Reached, Kind::TimedOut], "{first:?}");
+        let known: Vec<_> = first.iter().map(|ended| ended.in_series.unwrap()).collect();
+        assert!(known[0].is_seen && known[0].is_accepted && known[0].search.is_none(), "{known:?}");
+        for later in [&second, &third] {
+            let accepted = known.iter().filter(|known| known.is_accepted).count();
+            assert_eq!(later.len(), accepted, "{later:?}");
+            assert_eq!(later[0].kind, Kind::Reached, "{later:?}");
+            assert!(matches!(later[0].in_series.unwrap().search, Some(Search::Found(_))), "{later:?}");
+        }
+        let start = |k: usize| trials[k].prepared("outline", 7).unwrap().mission.start.clone();
+        assert!(start(1) != start(2) && start(1) == start(1));
+        assert!(trials[1].prepared("outline", 7).unwrap().mission.navigator.given.get("start").is_none());
+        let all = [first, second, third].concat();
+        let sections = tables::sections(&all);
+        assert!(sections[0].table.rows[0][1].starts_with("100.0 %"), "{sections:?}");
+    }
+
+    #[test]
+    fn each_drawing_has_a_line_for_each_drive() {
+        let suite = laboratory(&Folders::of_checkout()).unwrap();
+        assert_eq!(suite.drawings(), ["a first", "a second", "a third", "b first", "b second", "b third"]);
+        assert_eq!(suite.groups[1].lines, ["a second", "b second"]);
+    }
+}

@@ -124,3 +124,39 @@ fn searches(all: &[Ended<'_>]) -> Section {
         plots: Vec::new(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiments::outcome::Kind;
+
+    fn ended(drive: usize, task: &str, kind: Kind, [time_s, way_m]: [f64; 2], search: Option<Search>) -> TaskOutcome {
+        let is_accepted = task != "refused";
+        TaskOutcome {
+            task: task.to_owned(),
+            time_s,
+            in_series: Some(InSeries { drive, way_m, is_seen: true, is_accepted, search }),
+            ..TaskOutcome::sample(&format!("a/{}#1", DRIVES[drive].0), kind)
+        }
+    }
+
+    #[test]
+    fn times_are_those_of_tasks_that_were_reached_on_both_drives() {
+        let all = [
+            ended(0, "near", Kind::Reached, [20.0, 5.0], None),
+            ended(0, "far", Kind::Reached, [80.0, 20.0], None),
+            ended(0, "late", Kind::TimedOut, [300.0, 5.0], None),
+            ended(0, "refused", Kind::Reached, [10.0, 5.0], None),
+            ended(1, "near", Kind::Reached, [30.0, 10.0], Some(Search::Found(12.0))),
+            ended(1, "far", Kind::Lost, [90.0, 20.0], None),
+            ended(1, "late", Kind::Reached, [10.0, 5.0], None),
+        ];
+        let [drives, searches] = &sections(&all)[..] else { panic!() };
+        let found: Vec<_> = drives.table.rows[0].iter().map(String::as_str).collect();
+        let expected = ["second", "66.7 % (21 to 94) of 3", "50.0 % (15 to 85) of 4", "1.50", "0.75"];
+        assert_eq!(found, expected);
+        assert!(drives.words[0].starts_with("Of the 4 tasks of the first drives, 4 have a goal whose place was truly seen, which the robot refuses for 1"));
+        assert_eq!(searches.table.rows[0], ["second", "100.0 % (21 to 100) of 1", "0", "0", "12 s", "12 s"]);
+        assert_eq!(drives.table.rows[1], ["third", "–", "0.0 % (0 to 49) of 4", "–", "–"]);
+    }
+}

@@ -200,6 +200,12 @@ impl Learner {
         (self.aligned_goal, self.is_among_rooms) = (None, false);
     }
 
+    /// Begins with other tasks in the same drawing, whose goals then are those that are learned.
+    pub fn begin_tasks(&mut self) {
+        self.arrived.clear();
+        self.forget_alignment();
+    }
+
     /// Returns what was learned. `drawing` is the drawing of the drive with the places marked in it, and `file` describes its file.
     ///
     /// # Errors

@@ -267,8 +267,7 @@ impl Lesson {
     fn free_places(&self) -> Vec<[f64; 2]> {
         let map = &self.learned.map;
         let middle = |index: usize| {
-            let cell = [index % map.width, index / map.width];
-            [0, 1].map(|axis| map.origin_m[axis] + (cell[axis] as f64 + 0.5) * CELL_M)
+            map.of_drawn([index % map.width, index / map.width].map(|cell| cell as f64 + 0.5))
         };
         let free = (0..map.cells.len()).filter(|&index| map.cells[index] == Cell::Free);
         free.map(|index| self.in_world(middle(index))).collect()
@@ -298,18 +297,15 @@ impl Lesson {
             let stamp_ns = estimate.header.stamp_ns;
             let truth =
                 &truth[truth.partition_point(|truth| truth.header.stamp_ns < stamp_ns).min(truth.len() - 1)];
-            let [x, y] = [0, 1].map(|axis| {
-                let px = [estimate.pose.x_px, estimate.pose.y_px][axis];
-                self.learned.map.origin_m[axis] + px * CELL_M
-            });
-            let at = self.in_world([x, y]);
+            let at = self.in_world(self.learned.map.of_drawn([estimate.pose.x_px, estimate.pose.y_px]));
             truth.pose().position().distance(&Point::new(at[0], at[1]))
         };
-        let is_right = |estimate: &&PoseEstimate| off_m(estimate) <= FOUND_WITHIN_M;
+        let is_right = |estimate: &PoseEstimate| off_m(estimate) <= FOUND_WITHIN_M;
         let knows =
             |estimate: &PoseEstimate| Tracking::from_code(estimate.tracking) == Some(Tracking::Tracking);
-        let right = estimates.iter().rev().take_while(is_right).last();
-        match (right, estimates.last()) {
+        let wrong = estimates.iter().rposition(|estimate| !is_right(estimate));
+        let right = &estimates[wrong.map_or(0, |last| last + 1)..];
+        match (right.iter().find(|estimate| knows(estimate)), right.last()) {
             (Some(since), Some(last)) if knows(last) => {
                 Search::Found(seconds(since.header.stamp_ns.saturating_sub(span.begin_ns)))
             }

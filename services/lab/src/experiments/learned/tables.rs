@@ -117,8 +117,8 @@ fn searches(all: &[Ended<'_>]) -> Section {
         title: "Starts without a mark".into(),
         table: Table { header: header.map(str::to_owned).into(), rows: (1..DRIVES.len()).map(row).collect() },
         words: vec![
-            "A place counts as found if the estimate is within half a metre of the truth when the first task ends, and has been since \
-             the time given."
+            "A place counts as found if the robot is sure of it and right within half a metre when the first task ends. The time is that \
+             after which it was never wrong again and sure for the first time."
                 .into(),
         ],
         plots: Vec::new(),

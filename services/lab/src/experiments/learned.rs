@@ -158,7 +158,9 @@ mod tests {
     fn later_drives_start_elsewhere_and_have_the_tasks_that_the_robot_accepts() {
         let trials = drives();
         let [first, second, third] = [0, 1, 2].map(|k: usize| run::run(&trials[k], "outline", 1, 7).unwrap());
-        let kinds = |outcomes: &[crate::experiments::TaskOutcome]| outcomes.iter().map(|ended| ended.kind).collect::<Vec<_>>();
+        let kinds = |outcomes: &[crate::experiments::TaskOutcome]| {
+            outcomes.iter().map(|ended| ended.kind).collect::<Vec<_>>()
+        };
         assert_eq!(kinds(&first), [Kind::Reached, Kind::TimedOut], "{first:?}");
         let known: Vec<_> = first.iter().map(|ended| ended.in_series.unwrap()).collect();
         assert!(known[0].is_seen && known[0].is_accepted && known[0].search.is_none(), "{known:?}");

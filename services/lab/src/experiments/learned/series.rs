@@ -266,9 +266,8 @@ impl Lesson {
     /// Returns the free places of the map, in metres of the true world.
     fn free_places(&self) -> Vec<[f64; 2]> {
         let map = &self.learned.map;
-        let middle = |index: usize| {
-            map.of_drawn([index % map.width, index / map.width].map(|cell| cell as f64 + 0.5))
-        };
+        let middle =
+            |index: usize| map.of_drawn([index % map.width, index / map.width].map(|cell| cell as f64 + 0.5));
         let free = (0..map.cells.len()).filter(|&index| map.cells[index] == Cell::Free);
         free.map(|index| self.in_world(middle(index))).collect()
     }

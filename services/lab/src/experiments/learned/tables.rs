@@ -130,7 +130,13 @@ mod tests {
     use super::*;
     use crate::experiments::outcome::Kind;
 
-    fn ended(drive: usize, task: &str, kind: Kind, [time_s, way_m]: [f64; 2], search: Option<Search>) -> TaskOutcome {
+    fn ended(
+        drive: usize,
+        task: &str,
+        kind: Kind,
+        [time_s, way_m]: [f64; 2],
+        search: Option<Search>,
+    ) -> TaskOutcome {
         let is_accepted = task != "refused";
         TaskOutcome {
             task: task.to_owned(),

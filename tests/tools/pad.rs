@@ -129,6 +129,9 @@ fn a_drawing_is_driven_aborted_restored_and_recorded() {
     let again = place.run("run saved/my-room.toml --json --system again");
     assert_eq!(again.code, Some(0), "{again}");
     assert!(again.out.contains("according to the robot only"), "{again}");
+    // The saved drawing is the one that was learned, byte for byte.
+    place.fine(&format!("learn {} -o my-room.learned", recording.display()));
+    place.fine("run saved/my-room.toml --learned my-room.learned --system learned --out learned");
     for tool in ["info FILE", "judge FILE", "report FILE -o page.html"] {
         let output = place.run(&tool.replace("FILE", &recording.display().to_string()));
         assert_eq!(output.code, Some(0), "{tool}: {output}");

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use sketchnav_recordings::carmen::CarmenError;
 use sketchnav_rehearsal::RehearsalError;
 use sketchnav_sim::SimError;
+use sketchnav_sketch::learned::LearnError;
 use sketchnav_sketch::localizer::LocalizerError;
 use sketchnav_sketch::reading::SketchError;
 
@@ -74,6 +75,14 @@ pub enum EvalError {
         what: &'static str,
         /// The cause of the failure.
         cause: toml::de::Error,
+    },
+    /// Nothing can be learned from a drive.
+    #[error("trial {trial}: {cause}")]
+    Learn {
+        /// Name of the trial.
+        trial: String,
+        /// The cause of the failure.
+        cause: LearnError,
     },
     /// A map-maker or a landmark navigator failed.
     #[error(transparent)]

@@ -26,6 +26,7 @@ pub mod jobs;
 mod joined;
 pub mod land;
 pub mod landmarks;
+pub mod learned;
 pub mod logistic;
 pub mod look_ahead;
 pub mod outcome;

@@ -94,7 +94,11 @@ impl Rehearsal {
         Self::by(run, &|_| Ok(bytes.to_vec()))
     }
 
-    fn by(run: &RunConfig, files: &Files<'_>) -> Result<Self, RehearsalError> {
+    /// Creates a rehearsal with the files that `files` returns by their names in the mission, except for those of the world.
+    ///
+    /// # Errors
+    /// Like [`Rehearsal::new`].
+    pub fn by(run: &RunConfig, files: &Files<'_>) -> Result<Self, RehearsalError> {
         let kind = run.mission.navigator_kind();
         let part = |process| {
             let none = || RehearsalError::Stage(format!("{process}: no stage of {kind:?}").into());

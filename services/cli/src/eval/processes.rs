@@ -9,10 +9,11 @@ use std::process::{Command, Output, Stdio};
 use anyhow::{Context, anyhow};
 use serde::Serialize;
 use sketchnav_lab::experiments::jobs::Job;
-use sketchnav_lab::experiments::trial::Trial;
+use sketchnav_lab::experiments::learned::series::LEARNED_FILE;
+use sketchnav_lab::experiments::trial::{Page, Trial};
 use sketchnav_recordings::diff::{Difference, diff};
 use sketchnav_recordings::{RecordingError, Writer};
-use sketchnav_rehearsal::{Onlooker, Rehearsal, Tap};
+use sketchnav_rehearsal::{Onlooker, Tap};
 use sketchnav_schemas::channels::ChannelSpec;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::run::RunConfig;
@@ -96,19 +97,18 @@ fn check_in(folder: &Path, jobs: &[Job<'_>], count: usize) -> Result<Check, Fail
 }
 
 fn compare(job: &Job<'_>, place: &Path) -> anyhow::Result<Option<Difference>> {
-    let run = job.trial.run(job.method, job.seed, 0)?;
+    let trial = &*job.trial.prepared(job.method, job.seed)?;
+    let run = trial.run(job.method, job.seed, 0)?;
     let rehearsed = place.join("rehearsed.mcap");
-    rehearse(job, &run, &rehearsed)?;
-    let mission = write_mission(job.trial, &run, place)?;
+    rehearse(trial, &run, &rehearsed)?;
+    let mission = write_mission(trial, &run, place)?;
     let by_processes = by_processes(&mission, run.seed, place)?;
     Ok(diff(&by_processes, &rehearsed)?)
 }
 
-fn rehearse(job: &Job<'_>, run: &RunConfig, path: &Path) -> anyhow::Result<()> {
-    let rehearsal = match &job.trial.bytes {
-        Some(page) => Rehearsal::by_bytes(run, &page.bytes()?)?,
-        None => Rehearsal::new(run)?,
-    };
+fn rehearse(trial: &Trial, run: &RunConfig, path: &Path) -> anyhow::Result<()> {
+    let page = trial.bytes.as_ref().map(Page::bytes).transpose()?;
+    let rehearsal = trial.rehearsal(run, page.as_deref())?;
     let sink = BufWriter::new(File::create(path)?);
     let mut recorder = Recorder { writer: Writer::create(sink, run)?, failed: None };
     rehearsal.run(&mut recorder)?;
@@ -126,6 +126,9 @@ pub fn write_mission(trial: &Trial, run: &RunConfig, place: &Path) -> anyhow::Re
             *file = "drawing".into();
         }
         std::fs::write(place.join("drawing"), page.bytes()?)?;
+    }
+    if let Some(learned) = &trial.learned {
+        std::fs::write(place.join(LEARNED_FILE), learned)?;
     }
     let path = place.join("mission.toml");
     std::fs::write(&path, toml::to_string(&mission)?)?;

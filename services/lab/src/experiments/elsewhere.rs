@@ -79,6 +79,7 @@ fn lacks(trial: &Trial) -> Option<&'static str> {
         (trial.person.is_some(), "person who answers the robot"),
         (trial.thinking_scans > 0, "core that takes longer than a scan"),
         (trial.asks_rooms, "map of the drive"),
+        (trial.series.is_some(), "drive that others are learned from"),
         (world.plane.is_some(), "plane of dots"),
         (!world.person.is_empty(), "person who walks"),
         (!world.marker.is_empty(), "marker"),

@@ -1,6 +1,7 @@
 //! Outcomes of tasks, each a single word with a few figures.
 
 use crate::experiments::cost::Cost;
+use crate::experiments::learned::series::InSeries;
 use crate::experiments::witnesses::RoomsSaid;
 use crate::judge::TaskVerdict;
 use crate::judge::states::StateDriven;
@@ -125,6 +126,9 @@ pub struct TaskOutcome {
     /// asked.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rooms: Option<RoomsSaid>,
+    /// What is known of a task in a series of drives, or `None` for others.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub in_series: Option<InSeries>,
 }
 
 fn is_zero(count: &u32) -> bool {
@@ -156,6 +160,7 @@ impl TaskOutcome {
             on_sketch: None,
             displacement_m: None,
             rooms: None,
+            in_series: None,
         }
     }
 }

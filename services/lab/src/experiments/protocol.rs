@@ -153,7 +153,12 @@ fn open(path: &Path, map: Option<&PathBuf>) -> Result<(Mission, Robot), EvalErro
     Ok((mission, robot))
 }
 
-fn ground(world: &WorldDescription, mission: &Mission, robot: &Robot) -> Result<Ground, EvalError> {
+/// Returns the ground of a mission.
+pub(super) fn ground(
+    world: &WorldDescription,
+    mission: &Mission,
+    robot: &Robot,
+) -> Result<Ground, EvalError> {
     let clearance_m = robot.radius_m + CLEARANCE_M;
     match &mission.world.map {
         Some(map) => Ok(Ground::new(&sketchnav_sim::files::occupancy_map(Path::new(map))?, clearance_m)),

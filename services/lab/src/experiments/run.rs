@@ -3,7 +3,7 @@
 use sketchnav_landmarks::instructions::Instructions;
 use sketchnav_landmarks::language;
 use sketchnav_landmarks::mission::{LandmarksMission, Method};
-use sketchnav_rehearsal::{Onlooker, Rehearsal, RehearsalError, Tap};
+use sketchnav_rehearsal::{Onlooker, RehearsalError, Tap};
 use sketchnav_schemas::channels::{ChannelSpec, STATUS};
 use sketchnav_schemas::codes::{Process, TaskState};
 use sketchnav_schemas::erased;
@@ -11,11 +11,13 @@ use sketchnav_schemas::message::{Health, Here};
 use sketchnav_schemas::mission::{MissionError, Task};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::time::seconds;
+use sketchnav_sketch::learned::Learner;
 use sketchnav_sketch::mission::SketchMission;
 
 use crate::error::EvalError;
 use crate::experiments::cost::{Cost, clearance_m};
 use crate::experiments::drawn_task::DrawnTask;
+use crate::experiments::learned::series;
 use crate::experiments::outcome::{Kind, TaskOutcome};
 use crate::experiments::person::Bystander;
 use crate::experiments::trial::{Page, Trial};
@@ -48,6 +50,8 @@ pub struct Driven {
     pub is_left_lost: bool,
     /// The map of the drive, if regions joined by doors are asked about it.
     pub witness: Option<Witness>,
+    /// What the robot saw, if it learns from the drive.
+    pub learner: Option<Learner>,
     /// Verdicts on the tasks. If poses are given again after failures, the first failed task is the last one here.
     pub verdicts: Vec<TaskVerdict>,
 }
@@ -63,6 +67,7 @@ struct Watcher<'a> {
     failed: bool,
     bystander: Option<Bystander<'a>>,
     witness: Option<Witness>,
+    learner: Option<Learner>,
 }
 
 impl Tap for Watcher<'_> {
@@ -74,6 +79,9 @@ impl Tap for Watcher<'_> {
         }
         if let Some(witness) = &mut self.witness {
             witness.see(spec, message, cells);
+        }
+        if let Some(learner) = &mut self.learner {
+            learner.see(spec, message);
         }
         if *spec == *STATUS.spec {
             self.watch();
@@ -117,6 +125,7 @@ impl Watcher<'_> {
 /// # Errors
 /// [`EvalError::Trial`] if the mission cannot start, or the error in creating the page.
 pub fn drive(trial: &Trial, method: &str, seed: u64) -> Result<Vec<Driven>, EvalError> {
+    let trial = &*trial.prepared(method, seed)?;
     let page = trial.bytes.as_ref().map(Page::bytes).transpose()?;
     let mut runs = Vec::new();
     let mut first_task = 0;
@@ -154,6 +163,7 @@ fn drive_from(
             .zip(sheet)
             .map(|(person, sheet)| Bystander::new(person, &sheet.paper, seed)),
         witness: trial.asks_rooms.then(|| Witness::new(&run)).flatten(),
+        learner: series::learner(trial).map_err(|error| RehearsalError::Stage(error.into()))?,
     };
     let busy_s = match &trial.elsewhere {
         Some(simulator) => {
@@ -161,12 +171,12 @@ fn drive_from(
             busy_s(&watcher.log.health)
         }
         None => {
-            let rehearsal = page.map_or_else(|| Rehearsal::new(&run), |page| Rehearsal::by_bytes(&run, page));
-            let spent = rehearsal?.thinking_for(trial.thinking_scans).run(&mut watcher)?;
+            let rehearsal = trial.rehearsal(&run, page)?;
+            let spent = rehearsal.thinking_for(trial.thinking_scans).run(&mut watcher)?;
             (spent.localizer + spent.planner).as_secs_f64()
         }
     };
-    let Watcher { log, stamps_ns, bystander, witness, .. } = watcher;
+    let Watcher { log, stamps_ns, bystander, witness, learner, .. } = watcher;
     let answers = bystander.as_ref().map_or(0, Bystander::answers);
     let is_left_lost = bystander.is_some_and(|bystander| bystander.leaves_it_lost());
     let mut verdicts = judge::judge(&run.mission, &log.truth, &log.status, &log.contacts).tasks;
@@ -174,7 +184,19 @@ fn drive_from(
         let failed = verdicts.iter().position(|verdict| !verdict.reached);
         verdicts.truncate(failed.map_or(verdicts.len(), |failed| failed + 1));
     }
-    Ok(Driven { run, sketch, first_task, log, stamps_ns, busy_s, answers, is_left_lost, witness, verdicts })
+    Ok(Driven {
+        run,
+        sketch,
+        first_task,
+        log,
+        stamps_ns,
+        busy_s,
+        answers,
+        is_left_lost,
+        witness,
+        learner,
+        verdicts,
+    })
 }
 
 /// Returns how long localizer and planner computed as processes, in seconds, by their last reports.
@@ -189,6 +211,9 @@ fn busy_s(health: &[Health]) -> f64 {
 /// # Errors
 /// Same as [`drive`].
 pub fn run(trial: &Trial, method: &str, repetition: u32, seed: u64) -> Result<Vec<TaskOutcome>, EvalError> {
+    if let Some(series) = &trial.series {
+        return series.run(trial, method, repetition, seed);
+    }
     let runs = drive(trial, method, seed)?;
     Ok(runs.iter().flat_map(|driven| outcomes(trial, method, repetition, driven)).collect())
 }
@@ -307,6 +332,7 @@ pub fn outcomes(trial: &Trial, method: &str, repetition: u32, driven: &Driven) -
                 .witness
                 .as_ref()
                 .map(|witness| witness.said(&driven.log, i, &driven.run.mission.task[i].there)),
+            in_series: None,
         }
     };
     ended.into_iter().enumerate().map(outcome).collect()

@@ -10,7 +10,7 @@ use sketchnav_sketch::method::Method;
 use crate::error::EvalError;
 use crate::experiments::suite::{Folders, Suite};
 use crate::experiments::{
-    ablation, calibration, corridor, corridor_cost, corridor_published, deformed, land, landmarks,
+    ablation, calibration, corridor, corridor_cost, corridor_published, deformed, land, landmarks, learned,
     look_ahead, people, protocol, routes, sensitivity, studies, witnesses,
 };
 
@@ -27,7 +27,7 @@ const PAPER: &str = Method::Boniardi2015.word();
 
 /// All suites with their loaders. To add one, add a line here and a module for it. The last column lists methods for suites
 /// that compare several, or that use another one than the first of their navigator, when all suites are driven.
-const SUITES: [(&str, Loader, &[&str]); 32] = [
+const SUITES: [(&str, Loader, &[&str]); 37] = [
     ("ablation", ablation::suite, &[]),
     ("building-079", protocol::building_079, &[OUTLINE, PAPER]),
     ("building", protocol::building, &[OUTLINE, PAPER]),
@@ -52,6 +52,11 @@ const SUITES: [(&str, Loader, &[&str]); 32] = [
     ("landmark-published-degrees", landmarks::thesis::degrees, &[]),
     ("landmark-scenes", landmarks::scenes, &[]),
     ("landmark-unknowns", landmarks::unknowns::suite, &[]),
+    ("learned-building", learned::building, &[]),
+    ("learned-building-079", learned::building_079, &[]),
+    ("learned-laboratory", learned::laboratory, &[]),
+    ("learned-people", learned::people, &[]),
+    ("learned-people-exam", learned::people_exam, &[]),
     ("people", people::suite, &[OUTLINE, BEAM, PAPER]),
     ("people-answers", people::answered, &[]),
     ("people-exam", people::exam, &[OUTLINE, BEAM, PAPER]),

@@ -5,10 +5,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::error::EvalError;
 use crate::experiments::elsewhere::Elsewhere;
+use crate::experiments::learned::series::{LEARNED_FILE, Series};
 use crate::experiments::person::Person;
 use crate::judge::homotopy::Correspondence;
 use rand::RngExt;
 use rand_distr::{Distribution, Normal};
+use sketchnav_navigators::read_file;
+use sketchnav_rehearsal::{Rehearsal, RehearsalError};
 use sketchnav_schemas::codes::FREE;
 use sketchnav_schemas::geometry::{Point, Sketch};
 use sketchnav_schemas::mission::{Mission, MissionError, Start};
@@ -85,6 +88,12 @@ pub struct Trial {
     /// The simulator in which the trial is driven. If this is `None`, it is driven in the project's own
     /// world.
     pub elsewhere: Option<Elsewhere>,
+    /// True if the robot learns from the drive.
+    pub is_learned_from: bool,
+    /// What was learned on an earlier drive, which the mission names [`LEARNED_FILE`].
+    pub learned: Option<Arc<[u8]>>,
+    /// The series of drives that the trial belongs to, if later ones follow from the first one.
+    pub series: Option<Series>,
 }
 
 impl Trial {
@@ -107,6 +116,9 @@ impl Trial {
             person: None,
             asks_rooms: false,
             elsewhere: None,
+            is_learned_from: false,
+            learned: None,
+            series: None,
         }
     }
 }
@@ -221,6 +233,18 @@ impl Trial {
         let pad = if self.person.is_some() { Pad::Watches } else { Pad::Absent };
         let method = method.to_owned();
         Ok(RunConfig { method, pad, ..RunConfig::lockstep("eval", mission, self.robot.clone(), seed) })
+    }
+
+    /// Creates the rehearsal of a run of the trial. `page` is its page, if that is in no file.
+    ///
+    /// # Errors
+    /// [`RehearsalError`] if the run cannot start.
+    pub fn rehearsal(&self, run: &RunConfig, page: Option<&[u8]>) -> Result<Rehearsal, RehearsalError> {
+        Rehearsal::by(run, &|name| match (&self.learned, page) {
+            (Some(learned), _) if name == LEARNED_FILE => Ok(learned.to_vec()),
+            (_, Some(page)) => Ok(page.to_vec()),
+            _ => read_file(name),
+        })
     }
 }
 

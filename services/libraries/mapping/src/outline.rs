@@ -14,6 +14,11 @@ use crate::survey::Survey;
 /// A place, as x and y.
 pub type Place = [f64; 2];
 
+/// Returns the distance between two places.
+pub fn distance(a: Place, b: Place) -> f64 {
+    (a[0] - b[0]).hypot(a[1] - b[1])
+}
+
 /// Maximum number of points kept for a gap.
 const GAP_POINTS: usize = 96;
 

@@ -1,4 +1,4 @@
-//! What a robot has learned on a drive by a drawing: the map of what it saw, the goals in it, and which place of the drawing
+//! What a robot has learned on drives by a drawing: the map of what it saw, the goals in it, and which place of the drawing
 //! corresponds to which place of the map. The next drive can start from it.
 //!
 //! ```json
@@ -16,6 +16,7 @@
 
 mod export;
 mod learner;
+mod merge;
 mod place;
 mod warp;
 

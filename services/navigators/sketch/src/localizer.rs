@@ -49,8 +49,7 @@ pub enum LocalizerError {
 /// # Errors
 /// [`LocalizerError`], which names the key of the mission or of the robot file.
 pub fn demanded(mission: &Mission, robot: &Robot) -> Result<(Parameters, Laser), LocalizerError> {
-    let SketchMission { method, learned_file, .. } = SketchMission::of(mission)?;
-    let usual = if learned_file.is_some() { Parameters::learned() } else { Parameters::of(method) };
+    let usual = SketchMission::of(mission)?.usual(Parameters::of, Parameters::learned);
     let parameters = mission.parameters.over(Process::Localizer, &usual)?;
     parameters.check().map_err(FilterError::from)?;
     robot.odometry()?;
@@ -118,7 +117,7 @@ impl Localizer {
             drive,
             seed,
             waits_for_sketch: !run.pad.draws(),
-            is_learned: SketchMission::of(&run.mission)?.learned_file.is_some(),
+            is_learned: SketchMission::of(&run.mission)?.is_learned(),
             filter: None,
             particles_due_ns: 0,
             sketch_seq: 0,

@@ -177,8 +177,18 @@ impl SketchMission {
         let is_ours = matches!(read.method, Method::Outline | Method::Beam);
         let expected = "outline or beam with a learned map";
         let found = || read.method.word().to_owned();
-        check(is_ours || read.learned_file.is_none(), || "navigator.method".into(), expected, found)?;
+        check(is_ours || !read.is_learned(), || "navigator.method".into(), expected, found)?;
         Ok(read)
+    }
+
+    /// Returns true if the robot drives in what was learned on an earlier drive by the drawing.
+    pub fn is_learned(&self) -> bool {
+        self.learned_file.is_some()
+    }
+
+    /// Returns the parameters that are usual for the mission: those of its method, or those of a learned map.
+    pub fn usual<P>(&self, of_method: fn(Method) -> P, learned: fn() -> P) -> P {
+        if self.is_learned() { learned() } else { of_method(self.method) }
     }
 
     fn check_places(&self) -> Result<(), MissionError> {

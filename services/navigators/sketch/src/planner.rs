@@ -373,8 +373,7 @@ impl Stage for Planner {
 /// # Errors
 /// [`PlannerError`] with the key of the mission.
 pub fn parameters(mission: &Mission) -> Result<Parameters, PlannerError> {
-    let SketchMission { method, learned_file, .. } = SketchMission::of(mission)?;
-    let usual = if learned_file.is_some() { Parameters::learned() } else { Parameters::of(method) };
+    let usual = SketchMission::of(mission)?.usual(Parameters::of, Parameters::learned);
     let parameters = mission.parameters.over(Process::Planner, &usual)?;
     parameters.check()?;
     Ok(parameters)

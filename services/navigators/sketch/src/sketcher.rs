@@ -48,6 +48,27 @@ pub fn understand(run: &RunConfig, files: &Files<'_>) -> Result<(DrawnMap, Place
     Given::load(&mission, files)?.understand(&mission, &options)
 }
 
+/// What was learned before a run, with the drawing and the tasks in it.
+#[derive(Debug)]
+pub struct Before {
+    /// What was learned.
+    pub learned: Learned,
+    /// The drawing that it belongs to.
+    pub drawing: DrawnMap,
+    /// The run's tasks, in pixels of the drawing's file.
+    pub intent: Intent,
+}
+
+/// Reads what was learned before a run, or returns `None` if the run is by the drawing.
+///
+/// # Errors
+/// Same as [`understand`].
+pub fn learned_before(run: &RunConfig, files: &Files<'_>) -> Result<Option<Before>, SketchError> {
+    let options = Options::of_mission(&run.mission, run.seed)?;
+    let mission = SketchMission::of(&run.mission)?;
+    Given::load(&mission, files)?.before(&mission, &options)
+}
+
 /// Returns what a person should know about a drawing before a robot drives by it. Empty if people draw while
 /// the mission runs.
 ///
@@ -58,7 +79,7 @@ pub fn doubts(run: &RunConfig, files: &Files<'_>) -> Result<Doubts, SketchError>
         return Ok(Doubts::default());
     }
     let (drawing, places) = understand(run, files)?;
-    if SketchMission::of(&run.mission)?.learned_file.is_some() {
+    if SketchMission::of(&run.mission)?.is_learned() {
         // What is doubted about a drawing by hand does not concern what a laser has seen.
         return Ok(Doubts::default());
     }
@@ -107,19 +128,37 @@ impl Given {
         mission: &SketchMission,
         options: &Options,
     ) -> Result<(DrawnMap, Places), SketchError> {
-        let drawing = read(&self.drawing, &mission.drawing, options)?;
-        let intent = Intent::of_mission(mission, &drawing)?.or(Intent::of_marks(&drawing.marks));
-        if let (Some(learned), Some(file)) = (&self.learned, &mission.learned_file) {
-            let learned = Learned::parse(learned)
-                .map_err(|reason| SketchError::Learned { file: file.clone(), reason })?;
-            if !learned.drawing.is_same(&DrawingFile::of(&mission.drawing, &self.drawing)) {
-                let (file, of, drawing) = (file.clone(), learned.drawing.file, mission.drawing.clone());
-                return Err(SketchError::LearnedByAnother { file, of, drawing });
-            }
+        let (drawing, intent) = self.read(mission, options)?;
+        if let Some((learned, file)) = self.learned(mission)? {
             return learned.place(file, &intent, options);
         }
         let places = intent.place(&drawing, &options.settings)?;
         Ok((drawing, places))
+    }
+
+    fn before(&self, mission: &SketchMission, options: &Options) -> Result<Option<Before>, SketchError> {
+        let Some((learned, _)) = self.learned(mission)? else { return Ok(None) };
+        let (drawing, intent) = self.read(mission, options)?;
+        Ok(Some(Before { learned, drawing, intent }))
+    }
+
+    /// Reads the drawing, with the tasks in it.
+    fn read(&self, mission: &SketchMission, options: &Options) -> Result<(DrawnMap, Intent), SketchError> {
+        let drawing = read(&self.drawing, &mission.drawing, options)?;
+        let intent = Intent::of_mission(mission, &drawing)?.or(Intent::of_marks(&drawing.marks));
+        Ok((drawing, intent))
+    }
+
+    /// Reads what was learned, with the name of its file.
+    fn learned<'a>(&self, mission: &'a SketchMission) -> Result<Option<(Learned, &'a str)>, SketchError> {
+        let (Some(learned), Some(file)) = (&self.learned, &mission.learned_file) else { return Ok(None) };
+        let learned =
+            Learned::parse(learned).map_err(|reason| SketchError::Learned { file: file.clone(), reason })?;
+        if !learned.drawing.is_same(&DrawingFile::of(&mission.drawing, &self.drawing)) {
+            let (file, of, drawing) = (file.clone(), learned.drawing.file, mission.drawing.clone());
+            return Err(SketchError::LearnedByAnother { file, of, drawing });
+        }
+        Ok(Some((learned, file)))
     }
 }
 

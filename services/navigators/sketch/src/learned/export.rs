@@ -5,6 +5,7 @@ use std::fmt::Write;
 use sketchnav_mapping::Cell;
 use sketchnav_mapping::region::Region;
 
+use super::warp::Lattice;
 use super::{CELL_M, Learned, LearnedMap};
 use crate::reading::DrawnMap;
 use sketchnav_schemas::codes::WALL;
@@ -14,6 +15,8 @@ use sketchnav_schemas::geometry::Point;
 const MARGIN: i64 = 10;
 /// Distance from what was seen, in cells, within which the drawing is not shown.
 const SEEN_AROUND: usize = 12;
+/// Distance, in metres, between places that are converted to the drawing exactly.
+const MESH_M: f64 = 0.4;
 /// How far the picture extends beyond what was seen on each side, compared with the size of what was seen. A drawing that extends
 /// farther is cut.
 const LARGEST: i64 = 3;
@@ -102,7 +105,8 @@ pub fn svg(learned: &Learned, drawing: &DrawnMap) -> String {
     let [width, height] = sheet.size;
     let is = |what: Cell| sheet.region(|index| map.at_m(sheet.middle_m(map, index)) == what);
     let (free, occupied) = (is(Cell::Free), is(Cell::Occupied));
-    let to_drawing = learned.to_map().inverse();
+    let corner = |index: usize| sheet.middle_m(map, index);
+    let to_drawing = Lattice::new(&learned.to_map().inverse(), corner(0), corner(width * height - 1), MESH_M);
     let mut around = sheet.region(|index| free.contains(index) || occupied.contains(index));
     around.grow(SEEN_AROUND);
     let unseen = sheet.region(|index| {

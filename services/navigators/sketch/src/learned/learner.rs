@@ -1,11 +1,12 @@
-//! Learns from the messages of a drive, whether they come from a recording or from a run under way.
+//! Learns from the messages of a drive by a drawing, or in what was learned before, whether they come from a recording or from a run
+//! under way.
 //!
 //! The planner's own map is not part of any message, but follows from the scans and the odometry: the learner runs the same mapper
 //! on the same readings. Where the drawing corresponds to the map follows from the outline if the robot drove by it, and otherwise
 //! from the estimates along the way.
 
 use sketchnav_mapping::mapper::Mapper;
-use sketchnav_mapping::outline::Place;
+use sketchnav_mapping::outline::{Place, distance};
 use sketchnav_mapping::survey::OFF_FREE_M;
 use sketchnav_mapping::{Cell, CellGrid, Map, Scan, Survey};
 use sketchnav_schemas::channels::{ChannelSpec, ODOMETRY, SCAN, STATUS};
@@ -14,13 +15,13 @@ use sketchnav_schemas::geometry::{Base, Odom, Point, Pose, Sketch};
 use sketchnav_schemas::message::{LaserScan, MissionStatus};
 use sketchnav_schemas::robot::{Robot, RobotError};
 
-use super::{DrawingFile, Goal, Learned, LearnedMap, LearnedStart, MAX_PAIRS};
+use super::{DrawingFile, Goal, Learned, LearnedMap, LearnedStart, MAX_PAIRS, merge};
 use crate::messages::{
     CORRESPONDENCE, Correspondence, ESTIMATE, MAX_SKETCH_CELLS, PartnerKind, PoseEstimate,
 };
 use crate::paths::chart::Chart;
 use crate::planner::ROOMS;
-use crate::reading::{DrawnMap, Places};
+use crate::reading::{DrawnMap, Intent, Places};
 use crate::task::Task;
 
 /// Distance, in metres, between the places of the way that are paired with the drawing.
@@ -45,6 +46,11 @@ pub enum LearnError {
     /// There were no estimates.
     #[error("expected estimates of where the robot is in the drawing, found fewer than two places")]
     NowhereInTheDrawing,
+    /// The robot was not sure of its place in what was learned before.
+    #[error(
+        "expected a drive on which the robot found its place in what was learned before, found fewer than two places"
+    )]
+    NowhereInTheMap,
     /// What was seen is larger than a map may be.
     #[error("expected a map of at most {MAX_SKETCH_CELLS} cells of 0.05 m, found {0}")]
     TooLarge(usize),
@@ -60,8 +66,8 @@ pub struct Learner {
     scan: Option<Box<LaserScan>>,
     /// Where the robot was at each scan that was entered or matched, which is free, although the laser does not see it.
     way: Vec<Place>,
-    /// Places of the drawing (frame `Sketch`, in pixels) and of the map along the way.
-    driven: Vec<(Place, Place)>,
+    /// Poses in the drawing, or in what was learned before, and in the map, along the way.
+    driven: Vec<(Pose<Sketch>, Pose<Map>)>,
     /// The same for the outline, from the last alignment, which also says where the goal is.
     aligned: Vec<(Place, Place)>,
     aligned_goal: Option<Place>,
@@ -143,12 +149,13 @@ impl Learner {
 
     fn follow(&mut self, estimate: &PoseEstimate) {
         self.estimate = Some(*estimate);
-        let at = self.place();
         let is_known = Tracking::from_code(estimate.tracking) == Some(Tracking::Tracking);
-        let is_far = self.driven.last().is_none_or(|(_, last)| distance(*last, at) > PAIR_EVERY_M);
+        let is_far = self
+            .driven
+            .last()
+            .is_none_or(|(_, last)| last.position().distance(&self.mapper.pose().position()) > PAIR_EVERY_M);
         if is_known && is_far && !self.way.is_empty() {
-            let drawn = estimate.pose.pose();
-            self.driven.push(([drawn.x, drawn.y], at));
+            self.driven.push((estimate.pose.pose(), self.mapper.pose()));
         }
     }
 
@@ -193,6 +200,12 @@ impl Learner {
         (self.aligned_goal, self.is_among_rooms) = (None, false);
     }
 
+    /// Begins with other tasks in the same drawing, whose goals then are those that are learned.
+    pub fn begin_tasks(&mut self) {
+        self.arrived.clear();
+        self.forget_alignment();
+    }
+
     /// Returns what was learned. `drawing` is the drawing of the drive with the places marked in it, and `file` describes its file.
     ///
     /// # Errors
@@ -213,7 +226,8 @@ impl Learner {
         };
         let goals: Vec<Goal> = (0..).zip(&places.tasks).map(goal).collect();
         let start = in_file(places.start.position());
-        let walls = if self.believed.is_empty() { &self.driven } else { &self.believed };
+        let driven = self.driven.iter().map(|(drawn, seen)| ([drawn.x, drawn.y], [seen.x, seen.y]));
+        let walls = if self.believed.is_empty() { driven.collect() } else { self.believed.clone() };
         let reached = goals.iter().filter_map(|goal| Some((goal.at, goal.at_m?)));
         let seen =
             walls.iter().map(|([x, y], seen)| (in_file(Point::new(*x, *y)), seen.map(|m| rounded(m, 1e3))));
@@ -224,6 +238,28 @@ impl Learner {
         }
         let heading_deg = rounded(places.start.yaw_rad.to_degrees(), 100.0);
         Ok(Learned::new(file, map, LearnedStart { at: start, heading_deg }, goals, pairs))
+    }
+
+    /// Returns what was known before with what was seen on this drive, which was driven in it. `intent` has the tasks in pixels of the
+    /// drawing's file, and `places` in the map.
+    ///
+    /// # Errors
+    /// [`LearnError`] if nothing was seen, or if the robot did not find its place in what was known.
+    pub fn merged(&self, before: &Learned, intent: &Intent, places: &Places) -> Result<Learned, LearnError> {
+        let in_m = |at: Point<Sketch>| before.map.of_drawn([at.x, at.y]);
+        let pairs = self.driven.iter().map(|(known, seen)| {
+            let [x, y] = in_m(known.position());
+            (*seen, Pose::new(x, y, known.yaw_rad))
+        });
+        let known_from_seen = merge::motion(&pairs.collect::<Vec<_>>()).ok_or(LearnError::NowhereInTheMap)?;
+        let map = before.map.updated_by(&self.map_of_free_space()?, &known_from_seen)?;
+        let arrived = |number: u32| self.arrived.iter().any(|arrived| arrived.task == number);
+        let goals = (0..).zip(intent.tasks.iter().zip(&places.tasks)).map(|(number, (asked, task))| {
+            let at = asked.points.last().copied().unwrap_or_default().map(|px| rounded(px, 100.0));
+            let at_m = arrived(number).then(|| in_m(task.end()).map(|m| rounded(m, 1e3)));
+            Goal { task: task.name.clone(), at, at_m, reached: at_m.is_some() }
+        });
+        Ok(before.with(map, goals))
     }
 
     /// Returns the map, cut to what was seen. Only space that is connected to the robot's way counts as free, slits between beams
@@ -283,10 +319,6 @@ impl Arrived {
 /// Rounds a number to whole parts of which `parts` make one.
 fn rounded(number: f64, parts: f64) -> f64 {
     (number * parts).round() / parts
-}
-
-fn distance(a: Place, b: Place) -> f64 {
-    (a[0] - b[0]).hypot(a[1] - b[1])
 }
 
 /// Visits the cells that a disc covers.

@@ -3,6 +3,7 @@
 
 use image::{GrayImage, Luma};
 use sketchnav_mapping::Cell;
+use sketchnav_mapping::outline::distance;
 use sketchnav_schemas::codes::{FREE, WALL};
 use sketchnav_schemas::geometry::{Point, Sketch};
 use sketchnav_schemas::seed;
@@ -43,6 +44,13 @@ impl LearnedMap {
             labels: Vec::new(),
             left_out: Vec::new(),
         }
+    }
+}
+
+impl Goal {
+    /// Returns true if the goal is at a place in the drawing, in pixels of its file.
+    pub(super) fn is_at(&self, at: [f64; 2]) -> bool {
+        distance(self.at, at) <= SAME_GOAL_PX
     }
 }
 
@@ -90,8 +98,7 @@ impl Learned {
     /// Returns the place in the map, in pixels of the map as a picture, of a place in the drawing, in pixels of its file. Where the
     /// robot has arrived, it is where it stood. Returns `None` if the place was not seen.
     fn seen(&self, at: [f64; 2], warp: &Warp, drawing: &DrawnMap) -> Option<[f64; 2]> {
-        let is_same = |goal: &&Goal| (goal.at[0] - at[0]).hypot(goal.at[1] - at[1]) <= SAME_GOAL_PX;
-        let arrived = self.goals.iter().filter(is_same).find_map(|goal| goal.at_m);
+        let arrived = self.goals.iter().filter(|goal| goal.is_at(at)).find_map(|goal| goal.at_m);
         let at_m = arrived.or_else(|| warp.apply([at[0], -at[1]]))?;
         let near = free_near(drawing, &drawing.from_image(self.map.to_image(at_m)))?;
         Some(drawing.to_image(&near))

@@ -1,5 +1,6 @@
 use proptest::prelude::*;
-use sketchnav_mapping::Cell;
+use sketchnav_mapping::{Cell, Map};
+use sketchnav_schemas::geometry::Pose;
 
 use super::*;
 use crate::reading::{DrawnMap, Intent, Options, SketchError, read};
@@ -170,4 +171,59 @@ proptest! {
     fn any_text_is_refused(text in ".*") {
         prop_assert!(Learned::parse(text.as_bytes()).is_err());
     }
+}
+
+/// The robot took another place for its own at first, for a third of the drive.
+#[test]
+fn maps_are_merged_by_the_poses_that_agree() {
+    let truth = Pose::<Map>::new(4.0, -2.0, 2.0);
+    let pair = |k: i32, motion: &Pose<Map>| {
+        let seen = Pose::new(0.5 * f64::from(k), 0.1 * f64::from(k * k), 0.2 * f64::from(k));
+        let known = motion.compose(&seen);
+        let jitter = 0.05 * f64::from(k % 3 - 1);
+        (seen, Pose::new(known.x + jitter, known.y - jitter, known.yaw_rad))
+    };
+    let wrong = (0..5).map(|k| pair(k, &Pose::new(-9.0, 5.0, -1.0)));
+    let poses: Vec<_> = wrong.chain((5..15).map(|k| pair(k, &truth))).collect();
+    let found = merge::motion(&poses).unwrap();
+    assert!((found.x - truth.x).hypot(found.y - truth.y) < 0.1, "{found:?}");
+    assert!((found.yaw_rad - truth.yaw_rad).abs() < 0.02, "{found:?}");
+    assert!(merge::motion(&poses[4..6]).is_none(), "two poses that do not agree");
+}
+
+/// A square of 1 m that is turned by a quarter and reaches from the wall in the room to above the room's upper wall.
+#[test]
+fn the_newer_map_counts_where_both_know_a_cell() {
+    let known = room().map;
+    let newer = LearnedMap { origin_m: [0.0, 0.0], width: 20, cells: vec![Cell::Free; 400] };
+    let merged = known.updated_by(&newer, &Pose::new(1.5, 1.75, std::f64::consts::FRAC_PI_2)).unwrap();
+    for (at, cell) in [
+        ([1.025, 1.025], Cell::Occupied),
+        ([1.025, 2.025], Cell::Free),
+        ([1.025, 2.725], Cell::Free),
+        ([2.025, 2.275], Cell::Occupied),
+        ([2.025, 2.725], Cell::Unknown),
+        ([-0.725, -0.725], Cell::Free),
+    ] {
+        assert_eq!(merged.at_m(at), cell, "{at:?}");
+    }
+    assert_eq!(merged.height(), known.height() + 5);
+    let far = Pose::new(90_000.0, 0.0, 0.0);
+    assert!(matches!(known.updated_by(&newer, &far), Err(LearnError::TooLarge(_))));
+}
+
+#[test]
+fn what_is_known_of_a_goal_stays() {
+    let before = room();
+    let goal = |at, at_m: Option<[f64; 2]>| Goal { task: "later".into(), at, at_m, reached: at_m.is_some() };
+    let later = [
+        goal([300.5, 100.0], Some([9.0, 9.0])),
+        goal([700.0, 100.0], Some([6.5, 1.0])),
+        goal([5.0, 5.0], None),
+    ];
+    let merged = before.with(before.map.clone(), later);
+    let found: Vec<_> = merged.goals.iter().map(|goal| (goal.at[0], goal.at_m)).collect();
+    assert_eq!(found, [(300.0, Some([2.5, 1.5])), (700.0, Some([6.5, 1.0])), (5.0, None)]);
+    assert_eq!(merged.pairs.len(), before.pairs.len() + 1);
+    assert_eq!(Learned::parse(&merged.to_bytes()), Ok(merged));
 }

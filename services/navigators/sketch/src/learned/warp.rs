@@ -54,6 +54,40 @@ impl Warp {
     }
 }
 
+/// A conversion at the nodes of a square lattice, in between which it is interpolated. It saves time where many places are converted
+/// by many pairs.
+#[derive(Debug, Clone)]
+pub struct Lattice {
+    low: [f64; 2],
+    side: f64,
+    columns: usize,
+    nodes: Vec<Option<[f64; 2]>>,
+}
+
+impl Lattice {
+    /// Creates the lattice for the places between `low` and `high`. `side` is the length of a mesh.
+    pub fn new(warp: &Warp, low: [f64; 2], high: [f64; 2], side: f64) -> Self {
+        let [columns, rows] =
+            [0, 1].map(|axis| ((high[axis] - low[axis]) / side).ceil().max(0.0) as usize + 2);
+        let at = |k: usize| [low[0] + (k % columns) as f64 * side, low[1] + (k / columns) as f64 * side];
+        Self { low, side, columns, nodes: (0..columns * rows).map(|k| warp.apply(at(k))).collect() }
+    }
+
+    /// Converts a place. Returns `None` outside the lattice, or if the conversion has no result nearby.
+    pub fn apply(&self, at: [f64; 2]) -> Option<[f64; 2]> {
+        let [x, y] = [0, 1].map(|axis| (at[axis] - self.low[axis]) / self.side);
+        if x < 0.0 || y < 0.0 || x as usize + 1 >= self.columns {
+            return None;
+        }
+        let (column, row) = (x as usize, y as usize);
+        let node = |dx: usize, dy: usize| *self.nodes.get((row + dy) * self.columns + column + dx)?;
+        let [[a, b], [c, d]] = [[node(0, 0)?, node(1, 0)?], [node(0, 1)?, node(1, 1)?]];
+        let (tx, ty) = (x.fract(), y.fract());
+        let mix = |from: f64, to: f64, part: f64| from + part * (to - from);
+        Some([0, 1].map(|k| mix(mix(a[k], b[k], tx), mix(c[k], d[k], tx), ty)))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -80,6 +114,20 @@ mod tests {
             |at: f64| warp.apply([at + 0.1, 0.0]).unwrap()[0] - warp.apply([at - 0.1, 0.0]).unwrap()[0];
         assert!((scale(1.5) - 0.2).abs() < 0.06, "{}", scale(1.5));
         assert!((scale(10.0) - 0.1).abs() < 0.06, "{}", scale(10.0));
+    }
+
+    #[test]
+    fn a_lattice_converts_as_its_warp_does() {
+        let bend = |x: f64, y: f64| ([x, y], [x + 0.02 * x * y, 2.0 * y]);
+        let pairs = (0..6).flat_map(|i| (0..6).map(move |j| bend(f64::from(i), f64::from(j))));
+        let warp = Warp::new(pairs.collect());
+        let lattice = Lattice::new(&warp, [-1.0, -1.0], [7.0, 7.0], 0.1);
+        for at in [[-0.95, -0.99], [0.03, 2.47], [3.333, 4.444], [6.99, 7.0]] {
+            let (exact, found) = (warp.apply(at).unwrap(), lattice.apply(at).unwrap());
+            assert!((0..2).all(|axis| (exact[axis] - found[axis]).abs() < 0.02), "{exact:?} {found:?}");
+        }
+        assert_eq!((lattice.apply([-1.1, 0.0]), lattice.apply([0.0, 9.0])), (None, None));
+        assert_eq!(Lattice::new(&Warp::new(Vec::new()), [0.0; 2], [1.0; 2], 0.5).apply([0.5; 2]), None);
     }
 
     #[test]

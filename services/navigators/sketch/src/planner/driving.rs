@@ -5,6 +5,7 @@
 
 mod exploring;
 mod finding;
+mod recovering;
 mod state;
 mod way;
 
@@ -20,7 +21,7 @@ use sketchnav_motion::local::{self, LocalPlanner, Room};
 use sketchnav_motion::obstacles::Obstacles;
 use sketchnav_motion::progress::{ProgressChecker, StuckCounter};
 use sketchnav_motion::pursuit::{Body, Pursuit};
-use sketchnav_motion::recovery::{Next, Recovery};
+use sketchnav_motion::recovery::Recovery;
 use sketchnav_schemas::codes::{TaskState, Tracking};
 use sketchnav_schemas::geometry::{Odom, Point, Pose, Sketch};
 use sketchnav_schemas::message::{LaserScan, Twist};
@@ -35,17 +36,10 @@ pub use state::State;
 
 /// Maximum number of blockages remembered during a task.
 const MAX_BLOCKAGES: usize = 16;
-/// Cost of a path through a blockage, per unit of length. It makes detours of a few tens of metres worthwhile.
-const BLOCKAGE_WEIGHT: f64 = 30.0;
-/// Radius of a blockage, in metres.
-const BLOCKAGE_M: f64 = 0.6;
 /// Distance between the waypoints of a drawn route, in metres by the scale where the robot begins the route.
 const WAYPOINT_M: f64 = 0.05;
 /// Share of the speed at which a lost robot continues, so that the localizer sees more.
 const LOST_SHARE: f64 = 0.5;
-/// Number of times that a robot driving by the filter may recover at the same place, and during a task, before the outline takes over.
-const RECOVERIES_BEFORE_OUTLINE: [u32; 2] = [2, 4];
-
 /// The source of the robot's path at the moment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 enum Guide {
@@ -399,108 +393,6 @@ impl Driver {
         if let (Some(field), Some(Solved { goal, scale_pxpm })) = (&mut self.field, self.solved) {
             field.solve(goal, scale_pxpm, &self.attempt.blocked, &self.parameters);
         }
-    }
-
-    fn is_stuck(&mut self, chart: &Chart, now_s: f64) -> bool {
-        let robot = chart.robot_px().position();
-        let cost_px = match (self.attempt.guide, &self.field) {
-            (Guide::Outline, _) => self.course_cost_m() * chart.mean_scale_pxpm(),
-            (Guide::Route, _) => self.route.remaining_px(),
-            (_, Some(field)) => field.cost_px(robot),
-            (_, None) => f64::INFINITY,
-        };
-        let (place, scale) = (chart.robot_m().position(), chart.mean_scale_pxpm());
-        self.attempt.progress.is_stuck(
-            now_s,
-            place,
-            cost_px,
-            scale,
-            self.speed_mps,
-            &self.parameters.progress(),
-        )
-    }
-
-    /// Begins to recover from being stuck. A robot that is stuck near the goal counts as having arrived instead, and one that has
-    /// been stuck too often ends the task as blocked.
-    fn begin_recovery(&mut self, chart: &Chart, now_s: f64, dt_s: f64) -> TaskStatus {
-        self.stop(dt_s);
-        let is_known = self.finding.is_none();
-        if let Some(off_m) = self.goal_within(chart, self.parameters.near_radius_m).filter(|_| is_known) {
-            return self.arrive(Reason::NearEnough(off_m), chart, now_s, dt_s);
-        }
-        let place = chart.robot_m().position();
-        let shut = self.shut_place(chart);
-        let may_go_on = self.attempt.stuck.count(place, &self.parameters.progress());
-        let [here, per_task] = RECOVERIES_BEFORE_OUTLINE;
-        let is_enough = self.attempt.stuck.here > here || self.attempt.stuck.total > per_task;
-        if !may_go_on || is_enough && self.can_hand_over() {
-            return self.give_up(TaskState::Blocked, self.why_blocked(shut), chart, now_s, dt_s);
-        }
-        if self.attempt.detour || self.attempt.stuck.here > 1 {
-            self.block(shut, chart);
-        }
-        self.attempt.recovery = Some(Recovery::begin(now_s, place));
-        TaskStatus::Driving(Reason::Recovering(self.attempt.stuck.total))
-    }
-
-    fn why_blocked(&self, shut: Point<Sketch>) -> Reason {
-        if self.attempt.drawn || self.attempt.guide == Guide::Route {
-            Reason::Shut(shut, self.attempt.stuck.total)
-        } else {
-            Reason::NoDrawnWay(self.attempt.goal)
-        }
-    }
-
-    /// Returns the first place on the path where the laser sees no room, or a place somewhat ahead if there is none.
-    fn shut_place(&self, chart: &Chart) -> Point<Sketch> {
-        let robot = chart.robot_px().position();
-        let ahead = |p: &&Point<Sketch>| chart.distance_m(robot, **p) > 0.3;
-        let near = |p: &&Point<Sketch>| chart.distance_m(robot, **p) > 0.8;
-        let shut = |p: &&Point<Sketch>| {
-            let place = chart.to_odom(**p);
-            self.local.contains(place) && !self.local.is_free(place)
-        };
-        let path = self.global_path();
-        let found = path.iter().filter(ahead).find(shut).or(path.iter().find(near));
-        found.copied().unwrap_or(robot)
-    }
-
-    fn block(&mut self, place: Point<Sketch>, chart: &Chart) {
-        if self.attempt.guide != Guide::Route && self.attempt.blocked.len() < MAX_BLOCKAGES {
-            let radius_px = BLOCKAGE_M * chart.mean_scale_pxpm();
-            self.attempt.blocked.push(Blockage { place, radius_px, weight: BLOCKAGE_WEIGHT });
-            self.attempt.pace.go_around();
-            self.solve(chart);
-        }
-    }
-
-    fn recover(&mut self, chart: &Chart, now_s: f64, dt_s: f64) -> TaskStatus {
-        let (robot, count) = (chart.robot_m(), self.attempt.stuck.total);
-        let Some(recovery) = &mut self.attempt.recovery else { return TaskStatus::Driving(Reason::None) };
-        let reason = match (self.attempt.arrival.is_looking(), self.attempt.guide) {
-            (true, Guide::Outline) => Reason::Surveying,
-            (true, _) => Reason::LookingAround,
-            (false, _) => Reason::Recovering(count),
-        };
-        match recovery.step(now_s, &robot, count, self.turn_rate_radps) {
-            Next::Drive(twist) => {
-                self.pursuit.command(twist, &robot, &self.obstacles, dt_s);
-            }
-            Next::ClearAndSpin(turn) => {
-                self.obstacles.clear();
-                self.attempt.recovery = Some(turn);
-                self.stop(dt_s);
-            }
-            Next::Done => {
-                self.attempt.recovery = None;
-                self.end_look();
-                self.attempt.arrival.end_look();
-                self.attempt.plan_due_s = now_s;
-                self.attempt.progress = ProgressChecker::new(now_s, robot.position());
-                self.stop(dt_s);
-            }
-        }
-        TaskStatus::Driving(reason)
     }
 }
 

@@ -25,7 +25,7 @@ use sketchnav_mapping::alignment::{
     Aligner, Alignment, Anchor, Forbidden, Partner, Problem, Search, Weights, turn_by_walls,
 };
 use sketchnav_mapping::mapper::{self, Mapper};
-use sketchnav_mapping::outline::{Place, SeenOutline, Taking};
+use sketchnav_mapping::outline::{Place, SeenOutline, Taking, distance};
 use sketchnav_mapping::scan::Scan;
 use sketchnav_mapping::survey::OFF_FREE_M;
 use sketchnav_mapping::{Map, Survey};
@@ -661,8 +661,4 @@ impl Paper {
 fn emphasis(shares: &[f64], goal_emphasis: f64) -> Vec<f64> {
     let more = |share: &f64| 1.0 + goal_emphasis * (share / WHOLE_SHARE).min(1.0);
     shares.iter().map(more).collect()
-}
-
-fn distance(a: Place, b: Place) -> f64 {
-    (a[0] - b[0]).hypot(a[1] - b[1])
 }

@@ -3,6 +3,7 @@
 mod asking;
 mod driving;
 mod exploring;
+mod finding;
 mod frugal;
 mod pad;
 mod support;

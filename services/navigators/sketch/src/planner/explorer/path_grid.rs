@@ -1,7 +1,7 @@
 //! Finds paths through what was seen, with a coarse grid of the map and the cost of the path from each cell to the end of a course.
 
 use serde::{Deserialize, Serialize};
-use sketchnav_mapping::outline::Place;
+use sketchnav_mapping::outline::{Place, distance};
 use sketchnav_mapping::{Map, Survey};
 use sketchnav_motion::weighted_grid::{Frontier, Weights, chamfer};
 use sketchnav_schemas::geometry::Point;
@@ -104,9 +104,8 @@ impl PathGrid {
         let own = self.cell(robot);
         self.escape.clear();
         if self.kinds[own] < OPEN {
-            let near = (0..self.kinds.len()).filter(|cell| {
-                self.kinds[*cell] == TIGHT && super::distance(self.middle(*cell), robot) < ESCAPE_M
-            });
+            let near = (0..self.kinds.len())
+                .filter(|cell| self.kinds[*cell] == TIGHT && distance(self.middle(*cell), robot) < ESCAPE_M);
             let near: Vec<_> = near.map(|cell| cell as u32).collect();
             self.escape = near;
             self.escape.push(own as u32);
@@ -119,7 +118,7 @@ impl PathGrid {
     pub fn end_for(&mut self, robot: Place, target: Place) -> Option<(usize, f64)> {
         let reach = self.reach(robot);
         let free = |cell: &usize| self.kinds[*cell] != CLOSED;
-        let off = |cell: &usize| super::distance(self.middle(*cell), target);
+        let off = |cell: &usize| distance(self.middle(*cell), target);
         let seed = (0..self.kinds.len()).filter(free).min_by(|a, b| off(a).total_cmp(&off(b)))?;
         let beside = self.flood(&self.weights(|kind| if kind == CLOSED { f32::INFINITY } else { 1.0 }), seed);
         let costs = beside.costs();
@@ -141,12 +140,12 @@ impl PathGrid {
         let is_before = |cell: usize| {
             let middle = self.middle(cell);
             let is_about = (0..2).all(|axis| low[axis] <= middle[axis] && middle[axis] <= high[axis]);
-            is_about && gap.iter().any(|place| super::distance(*place, middle) < BEFORE_GAP_M)
+            is_about && gap.iter().any(|place| distance(*place, middle) < BEFORE_GAP_M)
         };
         let nearest = |among: &dyn Fn(usize) -> bool| {
             let mut best = (None, f64::INFINITY);
             for cell in (0..self.kinds.len()).filter(|cell| reach.costs()[*cell].is_finite()) {
-                let off_m = super::distance(self.middle(cell), target);
+                let off_m = distance(self.middle(cell), target);
                 // Few cells are nearer than the best so far, so the slow check comes last.
                 if off_m < best.1 && among(cell) {
                     best = (Some(cell), off_m);
@@ -232,7 +231,7 @@ mod tests {
     fn the_way_leads_through_the_door_and_keeps_off_the_walls() {
         let mut grid = hall();
         let (cell, way_m) = grid.end_for([1.0, 1.0], [5.0, 1.0]).unwrap();
-        assert!(super::super::distance(grid.middle(cell), [5.0, 1.0]) < 0.15);
+        assert!(distance(grid.middle(cell), [5.0, 1.0]) < 0.15);
         assert!((7.0..9.5).contains(&way_m), "{way_m}");
         let field = Field::new(&grid, cell).unwrap();
         let mut path = Vec::new();
@@ -247,10 +246,10 @@ mod tests {
     fn a_place_where_the_robot_does_not_fit_is_gone_to_as_near_as_can_be() {
         let mut grid = hall();
         let (cell, _) = grid.end_for([1.0, 1.0], [0.12, 2.0]).unwrap();
-        assert!(super::super::distance(grid.middle(cell), [0.45, 2.0]) < 0.2, "{:?}", grid.middle(cell));
+        assert!(distance(grid.middle(cell), [0.45, 2.0]) < 0.2, "{:?}", grid.middle(cell));
         let gap: Vec<_> = (0..10).map(|k| [5.9, 1.0 + 0.1 * f64::from(k)]).collect();
         let (cell, _) = grid.end_near([1.0, 1.0], [5.9, 1.5], &gap).unwrap();
-        assert!(super::super::distance(grid.middle(cell), [5.6, 1.5]) < 0.25, "{:?}", grid.middle(cell));
+        assert!(distance(grid.middle(cell), [5.6, 1.5]) < 0.25, "{:?}", grid.middle(cell));
     }
 
     #[test]

@@ -1,0 +1,323 @@
+//! A series of drives, of which the first is by a drawing, and the others in what was learned on it.
+
+use std::borrow::Cow;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use rand::RngExt;
+use serde::{Deserialize, Serialize};
+use sketchnav_mapping::{Cell, Map};
+use sketchnav_schemas::codes::{TaskState, Tracking};
+use sketchnav_schemas::geometry::{Point, Pose, World};
+use sketchnav_schemas::mission::{Mission, Start, Task};
+use sketchnav_schemas::seed;
+use sketchnav_schemas::time::seconds;
+use sketchnav_sketch::learned::{CELL_M, CELLS_PER_M, DrawingFile, LearnError, Learned, Learner};
+use sketchnav_sketch::messages::PoseEstimate;
+use sketchnav_sketch::mission::SketchMission;
+use sketchnav_sketch::reading::{Intent, Options};
+use sketchnav_sketch::sketcher;
+
+use crate::error::{EvalError, read};
+use crate::experiments::ground::{Ground, length_m};
+use crate::experiments::outcome::TaskOutcome;
+use crate::experiments::run::{self, Driven};
+use crate::experiments::trial::{Trial, time_limit_s};
+use crate::judge;
+
+/// The name by which a mission names what was learned, which is in no file.
+pub const LEARNED_FILE: &str = "first.learned";
+/// Distance, in metres, from the middle of a goal's place within which something must have been seen.
+const SEEN_WITHIN_M: f64 = 0.5;
+/// Distance, in metres, of a start from where people begin to walk.
+const OFF_PEOPLE_M: f64 = 1.0;
+/// Number of starts that are tried.
+const ATTEMPTS: usize = 10_000;
+/// Maximum distance, in metres, of the estimate from the truth for the robot to have found its place.
+const FOUND_WITHIN_M: f64 = 0.5;
+
+/// A drive of a series.
+#[derive(Debug, Clone)]
+pub struct Series {
+    /// The first drive of the series.
+    pub first: Arc<First>,
+    /// Number of the drive. 0 is the first drive itself.
+    pub drive: usize,
+}
+
+/// The first drive of a series, by the drawing.
+#[derive(Debug)]
+pub struct First {
+    trial: Trial,
+    ground: Arc<Ground>,
+    /// Where people begin to walk, in metres.
+    people: Vec<[f64; 2]>,
+    /// The last drive. All drives of a series have the same seed, so that it is driven once.
+    made: Mutex<Option<Arc<Made>>>,
+}
+
+/// The first drive as it was driven, and what was learned on it.
+#[derive(Debug)]
+struct Made {
+    method: String,
+    seed: u64,
+    outcomes: Vec<TaskOutcome>,
+    /// What was learned, or `None` if that was nothing.
+    learned: Option<Lesson>,
+}
+
+/// What was learned.
+#[derive(Debug)]
+struct Lesson {
+    learned: Learned,
+    world_from_map: Pose<World>,
+    /// For each task, true if the robot accepts it.
+    accepted: Vec<bool>,
+}
+
+/// What is known of a task of a series.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct InSeries {
+    /// Number of the drive, from 0.
+    pub drive: usize,
+    /// Length of the shortest path to the goal, in metres, from the goal before it or from the start.
+    pub way_m: f64,
+    /// True if the goal's place truly was seen on the first drive.
+    pub is_seen: bool,
+    /// True if the robot accepts the task in what was learned.
+    pub is_accepted: bool,
+    /// How the robot found its place, if it had to, which is in the first task of a later drive.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub search: Option<Search>,
+}
+
+/// How a robot without a mark found its place.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum Search {
+    /// The robot knew its place at the end of the task, after this time in seconds.
+    Found(f64),
+    /// The robot reported that it is lost.
+    Lost,
+    /// The robot did not report that it is lost, but did not know its place either.
+    Wrong,
+}
+
+impl Trial {
+    /// Returns the trial as it is driven with a seed. For a later drive of a series, the first one is driven for this.
+    ///
+    /// # Errors
+    /// Those of the first drive.
+    pub fn prepared(&self, method: &str, seed: u64) -> Result<Cow<'_, Self>, EvalError> {
+        match &self.series {
+            Some(series) if series.drive > 0 => Ok(Cow::Owned(series.prepare(self, method, seed)?)),
+            _ => Ok(Cow::Borrowed(self)),
+        }
+    }
+}
+
+impl Series {
+    /// Drives one repetition of a trial of the series, and returns how its tasks ended.
+    ///
+    /// # Errors
+    /// Those of the drive, and of the first drive of the series.
+    pub fn run(
+        &self,
+        trial: &Trial,
+        method: &str,
+        repetition: u32,
+        seed: u64,
+    ) -> Result<Vec<TaskOutcome>, EvalError> {
+        let made = self.first.made(method, seed)?;
+        if self.drive == 0 {
+            let name = |ended: &TaskOutcome| TaskOutcome {
+                id: format!("{}#{repetition}", trial.name),
+                ..ended.clone()
+            };
+            return Ok(made.outcomes.iter().map(name).collect());
+        }
+        let prepared = self.prepare(trial, method, seed)?;
+        let runs = run::drive(&prepared, method, seed)?;
+        let mut outcomes: Vec<_> =
+            runs.iter().flat_map(|driven| run::outcomes(&prepared, method, repetition, driven)).collect();
+        let search = runs.first().zip(made.learned.as_ref()).map(|(driven, lesson)| lesson.search(driven));
+        self.first.describe(&mut outcomes, (self.drive, &prepared.mission), made.learned.as_ref(), search);
+        Ok(outcomes)
+    }
+
+    /// Returns a trial with those tasks that the robot accepts, which starts anywhere in what was learned. It has no tasks if there
+    /// are none.
+    fn prepare(&self, trial: &Trial, method: &str, seed: u64) -> Result<Trial, EvalError> {
+        let made = self.first.made(method, seed)?;
+        let mut trial = Trial { series: None, ..trial.clone() };
+        let tasks = std::mem::take(&mut trial.mission.task);
+        let Some(lesson) = &made.learned else { return Ok(trial) };
+        let accepted = tasks.into_iter().zip(&lesson.accepted).filter(|(_, is_accepted)| **is_accepted);
+        let tasks: Vec<_> = accepted.map(|(task, _)| task).collect();
+        let Some(goal) = tasks.first().map(|task| task.there.middle()) else { return Ok(trial) };
+        let Some(start) = self.first.start(lesson, goal, seed, self.drive) else { return Ok(trial) };
+        let ways = self.first.ways(start.world, &tasks);
+        let limited = |(task, way_m): (Task, Option<f64>)| Task {
+            time_limit_s: way_m.map_or(task.time_limit_s, time_limit_s),
+            ..task
+        };
+        trial.mission.task = tasks.into_iter().zip(ways).map(limited).collect();
+        trial.mission.start = start;
+        let given = &mut trial.mission.navigator.given;
+        given.retain(|key, _| key != "start" && key != "start_heading_deg");
+        given.insert("learned_file".to_owned(), LEARNED_FILE.into());
+        trial.learned = Some(lesson.learned.to_bytes().into());
+        Ok(trial)
+    }
+}
+
+impl First {
+    /// Creates the first drive. `people` are the places where people begin to walk, in metres.
+    pub fn new(trial: Trial, ground: Arc<Ground>, people: Vec<[f64; 2]>) -> Self {
+        Self { trial, ground, people, made: Mutex::default() }
+    }
+
+    /// Returns the first drive with this seed, and drives it unless the last one was the same.
+    fn made(&self, method: &str, seed: u64) -> Result<Arc<Made>, EvalError> {
+        let mut kept = self.made.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(made) = kept.as_ref().filter(|made| made.method == method && made.seed == seed) {
+            return Ok(made.clone());
+        }
+        let runs = run::drive(&self.trial, method, seed)?;
+        let mut outcomes: Vec<_> =
+            runs.iter().flat_map(|driven| run::outcomes(&self.trial, method, 1, driven)).collect();
+        let learned = runs.first().map(|driven| self.learn(driven)).transpose()?.flatten();
+        self.describe(&mut outcomes, (0, &self.trial.mission), learned.as_ref(), None);
+        let made = Arc::new(Made { method: method.to_owned(), seed, outcomes, learned });
+        Ok(kept.insert(made).clone())
+    }
+
+    /// Returns what a drive teaches, or `None` if that is nothing.
+    fn learn(&self, driven: &Driven) -> Result<Option<Lesson>, EvalError> {
+        let (Some(learner), Some(truth)) = (&driven.learner, driven.log.truth.first()) else {
+            return Ok(None);
+        };
+        let mission = SketchMission::of(&driven.run.mission).map_err(sketchnav_sim::SimError::from)?;
+        let (drawing, places) = sketcher::understand(&driven.run, &sketchnav_navigators::read_file)?;
+        let file = DrawingFile::of(&mission.drawing, &read(mission.drawing.as_ref())?);
+        let learned = match learner.learned(file, &drawing, &places) {
+            Ok(learned) => learned,
+            Err(LearnError::Blind | LearnError::NowhereInTheDrawing) => return Ok(None),
+            Err(error) => return Err(EvalError::Learn { trial: self.trial.name.clone(), cause: error }),
+        };
+        let options = Options::of_mission(&driven.run.mission, driven.run.seed)?;
+        let intent = Intent::of_mission(&mission, &drawing)?;
+        let accepts =
+            |task| learned.place(LEARNED_FILE, &Intent { tasks: vec![task], ..Intent::default() }, &options);
+        let accepted = intent.tasks.into_iter().map(|task| accepts(task).is_ok()).collect();
+        Ok(Some(Lesson { learned, world_from_map: truth.pose(), accepted }))
+    }
+
+    /// Returns a place in what was learned from which there is a path to the goal, with any heading.
+    fn start(&self, lesson: &Lesson, goal: [f64; 2], seed: u64, drive: usize) -> Option<Start> {
+        let mut rng = seed::stream(seed, &format!("eval/drive {drive}"));
+        let free = lesson.free_places();
+        let goal = self.ground.nearest(goal, |_| true)?;
+        let is_off_people =
+            |at: [f64; 2]| self.people.iter().all(|p| (p[0] - at[0]).hypot(p[1] - at[1]) > OFF_PEOPLE_M);
+        (0..ATTEMPTS).find_map(|_| {
+            let at = *free.get(rng.random_range(0..free.len().max(1)))?;
+            let heading_deg = rng.random_range(-180.0..180.0);
+            let is_good = self.ground.fits(at) && is_off_people(at) && self.ground.way(at, goal).is_some();
+            is_good.then_some(Start { world: at, world_heading_deg: heading_deg })
+        })
+    }
+
+    /// Returns the length of the shortest path to each goal, in metres, from the goal before it or from `start`.
+    fn ways(&self, start: [f64; 2], tasks: &[Task]) -> Vec<Option<f64>> {
+        let standing = |at| self.ground.nearest(at, |_| true);
+        let mut from = standing(start);
+        let mut way = |task: &Task| {
+            let to = standing(task.there.middle());
+            let way = from.zip(to).and_then(|(from, to)| self.ground.way(from, to));
+            from = to;
+            Some(length_m(&way?))
+        };
+        tasks.iter().map(&mut way).collect()
+    }
+
+    /// Adds what is known of the tasks of a drive to their outcomes.
+    fn describe(
+        &self,
+        outcomes: &mut [TaskOutcome],
+        (drive, mission): (usize, &Mission),
+        lesson: Option<&Lesson>,
+        search: Option<Search>,
+    ) {
+        let ways = self.ways(mission.start.world, &mission.task);
+        for ((ended, task), way_m) in outcomes.iter_mut().zip(&mission.task).zip(ways) {
+            let of_first = self.trial.mission.task.iter().position(|first| first.name == task.name);
+            let is_accepted = |lesson: &Lesson| of_first.is_some_and(|index| lesson.accepted[index]);
+            ended.in_series = Some(InSeries {
+                drive,
+                way_m: way_m.unwrap_or_default(),
+                is_seen: lesson.is_some_and(|lesson| lesson.has_seen(task.there.middle())),
+                is_accepted: lesson.is_some_and(is_accepted),
+                search: search.filter(|_| ended.task_index == 0),
+            });
+        }
+    }
+}
+
+impl Lesson {
+    /// Returns the free places of the map, in metres of the true world.
+    fn free_places(&self) -> Vec<[f64; 2]> {
+        let map = &self.learned.map;
+        let middle =
+            |index: usize| map.of_drawn([index % map.width, index / map.width].map(|cell| cell as f64 + 0.5));
+        let free = (0..map.cells.len()).filter(|&index| map.cells[index] == Cell::Free);
+        free.map(|index| self.in_world(middle(index))).collect()
+    }
+
+    fn in_world(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let pose = self.world_from_map.compose(&Pose::<Map>::new(x, y, 0.0));
+        [pose.x, pose.y]
+    }
+
+    /// Returns true if free floor was seen about a place of the true world.
+    fn has_seen(&self, at: [f64; 2]) -> bool {
+        let ahead = self.world_from_map.motion_to(&Pose::new(at[0], at[1], 0.0));
+        let reach = (SEEN_WITHIN_M * CELLS_PER_M) as i64;
+        let around = (-reach..=reach).flat_map(|dy| (-reach..=reach).map(move |dx| [dx, dy]));
+        let near = around.map(|step| step.map(|cells| cells as f64 * CELL_M));
+        near.filter(|[dx, dy]| dx.hypot(*dy) <= SEEN_WITHIN_M)
+            .any(|[dx, dy]| self.learned.map.at_m([ahead.x + dx, ahead.y + dy]) == Cell::Free)
+    }
+
+    /// Returns how the robot found its place in the first task of a drive.
+    fn search(&self, driven: &Driven) -> Search {
+        let spans = judge::spans(driven.run.mission.task.len(), &driven.log.status);
+        let Some(span) = spans.first().copied().flatten() else { return Search::Wrong };
+        let (estimates, truth) = (span.of(&driven.log.estimates), span.of(&driven.log.truth));
+        let off_m = |estimate: &PoseEstimate| {
+            let stamp_ns = estimate.header.stamp_ns;
+            let truth =
+                &truth[truth.partition_point(|truth| truth.header.stamp_ns < stamp_ns).min(truth.len() - 1)];
+            let at = self.in_world(self.learned.map.of_drawn([estimate.pose.x_px, estimate.pose.y_px]));
+            truth.pose().position().distance(&Point::new(at[0], at[1]))
+        };
+        let is_right = |estimate: &PoseEstimate| off_m(estimate) <= FOUND_WITHIN_M;
+        let knows =
+            |estimate: &PoseEstimate| Tracking::from_code(estimate.tracking) == Some(Tracking::Tracking);
+        let wrong = estimates.iter().rposition(|estimate| !is_right(estimate));
+        let right = &estimates[wrong.map_or(0, |last| last + 1)..];
+        match (right.iter().find(|estimate| knows(estimate)), right.last()) {
+            (Some(since), Some(last)) if knows(last) => {
+                Search::Found(seconds(since.header.stamp_ns.saturating_sub(span.begin_ns)))
+            }
+            _ if span.state == TaskState::Lost => Search::Lost,
+            _ => Search::Wrong,
+        }
+    }
+}
+
+/// Creates the learner of a trial that is learned from.
+///
+/// # Errors
+/// [`LearnError`] if the robot has no laser that is suitable for mapping.
+pub fn learner(trial: &Trial) -> Result<Option<Learner>, LearnError> {
+    trial.is_learned_from.then(|| Learner::new(&trial.robot)).transpose()
+}

@@ -125,15 +125,15 @@ fn the_filter_goes_on_from_a_checkpoint() {
 /// A map as a laser has seen it, at 20 pixels per metre.
 const MAPPED: Drawing = Drawing { size: [400, 320], a: 20.0, b: 20.0, turn_rad: 0.0, wobble_px: 0.0 };
 
-/// Returns a drive in a map of `count` such buildings in a row, in which the robot may be anywhere.
-fn anywhere(count: usize, seed: u64) -> Drive {
-    let map = MAPPED.copies(count);
+/// Returns a drive in the map, in which the robot may be anywhere.
+fn anywhere(seed: u64) -> Drive {
+    let map = MAPPED.sketch();
     let parameters =
         Parameters { building_size_m: extent_px(&map) / MAPPED.a as f32, ..Parameters::learned() };
     let [width, height] = MAPPED.size.map(|side| side as f64);
     let start = Start {
         pose: Pose::new(width / 2.0, height / 2.0, 0.0),
-        spread_px: (count as f64 * width).hypot(height),
+        spread_px: width.hypot(height),
         spread_rad: std::f64::consts::PI,
     };
     let mut drive = Drive::new(MAPPED, Parameters::default(), seed);
@@ -143,7 +143,7 @@ fn anywhere(count: usize, seed: u64) -> Drive {
     drive
 }
 
-/// Drives along some waypoints. Returns the estimates with their errors in metres, which are those in the first building.
+/// Drives along some waypoints. Returns the estimates with their errors in metres.
 fn along(drive: &mut Drive, way: &[[f64; 2]]) -> Vec<(Estimate, f64)> {
     let mut estimates = Vec::new();
     for waypoint in way {
@@ -159,7 +159,7 @@ fn along(drive: &mut Drive, way: &[[f64; 2]]) -> Vec<(Estimate, f64)> {
 #[test]
 fn a_robot_anywhere_in_a_map_finds_its_place() {
     for seed in 1..=3 {
-        let estimates = along(&mut anywhere(1, seed), &WAY);
+        let estimates = along(&mut anywhere(seed), &WAY);
         let (last, error_m) = estimates.last().unwrap();
         assert!(
             last.tracking == Tracking::Tracking && *error_m < 0.2,
@@ -168,24 +168,17 @@ fn a_robot_anywhere_in_a_map_finds_its_place() {
     }
 }
 
-/// The building next to it looks the same, so no drive can tell in which of them the robot is. It must not claim to know.
-#[test]
-fn a_robot_in_one_of_two_buildings_that_look_alike_does_not_claim_to_know() {
-    for seed in 1..=3 {
-        let estimates = along(&mut anywhere(2, seed), &WAY);
-        let claims = estimates.iter().filter(|(estimate, _)| estimate.tracking == Tracking::Tracking).count();
-        assert!(claims < 30, "{seed}: {claims} of {} estimates", estimates.len());
-    }
-}
-
 /// The robot is carried from a room to another one at the far end of the corridor, which the odometry does not notice.
 #[test]
 fn a_robot_that_was_carried_away_finds_its_place_again() {
     for seed in 1..=3 {
-        let mut drive = anywhere(1, seed);
+        let mut drive = anywhere(seed);
         along(&mut drive, &WAY[..8]);
         drive.truth = Pose::new(13.5, 3.0, 0.5);
-        let estimates = along(&mut drive, &WAY[12..]);
+        // The building is almost symmetric, so the robot has to see several rooms.
+        let back = WAY[3..12].iter().rev();
+        let way: Vec<_> = WAY[12..14].iter().chain(back).copied().collect();
+        let estimates = along(&mut drive, &way);
         assert!(estimates.iter().any(|(estimate, _)| estimate.tracking != Tracking::Tracking), "{seed}");
         let (last, error_m) = estimates.last().unwrap();
         assert!(

@@ -14,7 +14,7 @@ fn drive() -> Drive {
     let walls =
         vec![[0.0, 0.0, 12.0, 0.0], [12.0, 0.0, 12.0, 6.0], [12.0, 6.0, 0.0, 6.0], [0.0, 6.0, 0.0, 0.0]];
     let scene = Scene::faithful(walls, [12.0, 6.0], [2.0, 1.0, 2.0]);
-    Drive::with(scene, config(ROBOTINO, "finds_itself = true"), &GOALS, 300.0)
+    Drive::with(scene, config(ROBOTINO, "by_outline = false\nfinds_itself = true"), &GOALS, 300.0)
 }
 
 fn is_state(status: &MissionStatus, state: TaskState) -> bool {

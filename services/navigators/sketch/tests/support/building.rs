@@ -80,12 +80,7 @@ impl Drawing {
     }
 
     pub fn sketch(&self) -> SketchGrid {
-        self.copies(1)
-    }
-
-    /// Returns a sketch of several such buildings in a row, which look alike.
-    pub fn copies(&self, count: usize) -> SketchGrid {
-        let [width, height] = [count * self.size[0], self.size[1]];
+        let [width, height] = self.size;
         let mut rng = seed::stream(11, "wobble");
         let mut cells = vec![0u8; width * height];
         for wall in walls() {
@@ -96,8 +91,7 @@ impl Drawing {
                 let t = k as f64 / steps;
                 let at = [0, 1].map(|i| (from[i] + t * (to[i] - from[i])) as usize);
                 for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-                    let first = (at[1] + dy) * width + at[0] + dx;
-                    (0..count).for_each(|copy| cells[first + copy * self.size[0]] = WALL);
+                    cells[(at[1] + dy) * width + at[0] + dx] = WALL;
                 }
             }
         }

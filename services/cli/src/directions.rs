@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
-use sketchnav_directions::CustomMap;
 use sketchnav_directions::messages::PlannedJourney;
 use sketchnav_directions::stages::belief::Charts;
 use sketchnav_directions::stages::mission::{self, KIND};
@@ -127,7 +126,7 @@ fn itineraries(run: &RunConfig, made: &Made, options: &DirectionsOptions) -> Res
             };
             format!("{}{costs}\n", plan.itinerary())
         });
-        let words = if options.words { in_words(map) } else { String::new() };
+        let words = if options.words { map.sentences() } else { String::new() };
         format!("{}\n{itinerary}{map}{words}", task.name)
     });
     Ok(text.collect::<Vec<_>>().join("\n"))
@@ -143,11 +142,6 @@ fn charted(run: &RunConfig, made: &Made, charts: &Charts) -> String {
             &format!("\n{}\ndistance {distance_m:.3}, probability of arrival {probability:.3}\n", task.name);
     }
     text
-}
-
-/// Formats what each entry means, with its number.
-fn in_words(map: &CustomMap) -> String {
-    (1..).zip(map.in_words()).map(|(entry, words)| format!("{entry}. {words}\n")).collect()
 }
 
 fn survey(run: &RunConfig, table: Table, parkways: Parkways) -> Result<String, String> {

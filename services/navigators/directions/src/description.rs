@@ -53,8 +53,7 @@ impl Descriptor {
     ];
 
     /// The words whose landmark follows from a single view.
-    pub const DEFINITE: [Self; 5] =
-        [Self::Obvious, Self::Isolated, Self::IsolatedPair, Self::PlusPair, Self::Any];
+    pub const DEFINITE: [Self; 4] = [Self::Obvious, Self::Isolated, Self::IsolatedPair, Self::PlusPair];
 
     /// Returns the word as it is written in custom maps.
     pub const fn word(self) -> &'static str {

@@ -279,12 +279,6 @@ impl DirectionsMission {
     /// understands none of them, these are the understood words whose landmark is known beforehand.
     pub fn planned(&self) -> Vec<Descriptor> {
         let usual: &[Descriptor] = if self.method.is_simulated() { &WORDS } else { Kinds::PAPER.words };
-        let usual = match std::env::var("SN_WORDS").as_deref() {
-            Ok("any") if self.land.is_some() => {
-                &[Descriptor::Isolated, Descriptor::IsolatedPair, Descriptor::Any]
-            }
-            _ => usual,
-        };
         let understood = |words: &[Descriptor]| -> Vec<Descriptor> {
             words.iter().copied().filter(|word| self.words.contains(word)).collect()
         };

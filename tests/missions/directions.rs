@@ -47,6 +47,28 @@ fn a_branching_map_corrects_the_navigators_errors() {
         .page_says(recording, &["The custom map as a graph", "In words", "Seek the most isolated landmark."]);
 }
 
+/// The sentences of a map lead the robot like its symbols, and the page to print shows them with a picture.
+#[test]
+fn a_map_in_sentences_leads_the_robot_as_its_symbols_do() {
+    let place = place("written.toml");
+    let symbols = place.driven("mission.toml --seed 1");
+    let said = place.fine("directions mission.toml --words --page map.html").out;
+    let sentences = said.lines().skip_while(|line| !line.starts_with("1. "));
+    let sentences: Vec<_> = sentences.collect();
+    assert!(sentences.len() > 3, "{said}");
+    fs::write(place.files().join("written.directions"), sentences.join("\n")).unwrap();
+    let driven = place.driven("mission.toml --seed 1");
+    place.fine(&format!("diff {symbols} {driven}"));
+    let page = fs::read_to_string(place.files().join("map.html")).unwrap();
+    assert!(page.contains("<li>Take the landmark closest"), "{page}");
+    for (mission, words) in [("hundred.toml", "<svg"), ("poles.toml", "<svg")] {
+        fs::remove_file(place.files().join("map.html")).unwrap();
+        place.fine(&format!("directions {mission} --page map.html"));
+        let page = fs::read_to_string(place.files().join("map.html")).unwrap();
+        assert!(page.contains(words) && page.contains("probability of arrival"), "{mission}: {page}");
+    }
+}
+
 /// The robot does not start on a journey that it expects to fail, unless a person insists. Before it starts, it shows its map.
 #[test]
 fn a_journey_that_will_probably_fail_is_not_started_unless_a_person_insists() {

@@ -72,7 +72,7 @@ fn a_map_in_sentences_leads_the_robot_as_its_symbols_do() {
 /// The robot does not start on a journey that it expects to fail, unless a person insists. Before it starts, it shows its map.
 #[test]
 fn a_journey_that_will_probably_fail_is_not_started_unless_a_person_insists() {
-    let place = place("branching.toml");
+    let place = place("hundred.toml");
     let text = fs::read_to_string(place.files().join("mission.toml")).unwrap();
     let text = text.replace(
         "[navigator]",

@@ -311,7 +311,8 @@ impl<'a> Sentences<'a> {
             // A comma also ends the condition, in which case no number of landmarks follows it.
             let follows =
                 self.peek(0).is(",") && DOTS[1..].iter().any(|dots| self.peek(1).is(first_word(dots)));
-            if !(follows && self.says(",")) && !self.says("and") {
+            let goes_on = self.says("and") || (follows && self.says(","));
+            if !goes_on {
                 return Ok(seen.to_string());
             }
         }

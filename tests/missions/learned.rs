@@ -2,6 +2,7 @@
 
 use std::fs;
 
+use sketchnav_sketch::learned::Learned;
 use support::{Place, building, repository};
 
 /// Drives the demo's first tasks by its drawing, learns from the drive, and writes `again.toml`. That mission starts in another

@@ -607,7 +607,7 @@ CHANNELS = {
     "route": ("sketchnav/Route/1/0490aae0e488df01", Route, False, ("planner", "recorder",)),
     "rules": ("sketchnav/Rules/1/a6fe3a694e6b7b84", Rules, False, ("planner", "recorder",)),
     "landmark_route": ("sketchnav/LandmarkRoute/1/ccee207c01927f1c", LandmarkRoute, False, ("localizer", "planner", "pad", "recorder",)),
-    "directions": ("sketchnav/Directions/1/6f64871dae83bea2", Directions, False, ("planner", "pad", "recorder",)),
+    "directions": ("sketchnav/Directions/1/6f64871dae83bea2", Directions, False, ("supervisor", "planner", "pad", "recorder",)),
     "chart": ("sketchnav/Chart/1/c41f02b33738ccc5", Chart, False, ("planner", "pad", "recorder",)),
     "itinerary": ("sketchnav/Itinerary/1/1c577744a22642b1", Itinerary, False, ("supervisor", "pad", "recorder",)),
     "understood": ("sketchnav/Understood/1/cf0efb456e05d81e", Understood, False, ("pad", "recorder",)),

@@ -47,6 +47,51 @@ fn a_branching_map_corrects_the_navigators_errors() {
         .page_says(recording, &["The custom map as a graph", "In words", "Seek the most isolated landmark."]);
 }
 
+/// The sentences of a map lead the robot like its symbols, and the page to print shows them with a picture.
+#[test]
+fn a_map_in_sentences_leads_the_robot_as_its_symbols_do() {
+    let place = place("written.toml");
+    let symbols = place.driven("mission.toml --seed 1");
+    let said = place.fine("directions mission.toml --words --page map.html").out;
+    let sentences = said.lines().skip_while(|line| !line.starts_with("1. "));
+    let sentences: Vec<_> = sentences.collect();
+    assert!(sentences.len() > 3, "{said}");
+    fs::write(place.files().join("written.directions"), sentences.join("\n")).unwrap();
+    let driven = place.driven("mission.toml --seed 1");
+    place.fine(&format!("diff {symbols} {driven}"));
+    let page = fs::read_to_string(place.files().join("map.html")).unwrap();
+    assert!(page.contains("<li>Take the landmark closest"), "{page}");
+    for (mission, words) in [("hundred.toml", "<svg"), ("poles.toml", "<svg")] {
+        fs::remove_file(place.files().join("map.html")).unwrap();
+        place.fine(&format!("directions {mission} --page map.html"));
+        let page = fs::read_to_string(place.files().join("map.html")).unwrap();
+        assert!(page.contains(words) && page.contains("probability of arrival"), "{mission}: {page}");
+    }
+}
+
+/// The robot does not start on a journey that it expects to fail, unless a person insists. Before it starts, it shows its map.
+#[test]
+fn a_journey_that_will_probably_fail_is_not_started_unless_a_person_insists() {
+    let place = place("hundred.toml");
+    let text = fs::read_to_string(place.files().join("mission.toml")).unwrap();
+    let text = text.replace(
+        "[navigator]",
+        "[navigator]
+least_probability = 0.995",
+    );
+    fs::write(place.files().join("careful.toml"), text).unwrap();
+    let refused = place.run("run careful.toml --seed 1");
+    assert_eq!(refused.code, Some(2), "{refused}");
+    for words in ["(*, ", "the stated probability of arrival is", "expected at least 99.5 %", "add --go"] {
+        assert!(refused.err.contains(words), "{words}: {refused}");
+    }
+    let left = fs::read_dir(place.files().join("out")).map_or(0, Iterator::count);
+    assert_eq!(left, 0, "the folder of a run that never began");
+    let driven = place.run("run careful.toml --seed 1 --go");
+    assert!(matches!(driven.code, Some(0 | 1)), "{driven}");
+    assert!(driven.err.contains("# ") && driven.err.contains("probability of arrival"), "{driven}");
+}
+
 /// A navigator with a belief goes through all that one with a map does: run, rerun, replay, judge and report.
 #[test]
 fn a_belief_leads_the_navigator_past_its_errors_without_a_map() {

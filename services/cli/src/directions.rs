@@ -4,14 +4,20 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
-use sketchnav_directions::CustomMap;
+use maud::{PreEscaped, html};
 use sketchnav_directions::messages::PlannedJourney;
+use sketchnav_directions::plan::Plan;
+use sketchnav_directions::plane::DotId;
 use sketchnav_directions::stages::belief::Charts;
 use sketchnav_directions::stages::mission::{self, KIND};
 use sketchnav_directions::stages::settings;
 use sketchnav_directions::stages::sketcher::{self, Made};
 use sketchnav_directions::survey::{Cost, Parkways, Survey};
-use sketchnav_lab::picture::map_graph;
+use sketchnav_directions::{CustomMap, Point as Place};
+use sketchnav_lab::page::document;
+use sketchnav_lab::picture::{PlanePicture, PlannedMap, map_graph, plane};
+use sketchnav_schemas::geometry::{Point, World};
+use sketchnav_schemas::mission::Task;
 use sketchnav_schemas::run::RunConfig;
 
 use crate::failure::{Failure, OrInput, Outcome};
@@ -36,9 +42,19 @@ pub struct DirectionsOptions {
     /// Draw the custom maps as graphs into this SVG file.
     #[arg(long, value_name = "FILE", conflicts_with = "table")]
     graph: Option<PathBuf>,
+    /// Write the custom maps as a page to print into this HTML file: a picture of the landmarks, and what each entry means.
+    #[arg(long, value_name = "FILE", conflicts_with = "table")]
+    page: Option<PathBuf>,
     /// The seed of the map-maker's simulations.
     #[arg(long, default_value_t = 1)]
     seed: u64,
+}
+
+impl DirectionsOptions {
+    /// Returns true if the custom maps are to be explained, which is possible without a plan.
+    fn explains(&self) -> bool {
+        self.words || self.graph.is_some() || self.page.is_some()
+    }
 }
 
 /// The contents of a table.
@@ -80,10 +96,12 @@ pub fn print(path: &Path, options: &DirectionsOptions) -> Result<Outcome, Failur
         None => {
             let made = sketcher::make(&run, &sketchnav_navigators::read_file);
             let made = made.map_err(|error| in_file(error.to_string())).or_input()?;
-            if made.charts.is_some() && (options.words || options.graph.is_some()) {
-                let wrong =
-                    "navigator.method: expected one with custom maps for --words and --graph, found belief";
+            if made.charts.is_some() && options.explains() {
+                let wrong = "navigator.method: expected one with custom maps for --words, --graph and --page, found belief";
                 return Err(in_file(wrong.to_owned())).or_input();
+            }
+            if let Some(file) = &options.page {
+                write_page(file, &run, &made).or_input()?;
             }
             if let Some(file) = &options.graph {
                 draw(file, &run, &made).or_input()?;
@@ -104,6 +122,48 @@ fn draw(file: &Path, run: &RunConfig, made: &Made) -> anyhow::Result<()> {
     sketchnav_files::write(file, svg).with_context(|| format!("--graph {}", file.display()))
 }
 
+/// Writes a page to print: for each task a picture of the landmarks with the numbers of their entries, and the map in sentences.
+fn write_page(file: &Path, run: &RunConfig, made: &Made) -> anyhow::Result<()> {
+    let (window, _) = settings::sight(&run.mission, &run.robot)?;
+    let atlas = sketcher::atlas(run, &sketchnav_navigators::read_file)?;
+    let walls = atlas.iter().flat_map(|atlas| atlas.plane.walls().lines());
+    let walls: Vec<_> = walls.map(|ends| ends.map(on_picture)).collect();
+    let dots: Vec<_> = made.dots.iter().copied().map(on_picture).collect();
+    let task = |((task, map), (number, landmarks)): ((&Task, &CustomMap), (usize, &Landmarks))| {
+        let planned = PlannedMap::of(map, landmarks.iter().map(|(_, at)| on_picture(*at)).collect());
+        let picture = plane(&PlanePicture {
+            title: &task.name,
+            dots: &dots,
+            walls: &walls,
+            parkways: &[],
+            trajectories: &[],
+            planned: &[planned],
+            ways: &[],
+            windows: &[],
+            tasks: &[],
+            bar_m: window.side,
+        });
+        html! {
+            h2 { (task.name) }
+            @if !dots.is_empty() { div.pictures { figure { (PreEscaped(picture)) } } }
+            @if let Some(stated) = made.plans.get(number).and_then(Plan::stated) { p { (stated) } }
+            ol { @for words in map.in_words() { li { (words) } } }
+        }
+    };
+    let tasks = run.mission.task.iter().zip(&made.maps).zip(made.landmarks.iter().enumerate()).map(task);
+    let title = format!("{}: custom maps", run.mission.name);
+    let body = html! { h1 { (title) } @for task in tasks { (task) } };
+    sketchnav_files::write(file, document(&title, &body))
+        .with_context(|| format!("--page {}", file.display()))
+}
+
+/// The landmarks that a map refers to, one for each entry, by their numbers.
+type Landmarks = Vec<(DotId, Place)>;
+
+fn on_picture(at: Place) -> Point<World> {
+    Point::new(at.x, at.y)
+}
+
 /// Formats each task's landmarks as in figure 30, with the costs of its path and its map. A map that was written by hand has no
 /// costs.
 fn itineraries(run: &RunConfig, made: &Made, options: &DirectionsOptions) -> Result<String, String> {
@@ -111,7 +171,7 @@ fn itineraries(run: &RunConfig, made: &Made, options: &DirectionsOptions) -> Res
     if let Some(charts) = &made.charts {
         return Ok(charted(run, made, charts));
     }
-    if made.plans.is_empty() && !options.words && options.graph.is_none() {
+    if made.plans.is_empty() && !options.explains() {
         return Err(written());
     }
     let tasks = run.mission.task.iter().zip(&made.maps).enumerate();
@@ -127,7 +187,7 @@ fn itineraries(run: &RunConfig, made: &Made, options: &DirectionsOptions) -> Res
             };
             format!("{}{costs}\n", plan.itinerary())
         });
-        let words = if options.words { in_words(map) } else { String::new() };
+        let words = if options.words { map.sentences() } else { String::new() };
         format!("{}\n{itinerary}{map}{words}", task.name)
     });
     Ok(text.collect::<Vec<_>>().join("\n"))
@@ -143,11 +203,6 @@ fn charted(run: &RunConfig, made: &Made, charts: &Charts) -> String {
             &format!("\n{}\ndistance {distance_m:.3}, probability of arrival {probability:.3}\n", task.name);
     }
     text
-}
-
-/// Formats what each entry means, with its number.
-fn in_words(map: &CustomMap) -> String {
-    (1..).zip(map.in_words()).map(|(entry, words)| format!("{entry}. {words}\n")).collect()
 }
 
 fn survey(run: &RunConfig, table: Table, parkways: Parkways) -> Result<String, String> {

@@ -166,11 +166,19 @@ fn follow(
     (folder, new): (&Path, Option<&RunFolder>),
 ) -> Result<Outcome, Failure> {
     let mut warnings = Vec::new();
-    let watched = watch(&mut supervisor, run, options.json, &mut warnings);
+    // A mission that is resumed has already been started.
+    let insists = options.go || new.is_none();
+    let watched = watch(&mut supervisor, run, (options.json, insists), &mut warnings);
     let wall = began.elapsed();
     let ended = supervisor.shut_down();
     let progress = match watched {
-        Ok(progress) => progress,
+        Ok(Watched::Ended(progress)) => progress,
+        Ok(Watched::Refused(objection)) => {
+            if let Some(new) = new {
+                new.discard();
+            }
+            return Err(Failure::Input(anyhow!("{objection}; to start nevertheless, add --go")));
+        }
         Err(error) => {
             if let Some(new) = new.filter(|_| supervisor.status().is_none()) {
                 new.discard();
@@ -226,15 +234,29 @@ fn link(run: &RunConfig, options: &RunOptions, token: Option<Token>) -> Result<O
     Link::new(&options.site, token).or_input().map(Some)
 }
 
-/// Shows the mission's progress until it ends.
+/// How a run that was watched ended.
+enum Watched {
+    /// The mission ended, or never began.
+    Ended(Progress),
+    /// The robot was not started, because the navigator expects to fail.
+    Refused(String),
+}
+
+/// Shows the mission's progress until it ends. Unless a person `insists`, a mission whose plan the navigator objects to is not
+/// started.
 fn watch(
     supervisor: &mut Supervisor,
     run: &RunConfig,
-    quiet: bool,
+    (quiet, insists): (bool, bool),
     warnings: &mut Vec<String>,
-) -> Result<Progress, SystemError> {
-    if let Some(progress) = warnings::receive(warnings, supervisor, run, quiet)? {
-        return Ok(progress);
+) -> Result<Watched, SystemError> {
+    let received = warnings::receive(supervisor, run, quiet)?;
+    warnings.extend(received.doubts);
+    if let Some(ended) = received.ended {
+        return Ok(Watched::Ended(ended));
+    }
+    if let Some(objection) = received.objection.filter(|_| !insists) {
+        return Ok(Watched::Refused(objection));
     }
     supervisor.order_start()?;
     let line = progress_line(run, quiet);
@@ -258,7 +280,7 @@ fn watch(
         }
         if progress != Progress::Running {
             line.finish_and_clear();
-            return Ok(progress);
+            return Ok(Watched::Ended(progress));
         }
     }
 }

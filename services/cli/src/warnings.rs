@@ -1,4 +1,4 @@
-//! Warnings of `run` about the plan that the navigator makes before the start.
+//! The plan that the navigator makes before the start, and the warnings of `run` about it.
 
 use std::time::Duration;
 
@@ -13,32 +13,51 @@ use crate::output::say;
 /// How often to check whether the navigator has planned.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// Waits until the navigator of a run has made its plan, prints its doubts about the plan unless `quiet`, and adds them
-/// to `warnings`. If the run ends in the meantime, returns how it ended.
+/// Maximum number of lines of a plan that are printed.
+const MOST_LINES: usize = 60;
+
+/// What is known about the plan of a run.
+#[derive(Debug, Default)]
+pub struct Received {
+    /// The navigator's doubts about the plan.
+    pub doubts: Vec<String>,
+    /// Why the robot should not start by the plan unless a person insists.
+    pub objection: Option<String>,
+    /// How the run ended, if it ended before there was a plan.
+    pub ended: Option<Progress>,
+}
+
+/// Waits until the navigator of a run has made its plan, and prints the plan and the doubts about it unless `quiet`.
 ///
 /// # Errors
 /// Those of [`Supervisor::poll`].
-pub fn receive(
-    warnings: &mut Vec<String>,
-    supervisor: &mut Supervisor,
-    run: &RunConfig,
-    quiet: bool,
-) -> Result<Option<Progress>, SystemError> {
+pub fn receive(supervisor: &mut Supervisor, run: &RunConfig, quiet: bool) -> Result<Received, SystemError> {
     let planned = sketchnav_navigators::of(&run.mission).ok().and_then(|navigator| navigator.planned);
-    let (Some(planned), Some(node)) = (planned, supervisor.node()) else { return Ok(None) };
-    let mut plans = node.raw_reader(planned.on)?;
+    let (Some(planned), Some(node)) = (planned, supervisor.node()) else { return Ok(Received::default()) };
+    let (mut texts, mut plans) = (node.raw_reader(planned.text)?, node.raw_reader(planned.on)?);
     loop {
         if let Some(plan) = plans.receive_valid()? {
             let doubts = (planned.doubts)(run, plan.message());
-            doubts.iter().filter(|_| !quiet).for_each(|doubt| say!("warning: {doubt}"));
-            warnings.extend(doubts);
-            return Ok(None);
+            let objection = (planned.objection)(run, plan.message());
+            if !quiet {
+                if let Some(text) = texts.receive_valid()? {
+                    print(&String::from_utf8_lossy(text.cells()));
+                }
+                doubts.iter().for_each(|doubt| say!("warning: {doubt}"));
+            }
+            return Ok(Received { doubts, objection, ended: None });
         }
         match supervisor.poll(LOOK)? {
             Progress::Running => {}
-            ended => return Ok(Some(ended)),
+            ended => return Ok(Received { ended: Some(ended), ..Received::default() }),
         }
     }
+}
+
+/// Prints a plan to standard error. Of a long one, only the comments are printed, in which a plan says what to expect.
+fn print(text: &str) {
+    let is_short = text.lines().count() <= MOST_LINES;
+    text.lines().filter(|line| is_short || line.starts_with('#')).for_each(|line| say!("{line}"));
 }
 
 /// Returns the doubts that the navigator of a recorded run had about its plan.

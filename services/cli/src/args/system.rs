@@ -72,6 +72,9 @@ pub struct RunOptions {
     /// in it.
     #[arg(long, value_name = "FILE")]
     pub learned: Option<PathBuf>,
+    /// Start even if the navigator expects to fail, as stated before the start.
+    #[arg(long)]
+    pub go: bool,
     /// Print one JSON object instead of progress and a table.
     #[arg(long)]
     pub json: bool,

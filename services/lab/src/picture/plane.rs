@@ -2,6 +2,8 @@
 //!
 //! The colour of a journey's path shows what the navigator was doing.
 
+use sketchnav_directions::CustomMap;
+use sketchnav_directions::custom_map::graph::Node;
 use sketchnav_directions::messages::Activity;
 use sketchnav_schemas::geometry::{Point, World};
 
@@ -44,6 +46,18 @@ pub struct PlanePicture<'a> {
     pub tasks: &'a [TaskPicture<World>],
     /// Maximum length of the scale bar, in metres. The bar gets a round length of at most this.
     pub bar_m: f64,
+}
+
+impl PlannedMap {
+    /// Returns what a map refers to, given its landmarks, one for each entry.
+    pub fn of(map: &CustomMap, landmarks: Vec<Point<World>>) -> Self {
+        let link = |from: usize, to: Node| {
+            Some([*Node::Entry(from).landmark(&landmarks)?, *to.landmark(&landmarks)?])
+        };
+        let edges = (0..map.entries().len()).flat_map(|entry| map.edges(entry));
+        let links = edges.filter_map(|edge| link(edge.from, edge.to)).collect();
+        Self { links, branches: map.branches(), landmarks }
+    }
 }
 
 /// Returns the colour of an activity.

@@ -12,7 +12,6 @@ use crate::picture::{self, PlanePicture, PlannedMap, TaskPicture};
 use maud::{Markup, PreEscaped, html};
 use sketchnav_directions::CustomMap;
 use sketchnav_directions::arrival::WORDS;
-use sketchnav_directions::custom_map::graph::Node;
 use sketchnav_directions::messages::Activity;
 use sketchnav_directions::stages::mission::{self, DirectionsMission};
 use sketchnav_directions::stages::settings;
@@ -163,13 +162,10 @@ fn planned(log: &Log, tasks: usize) -> Vec<PlannedMap> {
         let landmarks = log.itinerary.iter().flat_map(move |itinerary| itinerary.landmarks(task));
         let landmarks: Vec<Point<World>> =
             landmarks.map(|landmark| Point::new(landmark.x_m.into(), landmark.y_m.into())).collect();
-        let Some(map) = maps.get(task) else { return PlannedMap { landmarks, ..PlannedMap::default() } };
-        let link = |from: usize, to: Node| {
-            Some([*Node::Entry(from).landmark(&landmarks)?, *to.landmark(&landmarks)?])
-        };
-        let edges = (0..map.entries().len()).flat_map(|entry| map.edges(entry));
-        let links = edges.filter_map(|edge| link(edge.from, edge.to)).collect();
-        PlannedMap { links, branches: map.branches(), landmarks }
+        match maps.get(task) {
+            Some(map) => PlannedMap::of(map, landmarks),
+            None => PlannedMap { landmarks, ..PlannedMap::default() },
+        }
     };
     (0..tasks).map(of).collect()
 }

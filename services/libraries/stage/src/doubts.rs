@@ -15,13 +15,17 @@ pub struct Doubts {
     pub left_out: Vec<String>,
 }
 
-/// Finds doubts about the plan that the navigator makes before the start.
+/// Shows the plan that the navigator makes before the start, and finds doubts about it.
 #[derive(Debug, Clone, Copy)]
 pub struct Planned {
     /// Channel on which the sketcher sends its plan.
     pub on: &'static ChannelSpec,
     /// Returns the doubts about a message of that channel.
     pub doubts: fn(&RunConfig, &[u8]) -> Vec<String>,
+    /// Returns why the robot should not start by a message of that channel, unless a person insists. `None` if it may.
+    pub objection: fn(&RunConfig, &[u8]) -> Option<String>,
+    /// Channel on which the sketcher sends the plan before that message, as text for people. A plan may have no text.
+    pub text: &'static ChannelSpec,
 }
 
 /// The drawing in which the robot is localized.

@@ -28,9 +28,9 @@ use crate::geometry::Point;
 use crate::navigator::guide::Guide;
 use crate::navigator::{Navigator, Settings};
 use crate::path::{Atlas, Measure, Objective, Path, Start, Weights, best};
-use crate::plan::{Plan, Verify};
+use crate::plan::{Plan, Verify, Weakest};
 use crate::plane::{DotId, Plane};
-use crate::traversal::{Kind, Noise, Traversal};
+use crate::traversal::{Kind, Noise, Report, Traversal};
 use crate::walls::Walls;
 use crate::wording::reworded;
 pub(crate) use trial::Trial;
@@ -106,12 +106,47 @@ pub fn simulate(
     plan: &Plan,
     pilot: &Pilot,
     journeys: u32,
-    (seed, round): (u64, &str),
+    round: (u64, &str),
 ) -> Result<Tally, Error> {
+    let mut tally = Tally::default();
+    watch(atlas, plan, pilot, journeys, round, |report| tally.add(report.kind))?;
+    Ok(tally)
+}
+
+/// Returns a plan with its probability of arrival, and with the entry at which most simulated journeys fail.
+pub(crate) fn stated(
+    atlas: &Atlas,
+    plan: Plan,
+    pilot: &Pilot,
+    journeys: u32,
+    seed: u64,
+) -> Result<Plan, Error> {
+    let (mut tally, mut failures) = (Tally::default(), vec![0; plan.map.entries().len()]);
+    watch(atlas, &plan, pilot, journeys, (seed, "stated"), |report| {
+        tally.add(report.kind);
+        if let Some(count) = failures.get_mut(usize::from(report.last_entry)) {
+            *count += u32::from(!report.kind.is_success());
+        }
+    })?;
+    let most = (0..).zip(failures).max_by_key(|&(entry, failures)| (failures, std::cmp::Reverse(entry)));
+    let weakest = most.filter(|(_, failures)| *failures > 0);
+    let weakest = weakest.map(|(entry, failures)| Weakest { entry, failures, journeys });
+    Ok(Plan { probability: Some(tally.probability()), weakest, ..plan })
+}
+
+/// Simulates journeys with a plan. Calls `end` after each of them.
+fn watch(
+    atlas: &Atlas,
+    plan: &Plan,
+    pilot: &Pilot,
+    journeys: u32,
+    round: (u64, &str),
+    end: impl FnMut(&Report),
+) -> Result<(), Error> {
     let navigator = Navigator::new(pilot.settings, plan.map.clone())?;
     let start = plan.path.start.centre;
     let near = surroundings(atlas, start, &plan.landmarks());
-    fly(&navigator, &near, atlas.plane.walls(), (start, pilot.noise), journeys, (seed, round))
+    fly(&navigator, &near, atlas.plane.walls(), (start, pilot.noise), journeys, round, end)
 }
 
 /// A part of a plane in which journeys are simulated.
@@ -161,7 +196,7 @@ pub(crate) fn along(atlas: &Atlas, places: impl Iterator<Item = Point>, reach: f
     dots
 }
 
-/// Simulates journeys from a position, over planes that may be the true one, and counts how they end.
+/// Simulates journeys from a position, over planes that may be the true one. Calls `end` after each of them.
 pub(crate) fn fly<G: Guide>(
     navigator: &Navigator<G>,
     near: &Surroundings,
@@ -169,15 +204,15 @@ pub(crate) fn fly<G: Guide>(
     (start, noise): (Point, Noise),
     journeys: u32,
     (seed, round): (u64, &str),
-) -> Result<Tally, Error> {
-    let mut tally = Tally::default();
+    mut end: impl FnMut(&Report),
+) -> Result<(), Error> {
     for journey in 0..journeys {
         let mut rng = stream(seed, &format!("directions/{round}/{journey}"));
         let plane = disturbed(&near.dots, noise.map_sigma, &mut rng)?.among(walls.clone());
         let journey = Traversal::new(&plane, navigator, &near.intended, noise)?;
-        tally.add(journey.run(start, &mut rng, |_, _, _| {}).kind);
+        end(&journey.run(start, &mut rng, |_, _, _| {}));
     }
-    Ok(tally)
+    Ok(())
 }
 
 /// Returns a plane in which the dots are displaced at random, as they may be in reality given where the map-maker sees them.
@@ -219,8 +254,7 @@ pub fn most_probable(
     let finalists = plans.into_iter().take(FINALISTS).collect();
     let plans = ranked(atlas, finalists, pilot, effort.trial_journeys * 4, (seed, "final"))?;
     let plan = plans.into_iter().next().ok_or(Error::NoDots)?;
-    let tally = simulate(atlas, &plan, pilot, effort.journeys, (seed, "stated"))?;
-    Ok(Plan { probability: Some(tally.probability()), ..plan })
+    stated(atlas, plan, pilot, effort.journeys, seed)
 }
 
 /// Distance around roughly estimated paths within which the dots of a large plane are tried, in window sides.

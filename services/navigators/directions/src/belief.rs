@@ -146,7 +146,9 @@ impl Charted {
     ) -> Result<Tally, Error> {
         let navigator = navigator(&self.chart, pilot, model, journey)?;
         let near = surroundings(atlas, journey.start, &self.dots);
-        fly(&navigator, &near, atlas.plane.walls(), (journey.start, pilot.noise), journeys, round)
+        let (from, mut tally) = ((journey.start, pilot.noise), Tally::default());
+        fly(&navigator, &near, atlas.plane.walls(), from, journeys, round, |report| tally.add(report.kind))?;
+        Ok(tally)
     }
 }
 

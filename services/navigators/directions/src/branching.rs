@@ -14,7 +14,7 @@ pub mod model;
 pub mod policy;
 pub mod writing;
 
-use crate::arrival::{Effort, FINALISTS, Pilot, along, most_probable, ranked, simulate};
+use crate::arrival::{Effort, FINALISTS, Pilot, along, most_probable, ranked, stated};
 use crate::atlas::Atlas;
 use crate::description::{Descriptor, Vocabulary};
 use crate::error::Error;
@@ -84,8 +84,7 @@ pub fn most_probable_branching(
     let finalists = plans.into_iter().take(FINALISTS).collect();
     let plans = ranked(atlas, finalists, pilot, effort.trial_journeys * 4, (seed, "branching final"))?;
     let plan = plans.into_iter().next().unwrap_or(straight);
-    let tally = simulate(atlas, &plan, pilot, effort.journeys, (seed, "stated"))?;
-    Ok(Plan { probability: Some(tally.probability()), ..plan })
+    stated(atlas, plan, pilot, effort.journeys, seed)
 }
 
 /// Returns the map of the best controller, or `None` if it leads nowhere or is too long compared with the straight map.

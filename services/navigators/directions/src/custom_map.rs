@@ -36,11 +36,14 @@
 //! map, any entry may end the journey, and each entry except the first must be reachable from the previous
 //! one or by a branch.
 //!
+//! A map may also be written in sentences ([`CustomMap::sentences`]).
+//!
 //! Case and white space don't matter, and `#` starts a comment. Commas between entries and brackets around all entries are
 //! optional. [`CustomMap`] is printed in the same form as it is parsed.
 
 pub mod graph;
 mod parse;
+mod sentences;
 mod words;
 
 use std::fmt;

@@ -220,7 +220,7 @@ impl Itinerary {
 channels! {
     of KIND;
     /// The custom maps of the tasks.
-    DIRECTIONS: Instruction Directions = "directions", Sketcher => [Planner, Pad],
+    DIRECTIONS: Instruction Directions = "directions", Sketcher => [Supervisor, Planner, Pad],
         behind it up to MAX_DIRECTIONS_BYTES;
     /// The landmarks that a navigator with a belief knows.
     CHART: Instruction Chart = "chart", Sketcher => [Planner, Pad],

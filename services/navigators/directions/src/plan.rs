@@ -38,9 +38,32 @@ pub struct Plan {
     pub landmarks: Vec<DotId>,
     /// The probability of arrival, if it was estimated.
     pub probability: Option<f64>,
+    /// The entry at which most simulated journeys failed, if any did.
+    pub weakest: Option<Weakest>,
+}
+
+/// The entry of a map at which most simulated journeys fail.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Weakest {
+    /// Number of the entry, from 0.
+    pub entry: u16,
+    /// Number of journeys that failed there.
+    pub failures: u32,
+    /// Number of all journeys.
+    pub journeys: u32,
 }
 
 impl Plan {
+    /// Describes the probability of arrival and the entry that is most likely to fail, or returns `None` if they were not
+    /// estimated.
+    pub fn stated(&self) -> Option<String> {
+        let percent = 100.0 * self.probability?;
+        let weakest = self.weakest.map_or(String::new(), |Weakest { entry, failures, journeys }| {
+            format!("; most failures at entry {}: {failures} of {journeys} simulated journeys", entry + 1)
+        });
+        Some(format!("probability of arrival {percent:.1} %{weakest}"))
+    }
+
     /// Creates the map of a path. Its first entry is `*`, for the landmark under the window.
     pub fn new(atlas: &Atlas, path: Path, verify: Verify) -> Result<Self, Error> {
         Self::choosing(atlas, path, |_, check| match verify {
@@ -80,7 +103,7 @@ impl Plan {
         let others = path.legs.iter().zip(&checks).map(entry);
         let map = CustomMap::new(std::iter::once(first).chain(others).collect())?;
         let landmarks = path.landmarks();
-        Ok(Self { path, checks, map, landmarks, probability: None })
+        Ok(Self { path, checks, map, landmarks, probability: None, weakest: None })
     }
 
     /// Returns the sensing cost S (5.3): the views of the path ([`Path::sensing`]), and one view of each quadrant for each

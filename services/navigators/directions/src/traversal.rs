@@ -220,6 +220,8 @@ pub struct Report {
     pub meant: Vec<DotId>,
     /// Numbers of the entries that it finished with them, starting at 0.
     pub entries: Vec<u16>,
+    /// The entry at which the journey ended or, if it failed, at which it first took a wrong dot.
+    pub last_entry: u16,
     /// Number of recoveries.
     pub recoveries: u16,
     /// Number of steps.
@@ -278,6 +280,7 @@ impl<'a, G: Guide> Traversal<'a, G> {
             attained: Vec::new(),
             meant: Vec::new(),
             entries: Vec::new(),
+            last_entry: 0,
             recoveries: 0,
             steps: 0,
             distance: 0.0,
@@ -295,6 +298,7 @@ impl<'a, G: Guide> Traversal<'a, G> {
             watch(&helicopter, &output, &view);
             if let Some(outcome) = output.outcome {
                 report.recoveries = output.recoveries;
+                report.last_entry = self.slip(&report).unwrap_or(output.entry);
                 report.kind = self.judge(outcome, &report);
                 return report;
             }
@@ -306,6 +310,15 @@ impl<'a, G: Guide> Traversal<'a, G> {
             report.distance += velocity.norm() * step_s;
             helicopter.fly(velocity, step_s, self.noise, rng);
         }
+    }
+
+    /// Returns the entry at which the navigator first took a wrong dot, if it did.
+    fn slip(&self, report: &Report) -> Option<u16> {
+        let taken = report.entries.iter().zip(report.attained.iter().zip(&report.meant));
+        let is_wrong = |(entry, (attained, meant)): &(&u16, (&DotId, &DotId))| {
+            !Guide::is_right(self.navigator.guide(), **entry, **attained, **meant)
+        };
+        taken.filter(is_wrong).map(|(&entry, _)| entry).next()
     }
 
     /// Returns the dot closest to where the navigator believes its reference to be.

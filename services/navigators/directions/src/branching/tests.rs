@@ -1,6 +1,7 @@
 //! Tests of branching maps, on a few worlds.
 
 use super::*;
+use crate::arrival::simulate;
 use crate::custom_map::CustomMap;
 use crate::generate::uniform;
 use crate::geometry::Window;

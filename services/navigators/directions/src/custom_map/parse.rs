@@ -4,7 +4,7 @@ use std::str::FromStr;
 
 use super::{
     Branch, CustomMap, Direction, Entry, FULL_TURN_DEG, MOST_ENTRIES, MOST_WAYS, Recovery, Sign,
-    Verification, Way,
+    Verification, Way, sentences,
 };
 use crate::description::Descriptor;
 use crate::error::Error;
@@ -13,14 +13,35 @@ use crate::signature::Signature;
 
 /// A bracket, a comma or a word, with its line and column, both from 1.
 #[derive(Debug, Clone, Copy)]
-struct Token<'a> {
-    text: &'a str,
-    line: usize,
-    column: usize,
+pub(super) struct Token<'a> {
+    pub text: &'a str,
+    pub line: usize,
+    pub column: usize,
+}
+
+/// A token of a map that was written in sentences, at the place of the words that it stands for.
+#[derive(Debug)]
+pub(super) struct Symbol {
+    pub text: String,
+    pub line: usize,
+    pub column: usize,
+}
+
+impl Symbol {
+    fn token(&self) -> Token<'_> {
+        Token { text: &self.text, line: self.line, column: self.column }
+    }
 }
 
 impl Token<'_> {
-    fn error(self, expected: &'static str) -> Error {
+    /// Returns the empty token at the end of a text.
+    pub fn end_of(text: &str) -> Self {
+        let line = text.lines().count().max(1);
+        let column = text.lines().last().unwrap_or_default().chars().count() + 1;
+        Self { text: "", line, column }
+    }
+
+    pub fn error(self, expected: &'static str) -> Error {
         let found = match self.text {
             "" => "the end".to_owned(),
             text => format!("{:?}", text.chars().take(40).collect::<String>()),
@@ -28,12 +49,13 @@ impl Token<'_> {
         Error::Map { line: self.line, column: self.column, expected, found }
     }
 
-    fn is(self, word: &str) -> bool {
+    pub fn is(self, word: &str) -> bool {
         self.text.eq_ignore_ascii_case(word)
     }
 }
 
-fn tokens(text: &str) -> Vec<Token<'_>> {
+/// Splits a text into tokens. Comments are left out.
+pub(super) fn tokens(text: &str) -> Vec<Token<'_>> {
     let mut found = Vec::new();
     for (line, content) in (1..).zip(text.lines()) {
         let content = content.split('#').next().unwrap_or_default();
@@ -62,11 +84,8 @@ struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    fn new(text: &'a str) -> Self {
-        let line = text.lines().count().max(1);
-        let column = text.lines().last().unwrap_or_default().chars().count() + 1;
-        let end = Token { text: "", line, column };
-        Self { tokens: tokens(text), next: 0, end, targets: Vec::new() }
+    fn new(tokens: Vec<Token<'a>>, end: Token<'a>) -> Self {
+        Self { tokens, next: 0, end, targets: Vec::new() }
     }
 
     fn peek(&self, ahead: usize) -> Token<'a> {
@@ -255,6 +274,11 @@ impl FromStr for CustomMap {
     type Err = Error;
 
     fn from_str(text: &str) -> Result<Self, Error> {
-        Reader::new(text).map()
+        let end = Token::end_of(text);
+        if !sentences::are_sentences(text) {
+            return Reader::new(tokens(text), end).map();
+        }
+        let symbols = sentences::symbols(text)?;
+        Reader::new(symbols.iter().map(Symbol::token).collect(), end).map()
     }
 }

@@ -168,6 +168,85 @@ fn errors_name_line_column_and_word() {
     }
 }
 
+/// What a person says may be broken into lines and may have comments.
+#[test]
+fn a_map_in_sentences_is_read() {
+    let map = parsed(
+        "# through the hall\n1. Take the landmark closest to the middle of the window. Move it to the\n   south-west corner and \
+         go on at 2.\n2. Seek the most isolated landmark at a bearing of 053°. If there is none, move the last landmark to the \
+         north-east corner and go on at 2. If it has one to the north-west, two to the south-east and more than two to the \
+         south-west, it is the right one: move it to the south-east corner and go on at 3.\n3. Seek the closest landmark. It is \
+         the goal.",
+    );
+    let same = "(*, SW)\n(Isol, 053, (-, NE, 2), (point+none+pair+group, -), SE)\n(*, -)";
+    assert_eq!(map, parsed(same));
+}
+
+#[test]
+fn errors_in_sentences_name_line_column_and_word() {
+    const FIRST: &str = "1. Take the landmark closest to the middle of the window. Move it to the south-west corner and go on at 2.\n";
+    for (text, expected) in [
+        ("1 Take the", "line 1, column 3: expected \".\" after the number of an entry, found \"Take\""),
+        ("2. Seek", "line 1, column 1: expected the number of the next entry, found \"2\""),
+        ("1. Fly to", "line 1, column 4: expected \"Seek\" or \"Slide along the line towards\""),
+        (
+            "1. Seek the lonely landmark.",
+            "line 1, column 9: expected a landmark: \"the only landmark in view\"",
+        ),
+        (
+            "1. Seek the closest landmark.",
+            "line 1, column 30: expected a sentence that says what to do with the landmark",
+        ),
+        (
+            "1. Seek the closest landmark at a bearing of 360°.",
+            "line 1, column 46: expected a bearing from 000° to 359°",
+        ),
+        (
+            "1. Slide along the line towards the closest landmark.",
+            "column 53: expected \"until a new landmark comes in\"",
+        ),
+        (
+            "1. Seek the closest landmark. Move it to the upper corner",
+            "column 46: expected a corner: south-east",
+        ),
+        (
+            "1. Seek the closest landmark. Move it to the south-west corner and go on at 3.",
+            "column 77: expected \"and go on at\" and the number of the next entry, found \"3\"",
+        ),
+        ("1. Seek the closest landmark. If it is red, it is the goal.", "column 34: expected a condition: "),
+        (
+            "1. Seek the closest landmark. If it has one to the north, it is the goal.",
+            "column 52: expected north-west, north-east, south-east or south-west, each at most once, found \"north\"",
+        ),
+        (
+            "1. Seek the closest landmark. It is the goal. If it looks different, it is the goal.",
+            "column 47: expected the next entry, since the sentence about the right landmark comes last",
+        ),
+        (
+            "1. Seek the closest landmark. It is the goal: move it to the south-west corner.\n2. Seek",
+            "line 1, column 45: expected \"go on at\" and a number: only the last entry may move the goal",
+        ),
+    ] {
+        let found = error(text);
+        assert!(found.contains(expected), "{text:?}: {found}");
+    }
+    for (rest, expected) in [
+        (
+            "2. Seek the closest landmark. If there is none, move the last landmark to the south-east corner and go on at 4. It \
+             is the goal.",
+            "line 2, column 110: expected a word for a landmark, or the number of an entry of this map, found \"4\"",
+        ),
+        (
+            "2. Seek the closest landmark. If there is none, it is the goal.",
+            "expected a corner, since without a landmark none is right",
+        ),
+        ("", "line 1, column 105: expected \"It is the goal\" in the last entry, found \"2\""),
+    ] {
+        let found = error(&format!("{FIRST}{rest}"));
+        assert!(found.contains(expected), "{rest:?}: {found}");
+    }
+}
+
 #[test]
 fn an_entry_has_at_most_eight_signs_beside_the_right_one_and_a_map_ten_thousand_entries() {
     let sign = |code: u8| format!("({}, NE, 1), ", Signature::of_code(code));
@@ -290,6 +369,37 @@ proptest! {
         prop_assert_eq!(parsed(&map.to_string()), map.clone());
         let bytes = postcard::to_allocvec(&map).unwrap();
         prop_assert_eq!(postcard::from_bytes::<CustomMap>(&bytes).unwrap(), map);
+    }
+
+    #[test]
+    fn a_map_is_read_as_it_is_said(
+        map in prop_oneof![
+            branching_map(),
+            prop::collection::vec(entry(), 1..12).prop_map(|entries| CustomMap::new(entries).unwrap()),
+        ],
+    ) {
+        let text = map.sentences();
+        prop_assert_eq!(parsed(&text), map.clone());
+        prop_assert_eq!(parsed(&text).sentences(), text);
+    }
+
+    /// Some characters of a map in sentences are missing, or others stand in their place.
+    #[test]
+    fn damaged_sentences_are_read_or_rejected(
+        map in branching_map(),
+        at: prop::sample::Index,
+        length in 0_usize..12,
+        slip in "[(),:.\\-0-9a-z° \n]{0,4}",
+    ) {
+        let mut text = map.sentences();
+        let is_at = |at: &usize| text.is_char_boundary(*at);
+        let begin = (0..=at.index(text.len())).rev().find(is_at).unwrap();
+        let end = ((begin + length).min(text.len())..=text.len()).find(is_at).unwrap();
+        text.replace_range(begin..end, &slip);
+        match text.parse::<CustomMap>() {
+            Ok(map) => prop_assert_eq!(parsed(&map.sentences()), map),
+            Err(error) => prop_assert!(error.to_string().starts_with("line "), "{}: {}", text, error),
+        }
     }
 
     /// A slip of the pen in a branching map: some characters are missing, or others stand in their place.

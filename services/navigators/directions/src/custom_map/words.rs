@@ -32,7 +32,7 @@ fn sought(entry: &Entry, is_first: bool) -> String {
     let bearing =
         entry.bearing_deg.map_or(String::new(), |bearing| format!(" at a bearing of {bearing:03}°"));
     match entry.trajectory {
-        _ if is_first && entry.word == Descriptor::Any => {
+        None if is_first && entry.word == Descriptor::Any && bearing.is_empty() => {
             "Take the landmark closest to the middle of the window.".to_owned()
         }
         None => format!("Seek {landmark}{bearing}."),
@@ -45,7 +45,7 @@ fn sought(entry: &Entry, is_first: bool) -> String {
     }
 }
 
-fn landmark(word: Descriptor) -> &'static str {
+pub(super) fn landmark(word: Descriptor) -> &'static str {
     match word {
         Descriptor::Obvious => "the only landmark in view",
         Descriptor::Isolated => "the most isolated landmark",
@@ -78,17 +78,15 @@ fn clause(sign: Sign, way: Way) -> String {
 
 /// Describes what to do with the right landmark.
 fn right(edge: Edge) -> String {
-    let condition = edge.sign.map_or(String::new(), |sign| format!("If {}, ", Condition(sign)));
-    let (it, begin) =
-        (if condition.is_empty() { "It" } else { "it" }, if condition.is_empty() { "M" } else { "m" });
+    let condition = edge.sign.map(|sign| format!("If {}, it is", Condition(sign)));
+    let is = condition.as_deref().unwrap_or("It is");
     match (edge.corner, edge.to) {
         (Some(corner), Node::Entry(to)) => {
-            format!("{condition}{begin}ove it to the {} and go on at {}.", At(corner), to + 1)
+            let words = format!("ove it to the {} and go on at {}.", At(corner), to + 1);
+            condition.map_or_else(|| format!("M{words}"), |is| format!("{is} the right one: m{words}"))
         }
-        (Some(corner), Node::Goal) => {
-            format!("{condition}{it} is the goal: move it to the {}.", At(corner))
-        }
-        (None, _) => format!("{condition}{it} is the goal."),
+        (Some(corner), Node::Goal) => format!("{is} the goal: move it to the {}.", At(corner)),
+        (None, _) => format!("{is} the goal."),
     }
 }
 
@@ -97,13 +95,16 @@ struct At(Corner);
 
 impl fmt::Display for At {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let name = match self.0 {
-            Corner::Se => "south-east",
-            Corner::Sw => "south-west",
-            Corner::Ne => "north-east",
-            Corner::Nw => "north-west",
-        };
-        write!(f, "{name} corner")
+        write!(f, "{} corner", corner_name(self.0))
+    }
+}
+
+pub(super) fn corner_name(corner: Corner) -> &'static str {
+    match corner {
+        Corner::Se => "south-east",
+        Corner::Sw => "south-west",
+        Corner::Ne => "north-east",
+        Corner::Nw => "north-west",
     }
 }
 
@@ -124,13 +125,15 @@ impl fmt::Display for Condition {
 }
 
 /// Names of the quadrants around a landmark, clockwise from the north-west.
-const AROUND: [&str; 4] = ["north-west", "north-east", "south-east", "south-west"];
+pub(super) const AROUND: [&str; 4] = ["north-west", "north-east", "south-east", "south-west"];
+/// Words for the number of landmarks in a quadrant.
+pub(super) const DOTS: [&str; 4] = ["no", "one", "two", "more than two"];
 
 fn around(seen: Signature) -> String {
     let quadrants = Corner::ROUND.into_iter().zip(AROUND);
     let held: Vec<String> = quadrants
         .filter_map(|(quadrant, name)| {
-            let dots = ["", "one", "two", "more than two"][usize::from(seen.dots(quadrant))];
+            let dots = DOTS[usize::from(seen.dots(quadrant))];
             seen.has(quadrant).then(|| format!("{dots} to the {name}"))
         })
         .collect();
@@ -157,7 +160,7 @@ mod tests {
                 "Take the landmark closest to the middle of the window. Move it to the south-west corner and go on at 2.",
                 "Seek the most isolated landmark at a bearing of 053°. If 2 of its quadrants hold landmarks, move it to the \
                  south-east corner and seek the farther landmark of the most isolated pair from there. If 3 of its quadrants \
-                 hold landmarks, move it to the north-east corner and go on at 3.",
+                 hold landmarks, it is the right one: move it to the north-east corner and go on at 3.",
                 "Slide along the line towards the farther landmark of the most isolated pair until a new landmark comes in. If \
                  none of its quadrants holds a landmark, it is the goal.",
             ]
@@ -174,8 +177,8 @@ mod tests {
             all[1],
             "Seek the most isolated landmark. If it has one to the north-west, more than two to the south-east and two to \
              the south-west, move it to the north-east corner and go on at 3. If there is none, move the last landmark to \
-             the south-east corner and go on at 3. If it has one to the north-east, move it to the south-west corner and \
-             go on at 3."
+             the south-east corner and go on at 3. If it has one to the north-east, it is the right one: move it to the \
+             south-west corner and go on at 3."
         );
         assert_eq!(
             all[2],

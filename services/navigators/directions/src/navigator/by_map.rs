@@ -73,6 +73,10 @@ impl Guide for CustomMap {
         self.entries().len() - 1
     }
 
+    fn is_right(&self, entry: u16, attained: DotId, meant: DotId) -> bool {
+        CustomMap::is_right(self, entry.into(), &attained, &meant)
+    }
+
     fn is_planned(&self, attained: &[DotId], meant: &[DotId], entries: &[u16]) -> bool {
         let mut pairs = attained.iter().zip(meant).zip(entries);
         (self.branches() || attained.len() == self.entries().len())

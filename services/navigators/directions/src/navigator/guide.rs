@@ -52,6 +52,11 @@ pub trait Guide {
     /// Returns which of its landmarks is the goal.
     fn goal(&self) -> usize;
 
+    /// Returns true if the landmark that an entry attained is the one that the guide took it for.
+    fn is_right(&self, _entry: u16, attained: DotId, meant: DotId) -> bool {
+        attained == meant
+    }
+
     /// Returns true if the attained landmarks are those that the guide took them for. `entries` are the entries that attained
     /// them.
     fn is_planned(&self, attained: &[DotId], meant: &[DotId], entries: &[u16]) -> bool;

@@ -9,6 +9,7 @@
 //! map_noise_m = 0.001              # error of the map-maker's positions; else by the calibration
 //! verify = "recoverable"           # or nothing, detectable; `arrival` chooses by itself
 //! words = ["Isol", "IsolPair", "*"] # what the navigator understands; else every word
+//! least_probability = 0.5          # of arrival; `run` does not start below it without --go
 //!
 //! [[task]]
 //! name = "to the north"
@@ -177,6 +178,8 @@ pub struct DirectionsMission {
     /// Standard deviation of the heading at the start, in degrees. If it is above 0, the maps include bearings to correct the
     /// heading.
     pub heading_noise_deg: f64,
+    /// The probability of arrival below which a robot should not start unless a person insists.
+    pub least_probability: f64,
     /// The errors that the navigator can notice with the paper's maps.
     pub verify: Verify,
     /// The words that the navigator understands.
@@ -200,6 +203,7 @@ struct NavigatorKeys {
     landmark_radius_m: Option<f64>,
     range_m: Option<f64>,
     heading_noise_deg: Option<f64>,
+    least_probability: Option<f64>,
     verify: Option<VerifyWord>,
     words: Option<Vec<String>>,
 }
@@ -238,6 +242,7 @@ impl DirectionsMission {
         };
         let (method, words) = (keys.method, words(keys.words.as_deref())?);
         let (land, heading_noise_deg) = (land(&keys)?, heading_noise_deg(&keys)?);
+        let least_probability = least_probability(&keys)?;
         if land.is_some() || heading_noise_deg > 0.0 {
             method.is_for_land()?;
         }
@@ -257,7 +262,17 @@ impl DirectionsMission {
             goals.extend(goal);
             landmarks.extend(listed);
         }
-        Ok(Self { method, source, land, heading_noise_deg, verify, words, goals, landmarks })
+        Ok(Self {
+            method,
+            source,
+            land,
+            heading_noise_deg,
+            least_probability,
+            verify,
+            words,
+            goals,
+            landmarks,
+        })
     }
 
     /// Returns the words that the map-maker plans with: the method's own words that the navigator understands. If it
@@ -320,6 +335,17 @@ fn heading_noise_deg(keys: &NavigatorKeys) -> Result<f64, MissionError> {
         return Err(wrong("navigator.heading_noise_deg", "0 to 20 degrees", &heading_noise_deg.to_string()));
     }
     Ok(heading_noise_deg)
+}
+
+/// The default of `least_probability`: a robot that is more likely to fail than to arrive does not start by itself.
+const LEAST_PROBABILITY: f64 = 0.5;
+
+fn least_probability(keys: &NavigatorKeys) -> Result<f64, MissionError> {
+    let least = keys.least_probability.unwrap_or(LEAST_PROBABILITY);
+    if !(0.0..=1.0).contains(&least) {
+        return Err(wrong("navigator.least_probability", "0 to 1", &least.to_string()));
+    }
+    Ok(least)
 }
 
 fn map_noise(keys: &NavigatorKeys) -> Result<Option<f64>, MissionError> {
@@ -492,6 +518,7 @@ mod tests {
                 "navigator: expected one of plane_file, floor_file and map_file, found both",
             ),
             (navigator("map_noise_m=-1.0"), "navigator.map_noise_m: expected 0 to 10 m, found -1"),
+            (navigator("least_probability=50"), "navigator.least_probability: expected 0 to 1, found 50"),
             (navigator("words=['Isol','Lonely']"), "navigator.words: expected some of Obvious, Isol"),
             (navigator("verify='nothing'"), "navigator.verify: expected no such key for `arrival`"),
             (

@@ -12,6 +12,7 @@ use serde::Serialize;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::seed::stream;
+use sketchnav_schemas::shown::one_line;
 use sketchnav_stage::doubts::Planned;
 use sketchnav_stage::{Files, Outbox, Stage, StageError};
 
@@ -106,22 +107,38 @@ const LOW: f64 = 0.5;
 
 /// Returns a warning for each journey that is more likely to fail than to arrive, according to the map-maker's own estimate.
 pub fn doubts(mission: &Mission, journeys: &[PlannedJourney]) -> Vec<String> {
+    less_probable(mission, journeys, LOW).collect()
+}
+
+/// Describes each journey whose stated probability of arrival is below a limit.
+fn less_probable(mission: &Mission, journeys: &[PlannedJourney], limit: f64) -> impl Iterator<Item = String> {
     let planned = (1..).zip(mission.task.iter().zip(journeys));
-    let low = planned.filter(|(_, (_, journey))| (0.0..LOW).contains(&journey.probability));
+    let low = planned.filter(move |(_, (_, journey))| (0.0..limit).contains(&journey.probability));
     low.map(|(number, (task, journey))| {
         let percent = 100.0 * journey.probability;
         format!("task {number} ({}): the stated probability of arrival is {percent:.1} %", task.name)
     })
-    .collect()
 }
 
-/// Reports doubts about the maps that the map-maker has made.
+/// Returns why a robot should not start on these journeys unless a person insists, or `None` if it may.
+fn objection(mission: &Mission, journeys: &[PlannedJourney]) -> Option<String> {
+    let least = DirectionsMission::of(mission).ok()?.least_probability;
+    let low = less_probable(mission, journeys, least).reduce(|all, next| format!("{all}; {next}"))?;
+    Some(format!("{low}: expected at least {:.1} % (navigator.least_probability)", 100.0 * least))
+}
+
+/// Shows the maps that the map-maker has made, with doubts about them.
 pub const PLANNED: Planned = Planned {
     on: ITINERARY.spec,
     doubts: |run, message| {
         let itinerary: &Itinerary = bytemuck::from_bytes(message);
         doubts(&run.mission, itinerary.journeys())
     },
+    objection: |run, message| {
+        let itinerary: &Itinerary = bytemuck::from_bytes(message);
+        objection(&run.mission, itinerary.journeys())
+    },
+    text: DIRECTIONS.spec,
 };
 
 /// Reads and checks a map that was written by hand.
@@ -291,7 +308,7 @@ impl Sketcher {
         if found > MAX_PLANNED {
             return Err(DirectionsError::TooLong { limit: MAX_PLANNED, found });
         }
-        Ok(Self { text: text(&made.maps), made })
+        Ok(Self { text: text(&run.mission, &made), made })
     }
 }
 
@@ -304,13 +321,17 @@ pub fn maps_of(text: &str) -> Result<Vec<CustomMap>, Error> {
     lines.split(|line| line.trim() == BETWEEN).map(|lines| lines.join("\n").parse()).collect()
 }
 
-/// Joins maps into one text.
-fn text(maps: &[CustomMap]) -> String {
+/// Joins the maps of all tasks into one text. Comments state the probability of arrival, and at which entry most journeys fail.
+fn text(mission: &Mission, made: &Made) -> String {
     let mut text = String::new();
-    for (index, map) in maps.iter().enumerate() {
+    for (index, map) in made.maps.iter().enumerate() {
         let between = if index == 0 { String::new() } else { format!("{BETWEEN}\n") };
+        // A line break in the name would end the comment.
+        let name = one_line(&mission.task[index].name);
+        let stated = made.plans.get(index).and_then(Plan::stated);
+        let stated = stated.map_or(String::new(), |stated| format!("# {name}: {stated}\n"));
         // Writing to a string never fails.
-        let _ = write!(text, "{between}{map}");
+        let _ = write!(text, "{between}{stated}{map}");
     }
     text
 }
@@ -484,6 +505,49 @@ mod tests {
         let doubts = |probability| doubts(&mission, &[PlannedJourney { distance_m: 1.0, probability }]);
         assert_eq!(doubts(0.025), ["task 1 (over): the stated probability of arrival is 2.5 %"]);
         assert!(doubts(0.9).is_empty() && doubts(-1.0).is_empty());
+    }
+
+    #[test]
+    fn a_robot_does_not_start_below_the_probability_that_the_mission_states() {
+        let mut mission = run(KNOWN, [0.15, 0.15]).mission;
+        let journey = |probability| [PlannedJourney { distance_m: 1.0, probability }];
+        assert_eq!((objection(&mission, &journey(0.5)), objection(&mission, &journey(-1.0))), (None, None));
+        assert_eq!(
+            objection(&mission, &journey(0.25)).unwrap(),
+            "task 1 (over): the stated probability of arrival is 25.0 %: expected at least 50.0 % (navigator.least_probability)"
+        );
+        mission.navigator.given.insert("least_probability".to_owned(), 0.9.into());
+        assert!(
+            objection(&mission, &journey(0.89)).is_some() && objection(&mission, &journey(0.9)).is_none()
+        );
+    }
+
+    /// The text of the maps states in comments how the journeys will probably end, and is read like any other map.
+    #[test]
+    fn maps_are_sent_with_what_to_expect_of_them() {
+        let mut run = run(KNOWN, [0.15, 0.15]);
+        run.mission.task[0].name = "one\nline".to_owned();
+        let made = make(&run, &|_| Ok(picture(&APART, |_, level| level))).unwrap();
+        let text = text(&run.mission, &made);
+        assert!(text.starts_with("# one"), "{text}");
+        assert!(text.lines().next().unwrap().contains(": probability of arrival "), "{text}");
+        assert_eq!(maps_of(&text).unwrap(), made.maps);
+    }
+
+    #[test]
+    fn a_map_of_map_server_is_no_floor_plan() {
+        let mut run = run(KNOWN, [0.15, 0.15]);
+        let given = &mut run.mission.navigator.given;
+        given.remove("plane_file");
+        given.remove("calibration");
+        given.insert("floor_file".to_owned(), "building_079.yaml".into());
+        given.insert("landmark_radius_m".to_owned(), 0.15.into());
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+        let robot = folder.join("../../../sim/missions/directions/panorama.toml");
+        run.robot = sketchnav_sim::files::robot(&robot.to_string_lossy()).unwrap();
+        let error = make(&run, &|_| Ok(b"image: building_079.pgm".to_vec())).unwrap_err().to_string();
+        let expected = "navigator.floor_file: building_079.yaml: expected a floor plan (TOML) with walls and round furniture";
+        assert!(error.starts_with(expected), "{error}");
     }
 
     /// Plans a path through a hall of columns at this spacing, with `more` standing in the hall, for a robot that sees as far

@@ -1,6 +1,7 @@
 //! What the map-maker sees before it plans: the dots of a picture, or the landmarks and walls of a floor
 //! plan.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use sketchnav_dots::DotsError;
@@ -63,10 +64,18 @@ pub(super) fn bytes(key: &'static str, file: &str, files: &Files<'_>) -> Result<
     files(file).map_err(wrong)
 }
 
+/// Endings of the files of a map of `map_server`.
+const OF_MAPS: [&str; 4] = ["yaml", "yml", "pgm", "png"];
+
 /// Reads a floor plan and returns its landmarks, among the floor's walls.
 fn floor(bytes: &[u8], file: &str, land: Option<LandKeys>, body: Body) -> Result<Plane, DirectionsError> {
     let wrong =
         |reason: String| DirectionsError::File { key: "navigator.floor_file", file: file.to_owned(), reason };
+    let ending = Path::new(file).extension().unwrap_or_default();
+    if OF_MAPS.iter().any(|of_map| ending.eq_ignore_ascii_case(of_map)) {
+        let found = "found a map of map_server, which doesn't say which of its obstacles are landmarks";
+        return Err(wrong(format!("expected a floor plan (TOML) with walls and round furniture, {found}")));
+    }
     let text =
         std::str::from_utf8(bytes).map_err(|_| wrong("expected UTF-8, found other bytes".to_owned()))?;
     let plan: FloorPlan = toml::from_str(text).map_err(|error| wrong(error.message().to_owned()))?;

@@ -11,13 +11,12 @@ use sketchnav_schemas::message::{Health, Here};
 use sketchnav_schemas::mission::{MissionError, Task};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::time::seconds;
-use sketchnav_sketch::learned::Learner;
 use sketchnav_sketch::mission::SketchMission;
 
 use crate::error::EvalError;
 use crate::experiments::cost::{Cost, clearance_m};
 use crate::experiments::drawn_task::DrawnTask;
-use crate::experiments::learned::series;
+use crate::experiments::learned::series::Attended;
 use crate::experiments::outcome::{Kind, TaskOutcome};
 use crate::experiments::person::Bystander;
 use crate::experiments::trial::{Page, Trial};
@@ -51,7 +50,7 @@ pub struct Driven {
     /// The map of the drive, if regions joined by doors are asked about it.
     pub witness: Option<Witness>,
     /// What the robot saw, if it learns from the drive.
-    pub learner: Option<Learner>,
+    pub lesson: Option<Attended>,
     /// Verdicts on the tasks. If poses are given again after failures, the first failed task is the last one here.
     pub verdicts: Vec<TaskVerdict>,
 }
@@ -67,7 +66,7 @@ struct Watcher<'a> {
     failed: bool,
     bystander: Option<Bystander<'a>>,
     witness: Option<Witness>,
-    learner: Option<Learner>,
+    lesson: Option<Attended>,
 }
 
 impl Tap for Watcher<'_> {
@@ -80,8 +79,8 @@ impl Tap for Watcher<'_> {
         if let Some(witness) = &mut self.witness {
             witness.see(spec, message, cells);
         }
-        if let Some(learner) = &mut self.learner {
-            learner.see(spec, message);
+        if let Some(lesson) = &mut self.lesson {
+            lesson.see(spec, message, self.log.truth.last());
         }
         if *spec == *STATUS.spec {
             self.watch();
@@ -163,7 +162,7 @@ fn drive_from(
             .zip(sheet)
             .map(|(person, sheet)| Bystander::new(person, &sheet.paper, seed)),
         witness: trial.asks_rooms.then(|| Witness::new(&run)).flatten(),
-        learner: series::learner(trial).map_err(|error| RehearsalError::Stage(error.into()))?,
+        lesson: Attended::of(trial).map_err(|error| RehearsalError::Stage(error.into()))?,
     };
     let busy_s = match &trial.elsewhere {
         Some(simulator) => {
@@ -176,7 +175,7 @@ fn drive_from(
             (spent.localizer + spent.planner).as_secs_f64()
         }
     };
-    let Watcher { log, stamps_ns, bystander, witness, learner, .. } = watcher;
+    let Watcher { log, stamps_ns, bystander, witness, lesson, .. } = watcher;
     let answers = bystander.as_ref().map_or(0, Bystander::answers);
     let is_left_lost = bystander.is_some_and(|bystander| bystander.leaves_it_lost());
     let mut verdicts = judge::judge(&run.mission, &log.truth, &log.status, &log.contacts).tasks;
@@ -194,7 +193,7 @@ fn drive_from(
         answers,
         is_left_lost,
         witness,
-        learner,
+        lesson,
         verdicts,
     })
 }

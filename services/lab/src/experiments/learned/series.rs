@@ -6,13 +6,15 @@ use std::sync::{Arc, Mutex, PoisonError};
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 use sketchnav_mapping::{Cell, Map};
+use sketchnav_schemas::channels::ChannelSpec;
 use sketchnav_schemas::codes::{TaskState, Tracking};
 use sketchnav_schemas::geometry::{Point, Pose, World};
+use sketchnav_schemas::message::GroundTruth;
 use sketchnav_schemas::mission::{Mission, Start, Task};
 use sketchnav_schemas::seed;
 use sketchnav_schemas::time::seconds;
 use sketchnav_sketch::learned::{CELL_M, CELLS_PER_M, DrawingFile, LearnError, Learned, Learner};
-use sketchnav_sketch::messages::PoseEstimate;
+use sketchnav_sketch::messages::{ESTIMATE, PoseEstimate};
 use sketchnav_sketch::mission::SketchMission;
 use sketchnav_sketch::reading::{Intent, Options};
 use sketchnav_sketch::sketcher;
@@ -30,6 +32,8 @@ pub const LEARNED_FILE: &str = "first.learned";
 const SEEN_WITHIN_M: f64 = 0.5;
 /// Distance, in metres, of a start from where people begin to walk.
 const OFF_PEOPLE_M: f64 = 1.0;
+/// Distance, in metres, between the poses of the first drive that are kept.
+const POSE_EVERY_M: f64 = 0.2;
 /// Number of starts that are tried.
 const ATTEMPTS: usize = 10_000;
 /// Maximum distance, in metres, of the estimate from the truth for the robot to have found its place.
@@ -69,7 +73,8 @@ struct Made {
 #[derive(Debug)]
 struct Lesson {
     learned: Learned,
-    world_from_map: Pose<World>,
+    /// The robot's poses on the first drive, in the world and in the map.
+    poses: Vec<(Pose<World>, Pose<Map>)>,
     /// For each task, true if the robot accepts it.
     accepted: Vec<bool>,
 }
@@ -192,9 +197,7 @@ impl First {
 
     /// Returns what a drive teaches, or `None` if that is nothing.
     fn learn(&self, driven: &Driven) -> Result<Option<Lesson>, EvalError> {
-        let (Some(learner), Some(truth)) = (&driven.learner, driven.log.truth.first()) else {
-            return Ok(None);
-        };
+        let Some(Attended { learner, poses }) = &driven.lesson else { return Ok(None) };
         let mission = SketchMission::of(&driven.run.mission).map_err(sketchnav_sim::SimError::from)?;
         let (drawing, places) = sketcher::understand(&driven.run, &sketchnav_navigators::read_file)?;
         let file = DrawingFile::of(&mission.drawing, &read(mission.drawing.as_ref())?);
@@ -208,7 +211,7 @@ impl First {
         let accepts =
             |task| learned.place(LEARNED_FILE, &Intent { tasks: vec![task], ..Intent::default() }, &options);
         let accepted = intent.tasks.into_iter().map(|task| accepts(task).is_ok()).collect();
-        Ok(Some(Lesson { learned, world_from_map: truth.pose(), accepted }))
+        Ok(Some(Lesson { learned, poses: poses.clone(), accepted }))
     }
 
     /// Returns a place in what was learned from which there is a path to the goal, with any heading.
@@ -273,18 +276,33 @@ impl Lesson {
     }
 
     fn in_world(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        let pose = self.world_from_map.compose(&Pose::<Map>::new(x, y, 0.0));
-        [pose.x, pose.y]
+        let at = Pose::new(x, y, 0.0);
+        let near = self.poses.iter().min_by(|a, b| {
+            let off = |(_, seen): &(Pose<World>, Pose<Map>)| seen.position().distance(&at.position());
+            off(a).total_cmp(&off(b))
+        });
+        let there = near.map_or(Pose::new(x, y, 0.0), |(truth, seen)| truth.compose(&seen.motion_to(&at)));
+        [there.x, there.y]
+    }
+
+    fn in_map(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let at = Pose::new(x, y, 0.0);
+        let near = self.poses.iter().min_by(|a, b| {
+            let off = |(truth, _): &(Pose<World>, Pose<Map>)| truth.position().distance(&at.position());
+            off(a).total_cmp(&off(b))
+        });
+        let there = near.map_or(Pose::new(x, y, 0.0), |(truth, seen)| seen.compose(&truth.motion_to(&at)));
+        [there.x, there.y]
     }
 
     /// Returns true if free floor was seen about a place of the true world.
     fn has_seen(&self, at: [f64; 2]) -> bool {
-        let ahead = self.world_from_map.motion_to(&Pose::new(at[0], at[1], 0.0));
+        let [x, y] = self.in_map(at);
         let reach = (SEEN_WITHIN_M * CELLS_PER_M) as i64;
         let around = (-reach..=reach).flat_map(|dy| (-reach..=reach).map(move |dx| [dx, dy]));
         let near = around.map(|step| step.map(|cells| cells as f64 * CELL_M));
         near.filter(|[dx, dy]| dx.hypot(*dy) <= SEEN_WITHIN_M)
-            .any(|[dx, dy]| self.learned.map.at_m([ahead.x + dx, ahead.y + dy]) == Cell::Free)
+            .any(|[dx, dy]| self.learned.map.at_m([x + dx, y + dy]) == Cell::Free)
     }
 
     /// Returns how the robot found its place in the first task of a drive.
@@ -314,10 +332,33 @@ impl Lesson {
     }
 }
 
-/// Creates the learner of a trial that is learned from.
-///
-/// # Errors
-/// [`LearnError`] if the robot has no laser that is suitable for mapping.
-pub fn learner(trial: &Trial) -> Result<Option<Learner>, LearnError> {
-    trial.is_learned_from.then(|| Learner::new(&trial.robot)).transpose()
+/// A learner during a drive, with the robot's true poses beside those in its map. Maps drift, by metres along a featureless corridor,
+/// so a place of the map corresponds to the place that lay as far from the robot when it was near.
+#[derive(Debug)]
+pub struct Attended {
+    learner: Learner,
+    poses: Vec<(Pose<World>, Pose<Map>)>,
+}
+
+impl Attended {
+    /// Creates the learner of a trial, or returns `None` if the robot does not learn from it.
+    ///
+    /// # Errors
+    /// [`LearnError`] if the robot has no laser that is suitable for mapping.
+    pub fn of(trial: &Trial) -> Result<Option<Self>, LearnError> {
+        let learner = trial.is_learned_from.then(|| Learner::new(&trial.robot)).transpose()?;
+        Ok(learner.map(|learner| Self { learner, poses: Vec::new() }))
+    }
+
+    /// Takes in a message. `truth` is where the robot truly is.
+    pub fn see(&mut self, channel: &ChannelSpec, message: &[u8], truth: Option<&GroundTruth>) {
+        self.learner.see(channel, message);
+        let Some(truth) = truth.filter(|_| ESTIMATE.message(channel, message).is_some()) else { return };
+        let (pose, seen) = (truth.pose(), self.learner.pose());
+        let is_far =
+            |(last, _): &(Pose<World>, Pose<Map>)| last.position().distance(&pose.position()) > POSE_EVERY_M;
+        if self.poses.last().is_none_or(is_far) {
+            self.poses.push((pose, seen));
+        }
+    }
 }

@@ -142,8 +142,13 @@ impl Learner {
         }
     }
 
+    /// Returns the robot's pose in the map.
+    pub fn pose(&self) -> Pose<Map> {
+        self.mapper.pose()
+    }
+
     fn place(&self) -> Place {
-        let pose = self.mapper.pose();
+        let pose = self.pose();
         [pose.x, pose.y]
     }
 

@@ -14,7 +14,10 @@ import sys
 import tempfile
 
 import irsim
+import numpy as np
+import shapely
 import yaml
+from irsim.world.map import ObstacleMap
 
 import sketchnav
 
@@ -25,15 +28,23 @@ NOISE_AT_M = 2.0
 
 
 def walls(floor):
-    """The outline of the walls, and the furniture, in the words of ir-sim."""
-    for ends in floor.faces:
-        yield {"shape": {"name": "linestring", "vertices": ends}, "state": [0, 0, 0]}
-    for corners in floor.furniture:
-        yield {"shape": {"name": "polygon", "vertices": corners}, "state": [0, 0, 0]}
+    """The outlines of walls and furniture as a map of ir-sim, which searches its lines by place.
+
+    As objects of their own, all of them would take part in each step: thousands in a building that was mapped.
+    """
+    lines = ObstacleMap(shape={"name": "map", "points": np.zeros((2, 1))})
+    lines.set_original_geometry(shapely.multilinestrings(list(floor.segments())))
+    lines.refresh()
+    lines.linestrings = list(lines.geometry.geoms)
+    lines.geometry_tree = shapely.STRtree(lines.linestrings)
+    return lines
 
 
 def base(robot, step_s):
     """The robot of the mission in the words of ir-sim."""
+    shape = {"name": "circle", "radius": robot.robot["radius_m"]}
+    if footprint := robot.robot.get("footprint"):
+        shape = {"name": "rectangle", "length": footprint["length_m"], "width": footprint["width_m"]}
     limits, noise, laser = (robot.robot[table] for table in ("limits", "odometry", "laser"))
     speed_mps, turn_radps = limits["speed_mps"], limits["yaw_rate_radps"]
     # In the file, variances are per second; in ir-sim, they are of a step.
@@ -58,7 +69,7 @@ def base(robot, step_s):
     }
     return {
         "kinematics": {"name": kinematics, "noise": True, "alpha": alpha},
-        "shape": {"name": "circle", "radius": robot.robot["radius_m"]},
+        "shape": shape,
         "mass": robot.robot["mass_kg"],
         "state": list(robot.start),
         "vel_min": [-limit for limit in most],
@@ -72,11 +83,13 @@ def environment(robot):
     """The mission's world in ir-sim."""
     step_s = robot.period_s / STEPS
     world = {"step_time": step_s, "sample_time": step_s, "collision_mode": "contact"}
-    text = yaml.safe_dump({"world": world, "robot": [base(robot, step_s)], "obstacle": list(walls(robot.floor()))})
+    text = yaml.safe_dump({"world": world, "robot": [base(robot, step_s)]})
     with tempfile.NamedTemporaryFile("w", suffix=".yaml") as file:
         file.write(text)
         file.flush()
-        return irsim.make(file.name, headless=True, seed=robot.seed, log_level="ERROR")
+        simulator = irsim.make(file.name, headless=True, seed=robot.seed, log_level="ERROR")
+    simulator.add_object(walls(robot.floor()))
+    return simulator
 
 
 class Wheels:

@@ -26,9 +26,15 @@ FLOOR, WHEEL = 'contype="1" conaffinity="0"', 'contype="0" conaffinity="1"'
 WALL, HULL = 'contype="2" conaffinity="0" group="1"', 'contype="0" conaffinity="2" group="0"'
 
 
+def ring(robot):
+    """Radius of the circle on which the wheels stand, in metres."""
+    footprint = robot.robot.get("footprint")
+    return 0.8 * (footprint["width_m"] / 2 if footprint else robot.robot["radius_m"])
+
+
 def wheels(robot):
     """Where each wheel touches the floor, and in which direction it drives."""
-    ring_m = 0.8 * robot.robot["radius_m"]
+    ring_m = ring(robot)
     if robot.robot["drive"] == "differential":
         return [((0.0, side * ring_m), (1.0, 0.0)) for side in (1, -1)]
     angles = [math.radians(60 + 120 * i) for i in range(3)]
@@ -74,15 +80,18 @@ def model(robot):
     x, y, heading = robot.start
     # Casters without friction in front and behind, a millimetre above the floor.
     slides = f'size="0.02" mass="0.05" {WHEEL} friction="0 0 0" priority="1"'
-    casters = [f'<geom type="sphere" pos="{side * 0.8 * facts["radius_m"]} 0 0.021" {slides}/>' for side in (1, -1)]
+    casters = [f'<geom type="sphere" pos="{side * ring(robot)} 0 0.021" {slides}/>' for side in (1, -1)]
     rolling = [wheel_xml(i, at, ahead, has_rollers) for i, (at, ahead) in enumerate(places)] + casters * (not has_rollers)
+    hull = f'type="cylinder" size="{facts["radius_m"]} 0.08"'
+    if footprint := facts.get("footprint"):
+        hull = f'type="box" size="{footprint["length_m"] / 2} {footprint["width_m"] / 2} 0.08"'
     motors = [f'<velocity joint="wheel{i}" kv="1.5" forcerange="-6 6"/>' for i in range(len(places))]
     return mujoco.MjModel.from_xml_string(f"""
       <mujoco><option timestep="{STEP_S}" cone="elliptic" impratio="50" integrator="implicitfast"/>
         <asset>{"".join(meshes)}</asset>
         <worldbody><geom type="plane" size="0 0 1" {FLOOR}/>{"".join(solids)}
           <body name="base" pos="{x} {y} 0" euler="0 0 {math.degrees(heading)}"><freejoint/>
-            <geom name="hull" type="cylinder" pos="0 0 0.13" size="{facts["radius_m"]} 0.08" mass="{facts["mass_kg"]}" {HULL}/>
+            <geom name="hull" {hull} pos="0 0 0.13" mass="{facts["mass_kg"]}" {HULL}/>
             {"".join(rolling)}
           </body></worldbody>
         <actuator>{"".join(motors)}</actuator></mujoco>""")

@@ -36,7 +36,9 @@ _HOMES = {
         "Array", "Channel", "Code", "Count", "Header", "Message", "Part", "PoseM", "PosePx", "Text", "Twist", "Zero", "f32", "f64",
         "u32", "u64",
     ],
-    "navigator": ["Agenda", "Heard", "Instant", "Navigator", "Outbox", "Run", "Stage", "main", "program"],
+    "navigator": [
+        "Account", "Agenda", "Heard", "Instant", "Navigator", "Outbox", "Run", "Stage", "Summary", "main", "program",
+    ],
 }  # fmt: skip
 _HOME = {name: home for home, names in _HOMES.items() for name in names} | {"open": "recordings"}
 

@@ -28,6 +28,7 @@ from .messages import f32 as f32
 from .messages import f64 as f64
 from .messages import u32 as u32
 from .messages import u64 as u64
+from .navigator import Account as Account
 from .navigator import Agenda as Agenda
 from .navigator import Heard as Heard
 from .navigator import Instant as Instant
@@ -35,6 +36,7 @@ from .navigator import Navigator as Navigator
 from .navigator import Outbox as Outbox
 from .navigator import Run as Run
 from .navigator import Stage as Stage
+from .navigator import Summary as Summary
 from .navigator import main as main
 from .navigator import program as program
 from .recordings import Recording as Recording

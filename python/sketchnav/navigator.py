@@ -134,6 +134,44 @@ class Stage:
         self.step(_INSTANT, _OUT)
 
 
+class Summary:
+    """The result of an account: figures, which `judge` prints and a report lists, and charts over time for the report."""
+
+    def __init__(self) -> None:
+        self._figures: list[tuple[str, str]] = []
+        self._charts: list[tuple[str, str, list[tuple[str, list[tuple[float, float]]]]]] = []
+
+    def figure(self, name: str, value: str) -> None:
+        """Adds a figure. The value is a text with its unit."""
+        self._figures.append((name, value))
+
+    def chart(self, title: str, unit: str, curves: Mapping[str, Iterable[tuple[float, float]]]) -> None:
+        """Adds a chart of named curves. A point is a pair of seconds since the start and a value, NaN where there is none."""
+        points = [(name, [(float(time_s), float(value)) for time_s, value in curve]) for name, curve in curves.items()]
+        self._charts.append((title, unit, points))
+
+
+class Account:
+    """A navigator's own summary of a run, made from its recording alone.
+
+    If it raises an exception, the run is judged without it, and a figure says so.
+    """
+
+    def hear(self, heard: Heard) -> None:
+        """Receives the messages of `status` and of this navigator's channels, as they were recorded."""
+
+    def tell(self, summary: Summary) -> None:
+        """Adds figures and charts of all messages to the summary."""
+
+    def _hear(self):
+        self.hear(_HEARD)
+
+    def _tell(self):
+        summary = Summary()
+        self.tell(summary)
+        return summary._figures, summary._charts
+
+
 class Run:
     """The run that a stage is made for: `mission`, `robot` and `seed` as they were read, and the mission's files."""
 
@@ -215,7 +253,7 @@ class Navigator:
     """Three stages under the name by which a mission selects them: `[navigator] kind`.
 
     `stages` are called with a `Run` each. `sensors` are those that the robot must have. `check` gets mission and robot before
-    anything starts; the text of a `ValueError` that it raises is shown to the user.
+    anything starts; the text of a `ValueError` that it raises is shown to the user. `account` is called with the finished `Run`.
     """
 
     def __init__(
@@ -227,9 +265,10 @@ class Navigator:
         channels: Iterable[Channel[Any]] = (),
         sensors: Iterable[str] = (),
         check: Callable[[Mapping[str, Any], Mapping[str, Any]], object] | None = None,
+        account: Callable[[Run], Account] | None = None,
     ):
         self.kind, self.about, self.stages = kind, about, tuple(stages)
-        self.channels, self.sensors, self.check = tuple(channels), list(sensors), check
+        self.channels, self.sensors, self.check, self.account = tuple(channels), list(sensors), check, account
         if len(self.stages) != 3:
             raise ValueError(f"navigator {kind!r}: expected a sketcher, a localizer and a planner, found {len(self.stages)} stages")
 
@@ -238,6 +277,9 @@ class Navigator:
 
     def _make(self, index, config, capsule):
         return self.stages[index](Run(config, capsule))
+
+    def _account(self, config):
+        return self.account(Run(config, None))
 
     def _check(self, mission, robot):
         if self.check is not None:

@@ -8,6 +8,7 @@
 //!
 //! PyO3 is used without its macros, because these would have most of the program's crates compiled with other features.
 
+mod account;
 mod agenda;
 mod driver;
 mod lent;

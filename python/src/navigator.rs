@@ -10,8 +10,10 @@ use pyo3::types::PyCapsule;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::{Robot, SENSORS};
 use sketchnav_schemas::run::RunConfig;
-use sketchnav_stage::{Files, Hosted, Make, Navigator, StageError};
+use sketchnav_stage::account::Account;
+use sketchnav_stage::{Files, Hosted, Make, Navigator, Review, StageError};
 
+use crate::account::PythonAccount;
 use crate::lent::Lent;
 use crate::stage::{PythonStage, failure};
 use crate::{agenda, function, table};
@@ -69,6 +71,18 @@ fn check(mission: &Mission, robot: &Robot) -> Result<(), StageError> {
     })
 }
 
+fn review(run: &RunConfig) -> Box<dyn Account> {
+    let make = || {
+        let navigator = known(run.mission.navigator_kind())?;
+        let config = serde_json::to_string(run)?;
+        Python::attach(|py| {
+            let made = navigator.object.bind(py).call_method1("_account", (config,));
+            made.map(Bound::unbind).map_err(|error| failure(py, navigator.kind, error))
+        })
+    };
+    Box::new(PythonAccount::new(make()))
+}
+
 /// Returns the table of a sensor in a robot file.
 fn sensor(word: &str) -> PyResult<&'static str> {
     SENSORS.into_iter().find(|table| *table == word).ok_or_else(|| {
@@ -84,7 +98,9 @@ fn read(object: &Bound<'_, PyAny>) -> PyResult<(PythonNavigator, Navigator)> {
     let sensors = sensors.iter().map(|word| sensor(word)).collect::<PyResult<Vec<_>>>()?;
     let channels = object.call_method0("_channels")?.extract::<Vec<usize>>()?;
     let channels = channels.into_iter().map(table::spec).collect::<PyResult<Vec<_>>>()?;
-    let navigator = Navigator { check, channels: channels.leak(), ..Navigator::new(kind, about, STAGES) };
+    let account = (!object.getattr("account")?.is_none()).then_some(review as Review);
+    let navigator =
+        Navigator { check, channels: channels.leak(), account, ..Navigator::new(kind, about, STAGES) };
     Ok((PythonNavigator { kind, sensors, object: object.clone().unbind() }, navigator))
 }
 

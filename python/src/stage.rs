@@ -26,11 +26,24 @@ impl PythonStage {
         method: &'static str,
         call: impl FnOnce(&Bound<'_, PyAny>) -> PyResult<R>,
     ) -> Result<R, StageError> {
-        Python::attach(|py| {
-            let object = self.object.bind(py);
-            lent.during(py, || call(object))?.map_err(|error| failure(py, &place(object, method), error))
-        })
+        call_on(&self.object, lent, method, call)
     }
+}
+
+/// Calls a method of an object by the author, which may use what is lent.
+///
+/// # Errors
+/// [`failure`] for an exception, or the error of the host's that it passed on.
+pub fn call_on<R>(
+    object: &Py<PyAny>,
+    lent: Lent,
+    method: &'static str,
+    call: impl FnOnce(&Bound<'_, PyAny>) -> PyResult<R>,
+) -> Result<R, StageError> {
+    Python::attach(|py| {
+        let object = object.bind(py);
+        lent.during(py, || call(object))?.map_err(|error| failure(py, &place(object, method), error))
+    })
 }
 
 fn place(object: &Bound<'_, PyAny>, method: &str) -> String {

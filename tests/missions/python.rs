@@ -42,9 +42,29 @@ fn it_drives_a_mission_and_its_recording_is_replayed_executed_again_and_judged()
     assert!(judged.to_string().contains("\"reached\":true"), "{judged}");
     // The messages are those of the navigator in Rust, whose program reads and judges the recording as its own.
     let rust = rust_place();
-    let judged = rust.fine(&format!("judge {} --json", place.files().join(recording).display())).json();
-    let nearest = judged[0]["account"]["nearest wall on the right"].as_str().unwrap();
+    let in_rust = rust.fine(&format!("judge {} --json", place.files().join(recording).display())).json();
+    let nearest = in_rust[0]["account"]["nearest wall on the right"].as_str().unwrap();
     assert!(nearest.ends_with(" m") && !nearest.starts_with("inf"), "{nearest}");
+    assert_eq!(judged[0]["account"], in_rust[0]["account"]);
+    // The report of the navigator in Python has the same chart.
+    place.fine(&format!("report {recording} -o report.html"));
+    let page = std::fs::read_to_string(place.files().join("report.html")).unwrap();
+    assert!(page.contains("Distance of the wall") && page.contains("m, from the centre"));
+}
+
+/// A run can be judged although the account is wrong.
+#[test]
+fn an_account_that_fails_is_named_in_its_place() {
+    let changes = [("self.right_m.append((", "self.right_m.add((")];
+    let Some(place) = place_with(&changes) else { return };
+    let report = place.fine("run wall.toml --out out --json").json();
+    let ended = place.fine(&format!("judge {} --json", report["recording"].as_str().unwrap()));
+    let judged = ended.json();
+    let why = judged[0]["account"]["account"].as_str().unwrap();
+    let expected = "failed: Diary.hear: AttributeError: 'list' object has no attribute 'add' (";
+    assert!(why.starts_with(expected) && why.ends_with(')'), "{why}");
+    assert!(ended.err.contains("Traceback"), "{ended}");
+    assert!(judged.to_string().contains("\"reached\":true"), "{judged}");
 }
 
 /// Creates a place in which `sketchnav` is the same navigator in Rust.
@@ -353,6 +373,6 @@ fn the_code_of_the_page_is_that_of_the_file() {
     let (page, file) = (read("docs/python.md"), read("tests/stranger/wall_follower.py"));
     let blocks: Vec<_> =
         page.split("```python\n").skip(1).filter_map(|rest| rest.split("```").next()).collect();
-    assert_eq!(blocks.len(), 4);
+    assert_eq!(blocks.len(), 5);
     blocks.iter().for_each(|block| assert!(file.contains(block), "{block}"));
 }

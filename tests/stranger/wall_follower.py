@@ -6,7 +6,6 @@ navigator: `python wall_follower.py run mission.toml`. `tests/missions/python.rs
     [navigator]
     kind = "wall-follower"
     [[task]]
-    name = "along the wall"
     seconds = 20.0          # of driving, simulated
 """
 
@@ -15,7 +14,7 @@ import math
 from typing import Annotated
 
 import sketchnav
-from sketchnav import Agenda, Channel, Message, Navigator, Stage, f64
+from sketchnav import Account, Agenda, Channel, Message, Navigator, Stage, f64
 from sketchnav.channels import SONAR
 
 #: Distance that the robot keeps from the wall, in metres.
@@ -33,12 +32,10 @@ class Walls(Message, version=1, frame="base_link"):
     right_m: Annotated[f64, "The nearest echo to the right, metres from the robot's centre."]
 
 
-#: The situation: the only channel that it adds to those of all navigators.
 WALLS = Channel("walls", Walls, role="situation", writer="localizer", readers=["planner", "pad"])
 
 
 def seconds(mission):
-    """How long each task takes, seconds."""
     for i, task in enumerate(mission["task"], 1):
         if not isinstance(task.get("seconds"), (int, float)):
             raise ValueError(f"task {i}.seconds: expected a number of seconds")
@@ -109,7 +106,6 @@ class Driver(Stage):
         self.agenda.send(out, speed_mps, yaw_rate_radps)
 
     def drives(self):
-        """Whether the robot is to drive in this step."""
         if self.agenda.due() == "stand":
             return False
         if self.agenda.elapsed_s >= self.seconds[self.agenda.task]:
@@ -124,6 +120,22 @@ class Driver(Stage):
         self.agenda.restore(state)
 
 
+class Diary(Account):
+    """Reports how far the robot was from its wall."""
+
+    def __init__(self):
+        self.right_m = []
+
+    def hear(self, heard):
+        if walls := heard.on(WALLS):
+            self.right_m.append((walls.header.stamp_ns / 1e9, walls.right_m))
+
+    def tell(self, summary):
+        nearest_m = min((right_m for _, right_m in self.right_m), default=math.inf)
+        summary.figure("nearest wall on the right", f"{nearest_m:.2f} m")
+        summary.chart("Distance of the wall", "m, from the centre", {"right": self.right_m})
+
+
 NAVIGATOR = Navigator(
     "wall-follower",
     "follows the wall on the right by sonar, for as long as each task says",
@@ -131,6 +143,7 @@ NAVIGATOR = Navigator(
     channels=[WALLS],
     sensors=["sonar", "odometry"],
     check=lambda mission, robot: seconds(mission),
+    account=lambda run: Diary(),
 )
 
 if __name__ == "__main__":

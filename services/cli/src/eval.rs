@@ -42,10 +42,10 @@ pub fn eval(name: &str, options: &EvalOptions) -> Result<Outcome, Failure> {
     let mut suite = suites::load(name, &folders).map_err(classify)?;
     suite.shows_costs |= options.cost;
     choose(&mut suite, options)?;
-    if let Some(simulator) = elsewhere::open(options, &folders.project).or_input()? {
-        simulator.take(&mut suite).map_err(anyhow::Error::msg).or_input()?;
-    }
     let methods = methods(&suite, options).or_input()?;
+    if let Some(simulator) = elsewhere::open(options, &folders.project).or_input()? {
+        simulator.take(&mut suite, &methods).map_err(anyhow::Error::msg).or_input()?;
+    }
     let jobs = jobs(&suite, &methods, options)?;
     if jobs.is_empty() {
         let words = [&["no trial is left to drive".to_owned()], &suite.notices[..]].concat().join("; ");

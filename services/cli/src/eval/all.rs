@@ -144,15 +144,15 @@ fn of_suite(
         loaded => loaded.map_err(classify)?,
     };
     choose(&mut suite, options)?;
-    if let Some(Err(why)) = simulator.map(|simulator| simulator.take(&mut suite)) {
-        return Ok(Err(why));
-    }
     let methods = match suites::compared(name) {
         // One drive there takes as long as dozens here.
         [first, ..] if simulator.is_some() => vec![(*first).to_owned()],
         [] => methods(&suite, options).or_input()?,
         compared => compared.iter().map(|&method| method.to_owned()).collect(),
     };
+    if let Some(Err(why)) = simulator.map(|simulator| simulator.take(&mut suite, &methods)) {
+        return Ok(Err(why));
+    }
     let jobs = jobs(&suite, &methods, options)?;
     let origin = Origin::of(&suite, &jobs, options.seed, &all_folders).or_input()?;
     let parts_folder = folder.join(PARTS).join(&suite.name);

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 
+use sketchnav_corridor::mission::{CorridorMission, Method};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::{StageError, Tap};
 
@@ -47,14 +48,18 @@ impl Elsewhere {
         (self.drive)(trial, run, tap)
     }
 
-    /// Sets all trials of a suite to be driven in the simulator.
+    /// Sets all trials of a suite to be driven in the simulator by these methods.
     ///
     /// # Errors
     /// A description of the first trial that needs something that the simulator lacks.
-    pub fn take(&self, suite: &mut Suite) -> Result<(), String> {
-        if let Some((trial, what)) = suite.trials.iter().find_map(|trial| Some((trial, lacks(trial)?))) {
-            let simulator = self.simulator;
-            return Err(format!("trial {}: expected no {what} in {simulator}, found one", trial.name));
+    pub fn take(&self, suite: &mut Suite, methods: &[String]) -> Result<(), String> {
+        if let Some((trial, what)) =
+            suite.trials.iter().find_map(|trial| Some((trial, lacks(trial, methods)?)))
+        {
+            let (name, simulator) = (&trial.name, self.simulator);
+            return Err(format!(
+                "trial {name}: expected only what {simulator} simulates (walls, furniture, a laser, odometry), found {what}"
+            ));
         }
         for trial in &mut suite.trials {
             trial.elsewhere = Some(self.clone());
@@ -72,20 +77,33 @@ impl fmt::Debug for Elsewhere {
 }
 
 /// Returns what a trial needs and only the project's own world provides. People and markers that a trial adds
-/// to its floor are essential to it, whereas those of the floor can be left out.
-fn lacks(trial: &Trial) -> Option<&'static str> {
+/// to its floor are essential to it, whereas those of the floor can be left out, unless the robot drives by
+/// them.
+fn lacks(trial: &Trial, methods: &[String]) -> Option<String> {
     let world = &trial.mission.world;
     [
-        (trial.person.is_some(), "person who answers the robot"),
-        (trial.thinking_scans > 0, "core that takes longer than a scan"),
-        (trial.asks_rooms, "map of the drive"),
-        (trial.series.is_some(), "drive that others are learned from"),
-        (world.plane.is_some(), "plane of dots"),
-        (!world.person.is_empty(), "person who walks"),
-        (!world.marker.is_empty(), "marker"),
+        (trial.person.is_some(), "a person who answers the robot"),
+        (trial.thinking_scans > 0, "a core that takes longer than a scan"),
+        (trial.asks_rooms, "a map of the drive"),
+        (trial.series.is_some(), "a drive that others are learned from"),
+        (trial.robot.laser.is_none(), "a robot without a laser"),
+        (world.plane.is_some(), "a plane of dots"),
+        (!world.person.is_empty(), "a person who walks"),
+        (!world.marker.is_empty(), "markers on the walls"),
     ]
     .into_iter()
-    .find_map(|(needs, what)| needs.then_some(what))
+    .find_map(|(needs, what)| needs.then(|| what.to_owned()))
+    .or_else(|| methods.iter().find_map(|method| needs_markers(trial, method)))
+}
+
+/// Returns what makes the markers of a corridor indispensable to a drive.
+fn needs_markers(trial: &Trial, method: &str) -> Option<String> {
+    let run = trial.is_corridor().then(|| trial.run(method, 1, 0).ok()).flatten()?;
+    let mission = CorridorMission::of(&run.mission).ok().filter(CorridorMission::needs_markers)?;
+    Some(match mission.method {
+        Method::Corridor => "a task that ends at a marker".to_owned(),
+        method => format!("the method {}, which drives by markers", method.word()),
+    })
 }
 
 #[cfg(test)]
@@ -100,21 +118,40 @@ mod tests {
         suite
     }
 
+    fn methods(words: &[&str]) -> Vec<String> {
+        words.iter().map(|&word| word.to_owned()).collect()
+    }
+
     #[test]
     fn trials_that_need_what_simulators_lack_are_refused_with_the_reason() {
         let simulator = Elsewhere::new("mujoco", 7, |_, _, _| Ok(()));
         let mut suite = building();
-        simulator.take(&mut suite).unwrap();
+        simulator.take(&mut suite, &methods(&["outline"])).unwrap();
         assert_eq!(suite.name, "building@mujoco");
         assert!(suite.trials.iter().all(|trial| trial.elsewhere.is_some()));
         let mut slow = building();
         slow.trials[0].thinking_scans = 2;
-        let why = simulator.take(&mut slow).unwrap_err();
-        assert!(
-            why.ends_with("expected no core that takes longer than a scan in mujoco, found one"),
-            "{why}"
-        );
+        let why = simulator.take(&mut slow, &methods(&["outline"])).unwrap_err();
+        let expected = "expected only what mujoco simulates (walls, furniture, a laser, odometry)";
+        assert!(why.ends_with(&format!("{expected}, found a core that takes longer than a scan")), "{why}");
         assert!(slow.trials[0].elsewhere.is_none());
+    }
+
+    /// A robot that waited for markers which nobody shows it used to end as lost, as if it had been its fault.
+    #[test]
+    fn in_corridors_only_what_drives_by_the_laser_is_driven() {
+        let simulator = Elsewhere::new("irsim", 7, |_, _, _| Ok(()));
+        let load = |name| suites::load(name, &Folders::of_checkout()).unwrap();
+        simulator.take(&mut load("corridor"), &methods(&["corridor"])).unwrap();
+        for (suite, by, found) in [
+            ("corridor", ["corridor", "qtc-b"], "the method qtc-b, which drives by markers"),
+            ("corridor-turns", ["corridor"; 2], "a task that ends at a marker"),
+            ("corridor-published", ["corridor"; 2], "a robot without a laser"),
+            ("landmark-scenes", ["chronis-2007"; 2], "a robot without a laser"),
+        ] {
+            let why = simulator.take(&mut load(suite), &methods(&by)).unwrap_err();
+            assert!(why.ends_with(&format!("found {found}")), "{suite}: {why}");
+        }
     }
 
     /// A driver that fails is not a robot that fails.
@@ -122,7 +159,7 @@ mod tests {
     fn an_error_of_the_simulator_ends_the_experiment() {
         let broken = Elsewhere::new("mujoco", 7, |_, _, _| Err("no such geom".into()));
         let mut suite = building();
-        broken.take(&mut suite).unwrap();
+        broken.take(&mut suite, &methods(&["outline"])).unwrap();
         let error = run::drive(&suite.trials[0], "outline", 1).unwrap_err().to_string();
         assert!(error.contains(&suite.trials[0].name) && error.contains("no such geom"), "{error}");
     }

@@ -122,6 +122,11 @@ enum Until {
 }
 
 impl CorridorMission {
+    /// Returns true if the robot must see markers, because its method drives by them or a task ends at one.
+    pub fn needs_markers(&self) -> bool {
+        self.method != Method::Corridor || self.tasks.iter().any(|task| matches!(task.goal, Goal::Marker(_)))
+    }
+
     /// Reads and checks the mission keys of this navigator.
     ///
     /// # Errors

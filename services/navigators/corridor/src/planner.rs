@@ -115,7 +115,7 @@ pub fn check(mission: &Mission, robot: &Robot) -> Result<(), CorridorError> {
     parameters(mission)?;
     crate::localizer::parameters(mission)?;
     robot.odometry()?;
-    if read.method != Method::Corridor || read.tasks.iter().any(|task| matches!(task.goal, Goal::Marker(_))) {
+    if read.needs_markers() {
         robot.camera()?;
     }
     if read.method != Method::Corridor {

@@ -1,0 +1,61 @@
+//! An account that is an object in Python.
+
+use pyo3::prelude::*;
+use sketchnav_stage::account::{Account, Curve, Summary};
+use sketchnav_stage::{Denied, Heard, StageError};
+
+use crate::lent::Lent;
+use crate::stage::call_on;
+use crate::table::interned;
+
+/// Curves with their names, each point as seconds and a value.
+type Curves = Vec<(String, Vec<[f64; 2]>)>;
+/// What the method `_tell` returns: figures, and charts with title, unit and curves.
+type Told = (Vec<(String, String)>, Vec<(String, String, Curves)>);
+
+/// An object of the class `Account`, which calls the author's methods, or why it has failed. A run can be judged all the same.
+pub struct PythonAccount(Result<Py<PyAny>, StageError>);
+
+impl PythonAccount {
+    pub fn new(made: Result<Py<PyAny>, StageError>) -> Self {
+        Self(made)
+    }
+}
+
+impl Account for PythonAccount {
+    fn hear(&mut self, message: &Heard<'_>) -> Result<(), Denied> {
+        if let Ok(object) = &self.0 {
+            let heard = call_on(object, Lent::default().heard(message), "hear", |account| {
+                account.call_method0("_hear").map(drop)
+            });
+            if let Err(error) = heard {
+                self.0 = Err(error);
+            }
+        }
+        Ok(())
+    }
+
+    fn tell(&self, summary: &mut Summary) {
+        let told = self.0.as_ref().map_err(ToString::to_string).and_then(|object| {
+            let tell = |account: &Bound<'_, PyAny>| account.call_method0("_tell")?.extract::<Told>();
+            call_on(object, Lent::default(), "tell", tell).map_err(|error| error.to_string())
+        });
+        match told {
+            Ok((figures, charts)) => {
+                summary.figures.extend(figures);
+                charts.into_iter().for_each(|(title, unit, curves)| chart(summary, &title, &unit, curves));
+            }
+            // The traceback follows in further lines. It has been printed.
+            Err(why) => {
+                let first = why.lines().next().unwrap_or_default();
+                summary.figure("account", format!("failed: {}", first.split("; traceback").next().unwrap_or(first)));
+            }
+        }
+    }
+}
+
+fn chart(summary: &mut Summary, title: &str, unit: &str, curves: Curves) {
+    let curve = |(name, points): (String, _)| Curve { name: interned(&name), points };
+    let curves: Vec<_> = curves.into_iter().map(curve).collect();
+    summary.chart(interned(title), interned(unit), curves);
+}

@@ -48,7 +48,10 @@ impl Account for PythonAccount {
             // The traceback follows in further lines. It has been printed.
             Err(why) => {
                 let first = why.lines().next().unwrap_or_default();
-                summary.figure("account", format!("failed: {}", first.split("; traceback").next().unwrap_or(first)));
+                summary.figure(
+                    "account",
+                    format!("failed: {}", first.split("; traceback").next().unwrap_or(first)),
+                );
             }
         }
     }

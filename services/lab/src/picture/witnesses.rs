@@ -104,7 +104,14 @@ pub fn claims(picture: &Claims<'_>) -> String {
     sheet.scale_bar(1.0);
     for (((name, colour), claim), column) in WITNESSES.iter().zip(&picture.claims).zip(0..) {
         let name = if claim.is_some() { format!("✕ {name}") } else { format!("{name}: nowhere yet") };
-        sheet.text([24.0 + 260.0 * f64::from(column), sheet.bottom + 12.0], 16.0, "start", colour, "600", &name);
+        sheet.text(
+            [24.0 + 260.0 * f64::from(column), sheet.bottom + 12.0],
+            16.0,
+            "start",
+            colour,
+            "600",
+            &name,
+        );
     }
     sheet.bottom += 22.0;
     sheet.caption(

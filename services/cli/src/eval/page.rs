@@ -6,6 +6,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
+use serde::Serialize;
 use sketchnav_files::PAGE;
 use sketchnav_lab::experiments::figures::{Experiment, Figures};
 
@@ -40,12 +41,19 @@ impl<'a> Pages<'a> {
     pub fn put(&mut self, name: &str, experiment: Experiment) -> Result<(), Failure> {
         let Some(first) = self.paths.first() else { return Ok(()) };
         self.figures.experiments.insert(name.to_owned(), experiment);
-        let text = serde_json::to_string_pretty(&self.figures).context("the figures as JSON");
-        write(&file_beside(first), &(text.map_err(Failure::Other)? + "\n"))?;
+        write(&file_beside(first), &self.stored().context("the figures as JSON").map_err(Failure::Other)?)?;
         for (path, page, _) in self.filled().map_err(Failure::Other)? {
             write(path, &page)?;
         }
         Ok(())
+    }
+
+    /// Returns the figures as JSON, indented as little as possible because they are deeply nested.
+    fn stored(&self) -> anyhow::Result<String> {
+        let mut text = Vec::new();
+        let formatter = serde_json::ser::PrettyFormatter::with_indent(b" ");
+        self.figures.serialize(&mut serde_json::Serializer::with_formatter(&mut text, formatter))?;
+        Ok(String::from_utf8(text)? + "\n")
     }
 
     /// Prints which experiments on each page still have figures of an earlier version.

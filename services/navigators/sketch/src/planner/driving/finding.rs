@@ -41,6 +41,14 @@ impl Driver {
         }
     }
 
+    /// Makes a robot that is looking for where it is look around in the next step, because it gets no farther. Returns false if it
+    /// knows where it is.
+    pub(super) fn looks_at_once(&mut self, now_s: f64) -> bool {
+        let Some(finding) = &mut self.finding else { return false };
+        finding.look_due_s = now_s;
+        true
+    }
+
     /// Takes a step of the search for where the robot is. Returns `None` if the robot should drive on instead, because it has found
     /// itself or because it has to see more.
     pub(super) fn find(

@@ -42,8 +42,10 @@ impl Driver {
     /// been stuck too often ends the task as blocked.
     pub(super) fn begin_recovery(&mut self, chart: &Chart, now_s: f64, dt_s: f64) -> TaskStatus {
         self.stop(dt_s);
-        let is_known = self.finding.is_none();
-        if let Some(off_m) = self.goal_within(chart, self.parameters.near_radius_m).filter(|_| is_known) {
+        if self.looks_at_once(now_s) {
+            return TaskStatus::Driving(Reason::Finding);
+        }
+        if let Some(off_m) = self.goal_within(chart, self.parameters.near_radius_m) {
             return self.arrive(Reason::NearEnough(off_m), chart, now_s, dt_s);
         }
         let place = chart.robot_m().position();

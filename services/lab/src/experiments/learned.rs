@@ -1,8 +1,6 @@
 //! The suites `learned-…` drive each series of tasks of another suite three times: first by the drawing, then twice in [what was
 //! learned](sketchnav_sketch::learned) on the first drive. The later drives begin anywhere in what the robot saw, with any heading
-//! and without a mark, and consist of those tasks that the robot accepts there.
-//!
-//! - [`series`] drives them, and [`tables`] compares them.
+//! and without a mark, and consist of those tasks that the robot accepts there. [`series`] drives them.
 
 pub mod series;
 mod tables;

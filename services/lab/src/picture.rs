@@ -21,15 +21,15 @@ use sketchnav_schemas::codes::WALL;
 use sketchnav_schemas::geometry::{Point, Pose, Sketch, World};
 use sketchnav_schemas::mission::Place;
 
-pub use correspondence::{DrawnOutline, SeenOutline, drawn_outline, origin_of, seen_outline};
+pub use correspondence::{SeenOutline, drawn_outline, origin_of, seen_outline};
 pub use floor::FloorShapes;
 pub use map_graph::map_graph;
 use marks::Symbol;
 pub use plane::{PlanePicture, PlannedMap, plane};
 pub use svg::escape;
-use svg::{Sheet, View};
+use svg::{GREEN, Sheet, View};
 pub use task::{TaskMark, TaskPicture};
-pub use witnesses::{Claims, DrawnRooms, claims, drawn_rooms};
+pub use witnesses::{Claims, claims, drawn_rooms};
 
 /// Why a picture cannot be drawn.
 #[derive(Debug, thiserror::Error)]
@@ -47,6 +47,39 @@ pub enum PictureError {
     /// The grid could not be packed as a PNG.
     #[error("sketch cells: cannot be packed as a PNG: {0}")]
     Png(#[from] image::ImageError),
+}
+
+/// A drawing with a start and a goal, as drawn by [`drawn_outline`] and [`drawn_rooms`].
+#[derive(Debug, Clone)]
+pub struct DrawnGoal<'a> {
+    /// Heading of the picture.
+    pub title: &'a str,
+    /// Width of the drawing, in pixels.
+    pub width_px: u32,
+    /// Height of the drawing, in pixels.
+    pub height_px: u32,
+    /// Cells of the drawing, with row 0 at the bottom.
+    pub cells: &'a [u8],
+    /// Pose at which the robot started.
+    pub start: Pose<Sketch>,
+    /// Position of the goal.
+    pub goal: Point<Sketch>,
+}
+
+impl DrawnGoal<'_> {
+    /// Returns a sheet with the walls.
+    fn sheet(&self) -> Result<Sheet, PictureError> {
+        let view = View::new([0.0; 2], [self.width_px.into(), self.height_px.into()], 0.0);
+        let mut sheet = Sheet::new(view, self.title);
+        sheet.image(&wall_png(self.width_px, self.height_px, self.cells)?);
+        Ok(sheet)
+    }
+
+    /// Adds the start and the goal.
+    fn mark(&self, sheet: &mut Sheet) {
+        marks::start(sheet, &self.start);
+        sheet.cross(&self.goal, GREEN);
+    }
 }
 
 /// The drawing and the robot's estimates, as drawn by [`sketch()`].

@@ -2,8 +2,8 @@
 
 use crate::judge::{self, TaskSpan};
 use crate::picture::{
-    self, Claims, DrawnOutline, DrawnRooms, FloorPicture, FloorShapes, PictureError, SeenOutline,
-    SketchPicture, TaskMark, TaskPicture,
+    self, Claims, DrawnGoal, FloorPicture, FloorShapes, PictureError, SeenOutline, SketchPicture, TaskMark,
+    TaskPicture,
 };
 use sketchnav_schemas::geometry::{Point, Pose, Sketch, World};
 use sketchnav_schemas::message::Message;
@@ -113,29 +113,20 @@ fn outline_sketch(
     (sheet, mission): (&Sheet, &SketchMission),
     found: &Correspondence,
 ) -> Result<String, PictureError> {
-    let paper = &sheet.paper;
-    let place = |at: [f64; 2]| paper.from_image(at);
-    let goal = mission.tasks.last().and_then(|task| task.aim.points().last().copied()).map(place);
-    picture::drawn_outline(&DrawnOutline {
-        title: &title(driven, "the sketch's outline"),
-        width_px: paper.width_px,
-        height_px: paper.height_px,
-        cells: &paper.cells,
-        start: marked_start(paper, mission),
-        goal: goal.unwrap_or(Point::new(0.0, 0.0)),
-        found,
-    })
+    let goal = mission.tasks.last().and_then(|task| task.aim.points().last().copied());
+    let goal = goal.map_or(Point::new(0.0, 0.0), |at| sheet.paper.from_image(at));
+    let title = title(driven, "the sketch's outline");
+    picture::drawn_outline(&drawn_goal(&title, (sheet, mission), goal), found)
 }
 
 fn outline_floor(driven: &Driven, found: &Correspondence) -> Result<String, EvalError> {
     let world = sketchnav_sim::files::world(&driven.run.mission.world)?;
     let origin = picture::origin_of(found, &driven.log.truth);
-    let trail: Vec<_> = driven.log.truth.iter().map(|truth| truth.pose().position()).collect();
     Ok(picture::seen_outline(&SeenOutline {
         title: &title(driven, "its partners in what was seen"),
         shapes: &FloorShapes::of(&world),
         origin,
-        trail: &trail,
+        trail: &true_trail(driven),
         found,
     }))
 }
@@ -145,30 +136,41 @@ fn rooms_sketch(
     (sheet, mission): (&Sheet, &SketchMission),
     asked: &Asked,
 ) -> Result<String, PictureError> {
-    let paper = &sheet.paper;
-    picture::drawn_rooms(&DrawnRooms {
-        title: &title(driven, "the sketch as regions joined by doors"),
+    let title = title(driven, "the sketch as regions joined by doors");
+    let rooms = asked.rooms.as_ref().map(|rooms| (&rooms.drawing, &rooms.answer));
+    picture::drawn_rooms(&drawn_goal(&title, (sheet, mission), asked.goal), rooms)
+}
+
+fn drawn_goal<'a>(
+    title: &'a str,
+    (Sheet { paper, .. }, mission): (&'a Sheet, &SketchMission),
+    goal: Point<Sketch>,
+) -> DrawnGoal<'a> {
+    DrawnGoal {
+        title,
         width_px: paper.width_px,
         height_px: paper.height_px,
         cells: &paper.cells,
         start: marked_start(paper, mission),
-        goal: asked.goal,
-        rooms: asked.rooms.as_ref().map(|rooms| (&rooms.drawing, &rooms.answer)),
-    })
+        goal,
+    }
 }
 
 fn witnesses_floor(driven: &Driven, task: usize, asked: &Asked) -> Result<String, EvalError> {
     let world = sketchnav_sim::files::world(&driven.run.mission.world)?;
-    let trail: Vec<_> = driven.log.truth.iter().map(|truth| truth.pose().position()).collect();
     Ok(picture::claims(&Claims {
         title: &title(driven, "where three witnesses have the goal"),
         shapes: &FloorShapes::of(&world),
-        trail: &trail,
+        trail: &true_trail(driven),
         place: &picture::place_outline(&driven.run.mission.task[task].there),
         claims: asked.claims,
         origin: asked.origin,
         rooms: asked.rooms.as_ref().map(|rooms| (&rooms.map, &rooms.answer)),
     }))
+}
+
+fn true_trail(driven: &Driven) -> Vec<Point<World>> {
+    driven.log.truth.iter().map(|truth| truth.pose().position()).collect()
 }
 
 /// Returns the start as marked in the drawing.

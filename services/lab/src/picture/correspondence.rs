@@ -6,26 +6,7 @@ use sketchnav_schemas::message::GroundTruth;
 use sketchnav_sketch::messages::{Correspondence, CourseAim, OutlineSample, PartnerKind};
 
 use super::svg::{GREEN, Sheet, View};
-use super::{FloorShapes, PictureError, wall_png};
-
-/// The picture of the outline in the drawing, drawn by [`drawn_outline`].
-#[derive(Debug, Clone)]
-pub struct DrawnOutline<'a> {
-    /// Heading of the picture.
-    pub title: &'a str,
-    /// Width of the drawing, in pixels.
-    pub width_px: u32,
-    /// Height of the drawing, in pixels.
-    pub height_px: u32,
-    /// Cells of the drawing, with row 0 at the bottom.
-    pub cells: &'a [u8],
-    /// Pose at which the robot started.
-    pub start: Pose<Sketch>,
-    /// Position of the goal.
-    pub goal: Point<Sketch>,
-    /// The correspondence between the drawing and the map.
-    pub found: &'a Correspondence,
-}
+use super::{DrawnGoal, FloorShapes, PictureError};
 
 /// The picture of the partners on the floor, drawn by [`seen_outline`].
 #[derive(Debug, Clone)]
@@ -46,18 +27,14 @@ pub struct SeenOutline<'a> {
 ///
 /// # Errors
 /// [`PictureError`] if the number of cells does not match the size, or if they cannot be packed as a PNG.
-pub fn drawn_outline(picture: &DrawnOutline<'_>) -> Result<String, PictureError> {
-    let DrawnOutline { title, width_px, height_px, cells, .. } = *picture;
-    let view = View::new([0.0, 0.0], [width_px.into(), height_px.into()], 0.0);
-    let mut sheet = Sheet::new(view, title);
-    sheet.image(&wall_png(width_px, height_px, cells)?);
-    for (k, sample) in picture.found.samples().iter().enumerate() {
+pub fn drawn_outline(drawn: &DrawnGoal<'_>, found: &Correspondence) -> Result<String, PictureError> {
+    let mut sheet = drawn.sheet()?;
+    for (k, sample) in found.samples().iter().enumerate() {
         let at = Point::<Sketch>::new(sample.x_px.into(), sample.y_px.into());
-        dot(&mut sheet, &at, &colour(k, picture.found), sample);
+        dot(&mut sheet, &at, &colour(k, found), sample);
     }
-    super::marks::start(&mut sheet, &picture.start);
-    sheet.cross(&picture.goal, GREEN);
-    words(&mut sheet, picture.found);
+    drawn.mark(&mut sheet);
+    words(&mut sheet, found);
     Ok(sheet.finish())
 }
 

@@ -4,8 +4,8 @@
 use sketchnav_schemas::geometry::{Point, Pose, Sketch, World};
 use sketchnav_sketch::rooms::{Answer, Floor, Kind};
 
-use super::svg::{GREEN, INK, Sheet, View};
-use super::{FloorShapes, PictureError, wall_png};
+use super::svg::{INK, Sheet, View};
+use super::{DrawnGoal, FloorShapes, PictureError};
 
 /// Names of the witnesses, each with its colour.
 const WITNESSES: [(&str, &str); 3] =
@@ -14,25 +14,6 @@ const WITNESSES: [(&str, &str); 3] =
 /// numbers never have similar hues.
 const HUES: [f64; 2] = [30.0, 137.5];
 const NO_PARTNER: &str = "#aab0ba";
-
-/// The regions and doors of a drawing, drawn by [`drawn_rooms`].
-#[derive(Debug, Clone)]
-pub struct DrawnRooms<'a> {
-    /// Heading of the picture.
-    pub title: &'a str,
-    /// Width of the drawing, in pixels.
-    pub width_px: u32,
-    /// Height of the drawing, in pixels.
-    pub height_px: u32,
-    /// Cells of the drawing, with row 0 at the bottom.
-    pub cells: &'a [u8],
-    /// Pose at which the robot started.
-    pub start: Pose<Sketch>,
-    /// Position of the goal.
-    pub goal: Point<Sketch>,
-    /// The drawing as regions and doors, and the answer about it, if there is one.
-    pub rooms: Option<(&'a Floor, &'a Answer)>,
-}
 
 /// Where each witness has the goal, drawn by [`claims`].
 #[derive(Debug, Clone)]
@@ -53,23 +34,21 @@ pub struct Claims<'a> {
     pub rooms: Option<(&'a Floor, &'a Answer)>,
 }
 
-/// Draws the regions and doors of a drawing as SVG.
+/// Draws the regions and doors of a drawing as SVG. `rooms` are the drawing as regions and doors, and the answer about it, if there
+/// is one.
 ///
 /// # Errors
 /// [`PictureError`] if the number of cells does not match the size, or if they cannot be packed as a PNG.
-pub fn drawn_rooms(picture: &DrawnRooms<'_>) -> Result<String, PictureError> {
-    let DrawnRooms { title, width_px, height_px, cells, .. } = *picture;
-    let mut sheet = Sheet::new(View::new([0.0; 2], [width_px.into(), height_px.into()], 0.0), title);
-    sheet.image(&wall_png(width_px, height_px, cells)?);
-    if let Some((floor, answer)) = picture.rooms {
+pub fn drawn_rooms(drawn: &DrawnGoal<'_>, rooms: Option<(&Floor, &Answer)>) -> Result<String, PictureError> {
+    let mut sheet = drawn.sheet()?;
+    if let Some((floor, answer)) = rooms {
         let colour = |room| {
             let has_partner = answer.regions.iter().any(|[drawn, _]| *drawn == room);
             if has_partner { hue(room) } else { NO_PARTNER.to_owned() }
         };
         regions(&mut sheet, floor, |[x, y]| Point::<Sketch>::new(x, y), colour);
     }
-    super::marks::start(&mut sheet, &picture.start);
-    sheet.cross(&picture.goal, GREEN);
+    drawn.mark(&mut sheet);
     sheet.caption("Lines: outlines of regions. Dots: doors. Green cross: the goal.");
     Ok(sheet.finish())
 }

@@ -117,15 +117,15 @@ pub fn correspondences(run: &RunConfig, files: &dyn Files, log: &Log) -> anyhow:
         let seen = log.truth.iter().take_while(|truth| truth.header.stamp_ns <= until);
         let trail: Vec<_> = seen.map(|truth| truth.pose().position()).collect();
         let goal = log.goal_at(until);
-        figures.push(picture::drawn_outline(&picture::DrawnOutline {
+        let drawn = picture::DrawnGoal {
             title: &format!("{:.0} s: the sketch's outline", seconds(until)),
             width_px: map.width_px,
             height_px: map.height_px,
             cells,
             start: map.start.pose(),
             goal: goal.unwrap_or(Point::new(0.0, 0.0)),
-            found,
-        })?);
+        };
+        figures.push(picture::drawn_outline(&drawn, found)?);
         figures.push(picture::seen_outline(&picture::SeenOutline {
             title: &format!("{:.0} s: its partners in what was seen", seconds(until)),
             shapes: &shapes,

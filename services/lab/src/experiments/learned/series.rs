@@ -265,6 +265,21 @@ impl First {
     }
 }
 
+/// Converts a place from one frame to another. The frames are joined at the pose of the drive that is nearest to the place, because
+/// the map drifts.
+fn carried<'a, A: 'a, B: 'a>(
+    [x, y]: [f64; 2],
+    poses: impl Iterator<Item = (&'a Pose<A>, &'a Pose<B>)>,
+) -> [f64; 2] {
+    let at = Pose::<A>::new(x, y, 0.0);
+    let off = |pose: &Pose<A>| pose.position().distance(&at.position());
+    let near = poses.min_by(|a, b| off(a.0).total_cmp(&off(b.0)));
+    near.map_or([x, y], |(from, to)| {
+        let there = to.compose(&from.motion_to(&at));
+        [there.x, there.y]
+    })
+}
+
 impl Lesson {
     /// Returns the free places of the map, in metres of the true world.
     fn free_places(&self) -> Vec<[f64; 2]> {
@@ -275,24 +290,12 @@ impl Lesson {
         free.map(|index| self.in_world(middle(index))).collect()
     }
 
-    fn in_world(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        let at = Pose::new(x, y, 0.0);
-        let near = self.poses.iter().min_by(|a, b| {
-            let off = |(_, seen): &(Pose<World>, Pose<Map>)| seen.position().distance(&at.position());
-            off(a).total_cmp(&off(b))
-        });
-        let there = near.map_or(Pose::new(x, y, 0.0), |(truth, seen)| truth.compose(&seen.motion_to(&at)));
-        [there.x, there.y]
+    fn in_world(&self, at: [f64; 2]) -> [f64; 2] {
+        carried(at, self.poses.iter().map(|(truth, seen)| (seen, truth)))
     }
 
-    fn in_map(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        let at = Pose::new(x, y, 0.0);
-        let near = self.poses.iter().min_by(|a, b| {
-            let off = |(truth, _): &(Pose<World>, Pose<Map>)| truth.position().distance(&at.position());
-            off(a).total_cmp(&off(b))
-        });
-        let there = near.map_or(Pose::new(x, y, 0.0), |(truth, seen)| seen.compose(&truth.motion_to(&at)));
-        [there.x, there.y]
+    fn in_map(&self, at: [f64; 2]) -> [f64; 2] {
+        carried(at, self.poses.iter().map(|(truth, seen)| (truth, seen)))
     }
 
     /// Returns true if free floor was seen about a place of the true world.

@@ -37,7 +37,7 @@ _HOMES = {
         "u32", "u64",
     ],
     "navigator": [
-        "Account", "Agenda", "Heard", "Instant", "Navigator", "Outbox", "Run", "Stage", "Summary", "main", "program",
+        "Account", "Agenda", "Incoming", "Instant", "Navigator", "Outbox", "Run", "Stage", "Summary", "main", "program",
     ],
 }  # fmt: skip
 _HOME = {name: home for home, names in _HOMES.items() for name in names} | {"open": "recordings"}

@@ -30,7 +30,7 @@ from .messages import u32 as u32
 from .messages import u64 as u64
 from .navigator import Account as Account
 from .navigator import Agenda as Agenda
-from .navigator import Heard as Heard
+from .navigator import Incoming as Incoming
 from .navigator import Instant as Instant
 from .navigator import Navigator as Navigator
 from .navigator import Outbox as Outbox

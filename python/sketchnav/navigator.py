@@ -46,12 +46,12 @@ class Instant:
         return None if memory is None else channel.message._of(memory)
 
 
-class Heard:
+class Incoming:
     """A message that belongs to no instant."""
 
     def on(self, channel: Channel[_M]) -> _M | None:
         """The message if it is one of this channel."""
-        memory = _core.heard(channel._found())
+        memory = _core.incoming(channel._found())
         return None if memory is None else channel.message._of(memory)
 
     @property
@@ -61,7 +61,7 @@ class Heard:
 
     @property
     def attempts(self) -> int:
-        """How often it was heard before, with the process dying each time."""
+        """How often it was received before, with the process dying each time."""
         return _core.attempts()
 
 
@@ -88,7 +88,7 @@ class Outbox:
         return _core.send(channel._found(), memoryview(cells).nbytes, write)
 
 
-_INSTANT, _HEARD, _OUT = Instant(), Heard(), Outbox()
+_INSTANT, _INCOMING, _OUT = Instant(), Incoming(), Outbox()
 
 
 class Stage:
@@ -99,10 +99,10 @@ class Stage:
 
     form: str = ""
 
-    def hear(self, heard: Heard) -> None:
+    def receive(self, incoming: Incoming) -> None:
         """Receives an instruction, which is in force from now on, or a request."""
 
-    def speak(self, out: Outbox) -> None:
+    def announce(self, out: Outbox) -> None:
         """Sends what is to be sent outside a step: at the start, after each request, and again after a kill."""
 
     def is_ready(self) -> bool:
@@ -124,11 +124,11 @@ class Stage:
     def recover(self) -> None:
         """Starts after a kill without a state, since there is no usable one."""
 
-    def _hear(self):
-        self.hear(_HEARD)
+    def _receive(self):
+        self.receive(_INCOMING)
 
-    def _speak(self):
-        self.speak(_OUT)
+    def _announce(self):
+        self.announce(_OUT)
 
     def _step(self):
         self.step(_INSTANT, _OUT)
@@ -157,18 +157,18 @@ class Account:
     If it raises an exception, the run is judged without it, and a figure says so.
     """
 
-    def hear(self, heard: Heard) -> None:
+    def receive(self, incoming: Incoming) -> None:
         """Receives the messages of `status` and of this navigator's channels, as they were recorded."""
 
-    def tell(self, summary: Summary) -> None:
+    def summarize(self, summary: Summary) -> None:
         """Adds figures and charts of all messages to the summary."""
 
-    def _hear(self):
-        self.hear(_HEARD)
+    def _receive(self):
+        self.receive(_INCOMING)
 
-    def _tell(self):
+    def _summarize(self):
         summary = Summary()
-        self.tell(summary)
+        self.summarize(summary)
         return summary._figures, summary._charts
 
 
@@ -185,14 +185,14 @@ class Run:
 
 
 class Agenda:
-    """Keeps the tasks of a mission and hears orders, so that people can start, pause, abort and resume it."""
+    """Keeps the tasks of a mission and receives orders, so that people can start, pause, abort and resume it."""
 
     def __init__(self, run: Run):
         self._agenda = _core.agenda(run._capsule)
 
-    def hear(self, heard: Heard) -> bool:
+    def receive(self, incoming: Incoming) -> bool:
         """Carries out an order; returns whether the message was one."""
-        return _core.agenda_hear(self._agenda)
+        return _core.agenda_receive(self._agenda)
 
     def is_ready(self, has_instructions: bool = True) -> bool:
         return _core.agenda_is_ready(self._agenda, has_instructions)
@@ -205,9 +205,9 @@ class Agenda:
         """What is due in this step: `begin` or `drive` the task, or `stand`, for example because something is missing."""
         return _core.agenda_due(self._agenda, missing)
 
-    def go_on(self, reason: str) -> bool:
+    def keep_going(self, reason: str) -> bool:
         """Continues the task and returns True, or ends it and returns False if its time limit has passed."""
-        return _core.agenda_go_on(self._agenda, reason)
+        return _core.agenda_keep_going(self._agenda, reason)
 
     def end(self, state: str, reason: str) -> None:
         """Ends the task: `reached`, `blocked`, `lost`."""

@@ -2,7 +2,7 @@
 
 use pyo3::prelude::*;
 use sketchnav_stage::account::{Account, Curve, Summary};
-use sketchnav_stage::{Denied, Heard, StageError};
+use sketchnav_stage::{Denied, Incoming, StageError};
 
 use crate::lent::Lent;
 use crate::stage::call_on;
@@ -23,22 +23,23 @@ impl PythonAccount {
 }
 
 impl Account for PythonAccount {
-    fn hear(&mut self, message: &Heard<'_>) -> Result<(), Denied> {
+    fn receive(&mut self, message: &Incoming<'_>) -> Result<(), Denied> {
         if let Ok(object) = &self.0 {
-            let heard = call_on(object, Lent::default().heard(message), "hear", |account| {
-                account.call_method0("_hear").map(drop)
+            let result = call_on(object, Lent::default().incoming(message), "receive", |account| {
+                account.call_method0("_receive").map(drop)
             });
-            if let Err(error) = heard {
+            if let Err(error) = result {
                 self.0 = Err(error);
             }
         }
         Ok(())
     }
 
-    fn tell(&self, summary: &mut Summary) {
+    fn summarize(&self, summary: &mut Summary) {
         let told = self.0.as_ref().map_err(ToString::to_string).and_then(|object| {
-            let tell = |account: &Bound<'_, PyAny>| account.call_method0("_tell")?.extract::<Told>();
-            call_on(object, Lent::default(), "tell", tell).map_err(|error| error.to_string())
+            let summarize =
+                |account: &Bound<'_, PyAny>| account.call_method0("_summarize")?.extract::<Told>();
+            call_on(object, Lent::default(), "summarize", summarize).map_err(|error| error.to_string())
         });
         match told {
             Ok((figures, charts)) => {

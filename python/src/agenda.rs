@@ -48,9 +48,10 @@ pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
         let agenda = Agenda::new(unsafe { run.as_ref() });
         Ok(PyCapsule::new_with_value(arguments.py(), Mutex::new(agenda), AGENDA)?.unbind())
     })?;
-    function(module, c"agenda_hear", |arguments| {
+    function(module, c"agenda_receive", |arguments| {
         let mut agenda = agenda(arguments)?;
-        lent::with_heard(|heard| agenda.hear(heard).map(|order| order.is_some()))?.map_err(lent::denied)
+        lent::with_incoming(|incoming| agenda.receive(incoming).map(|order| order.is_some()))?
+            .map_err(lent::denied)
     })?;
     function(module, c"agenda_is_ready", |arguments| {
         Ok(agenda(arguments)?.is_ready(argument::<bool>(arguments, 1)?))
@@ -70,8 +71,8 @@ pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
             Due::Stand => "stand",
         })
     })?;
-    function(module, c"agenda_go_on", |arguments| {
-        Ok(agenda(arguments)?.go_on(argument::<String>(arguments, 1)?))
+    function(module, c"agenda_keep_going", |arguments| {
+        Ok(agenda(arguments)?.keep_going(argument::<String>(arguments, 1)?))
     })?;
     function(module, c"agenda_end", |arguments| {
         let state = state(&argument::<String>(arguments, 1)?)?;

@@ -1,4 +1,4 @@
-//! What a stage in Python may use while it is called: the instant, the message that it hears, its outbox.
+//! What a stage in Python may use while it is called: the instant, the message that it receives, its outbox.
 //!
 //! A host lends these for one call. They are kept in a place of the thread, which the functions of the module read, and which is
 //! empty outside of calls: a function that is called then raises `RuntimeError`.
@@ -9,7 +9,7 @@ use pyo3::exceptions::{PyBaseException, PyOSError, PyRuntimeError, PyValueError}
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use sketchnav_stage::{Denied, Files, Heard, Instant, Outbox, Remains, StageError};
+use sketchnav_stage::{Denied, Files, Incoming, Instant, Outbox, Remains, StageError};
 
 use crate::function;
 use crate::memory::{self, Memory};
@@ -19,7 +19,7 @@ use crate::table;
 #[derive(Default)]
 pub struct Lent {
     instant: Option<*const Instant<'static>>,
-    heard: Option<*const Heard<'static>>,
+    incoming: Option<*const Incoming<'static>>,
     out: Option<*mut Outbox<'static>>,
     remains: Option<*const (dyn Remains + 'static)>,
     files: Option<*const Files<'static>>,
@@ -40,8 +40,8 @@ impl Lent {
         self
     }
 
-    pub fn heard(mut self, heard: &Heard<'_>) -> Self {
-        self.heard = Some(std::ptr::from_ref(heard).cast());
+    pub fn incoming(mut self, incoming: &Incoming<'_>) -> Self {
+        self.incoming = Some(std::ptr::from_ref(incoming).cast());
         self
     }
 
@@ -111,15 +111,15 @@ fn instant() -> PyResult<&'static Instant<'static>> {
     Ok(unsafe { &*instant })
 }
 
-fn heard() -> PyResult<&'static Heard<'static>> {
-    let heard = LENT.with_borrow(|lent| lent.heard).ok_or_else(|| missing("a message that is heard"))?;
+fn incoming() -> PyResult<&'static Incoming<'static>> {
+    let incoming = LENT.with_borrow(|lent| lent.incoming).ok_or_else(|| missing("an incoming message"))?;
     // SAFETY: as in `instant`.
-    Ok(unsafe { &*heard })
+    Ok(unsafe { &*incoming })
 }
 
-/// Passes the message that is heard to a function.
-pub fn with_heard<R>(use_it: impl FnOnce(&Heard<'_>) -> R) -> PyResult<R> {
-    Ok(use_it(heard()?))
+/// Passes the incoming message to a function.
+pub fn with_incoming<R>(use_it: impl FnOnce(&Incoming<'_>) -> R) -> PyResult<R> {
+    Ok(use_it(incoming()?))
 }
 
 /// Passes the instant to a function.
@@ -212,13 +212,13 @@ pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
         let reading = reading.filter(|reading| reading.is_fresh || !is_fresh);
         reading.map(|reading| Ok(view(arguments.py(), reading.message)?.unbind())).transpose()
     })?;
-    function(module, c"heard", |arguments| {
+    function(module, c"incoming", |arguments| {
         let (channel,) = arguments.extract::<(usize,)>()?;
-        let message = heard()?.bytes_on(table::spec(channel)?).map_err(denied)?;
+        let message = incoming()?.bytes_on(table::spec(channel)?).map_err(denied)?;
         message.map(|message| Ok(view(arguments.py(), message)?.unbind())).transpose()
     })?;
-    function(module, c"cells", |arguments| Ok(view(arguments.py(), heard()?.cells())?.unbind()))?;
-    function(module, c"attempts", |_| with_heard(|heard| heard.attempts))?;
+    function(module, c"cells", |arguments| Ok(view(arguments.py(), incoming()?.cells())?.unbind()))?;
+    function(module, c"attempts", |_| with_incoming(|incoming| incoming.attempts))?;
     function(module, c"send", |arguments| {
         let (channel, cells, filler) = arguments.extract::<(usize, usize, Bound<'_, PyAny>)>()?;
         let spec = table::spec(channel)?;

@@ -5,7 +5,7 @@ use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use sketchnav_schemas::say;
-use sketchnav_stage::{Heard, Hosted, Instant, Outbox, Remains, SaveError, StageError};
+use sketchnav_stage::{Hosted, Incoming, Instant, Outbox, Remains, SaveError, StageError};
 
 use crate::lent::Lent;
 
@@ -83,15 +83,15 @@ impl Hosted for PythonStage {
         self.form
     }
 
-    fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {
-        self.call(Lent::default().heard(message), "hear", |stage| {
-            stage.call_method0(intern!(stage.py(), "_hear")).map(drop)
+    fn receive(&mut self, message: &Incoming<'_>) -> Result<(), StageError> {
+        self.call(Lent::default().incoming(message), "receive", |stage| {
+            stage.call_method0(intern!(stage.py(), "_receive")).map(drop)
         })
     }
 
-    fn speak(&mut self, out: &mut Outbox<'_>) -> Result<(), StageError> {
-        self.call(Lent::default().out(out), "speak", |stage| {
-            stage.call_method0(intern!(stage.py(), "_speak")).map(drop)
+    fn announce(&mut self, out: &mut Outbox<'_>) -> Result<(), StageError> {
+        self.call(Lent::default().out(out), "announce", |stage| {
+            stage.call_method0(intern!(stage.py(), "_announce")).map(drop)
         })
     }
 

@@ -61,7 +61,7 @@ fn an_account_that_fails_is_named_in_its_place() {
     let ended = place.fine(&format!("judge {} --json", report["recording"].as_str().unwrap()));
     let judged = ended.json();
     let why = judged[0]["account"]["account"].as_str().unwrap();
-    let expected = "failed: Diary.hear: AttributeError: 'list' object has no attribute 'add' (";
+    let expected = "failed: Diary.receive: AttributeError: 'list' object has no attribute 'add' (";
     assert!(why.starts_with(expected) && why.ends_with(')'), "{why}");
     assert!(ended.err.contains("Traceback"), "{ended}");
     assert!(judged.to_string().contains("\"reached\":true"), "{judged}");

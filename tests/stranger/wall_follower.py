@@ -87,8 +87,8 @@ class Driver(Stage):
     def __init__(self, run):
         self.seconds, self.agenda = seconds(run.mission), Agenda(run)
 
-    def hear(self, heard):
-        self.agenda.hear(heard)
+    def receive(self, incoming):
+        self.agenda.receive(incoming)
 
     def is_ready(self):
         return self.agenda.is_ready()
@@ -111,7 +111,7 @@ class Driver(Stage):
         if self.agenda.elapsed_s >= self.seconds[self.agenda.task]:
             self.agenda.end("reached", "for as long as it should")
             return False
-        return self.agenda.go_on("along the wall")
+        return self.agenda.keep_going("along the wall")
 
     def save(self):
         return self.agenda.save()
@@ -126,11 +126,11 @@ class Diary(Account):
     def __init__(self):
         self.right_m = []
 
-    def hear(self, heard):
-        if walls := heard.on(WALLS):
+    def receive(self, incoming):
+        if walls := incoming.on(WALLS):
             self.right_m.append((walls.header.stamp_ns / 1e9, walls.right_m))
 
-    def tell(self, summary):
+    def summarize(self, summary):
         nearest_m = min((right_m for _, right_m in self.right_m), default=math.inf)
         summary.figure("nearest wall on the right", f"{nearest_m:.2f} m")
         summary.chart("Distance of the wall", "m, from the centre", {"right": self.right_m})

@@ -20,7 +20,7 @@ use sketchnav_schemas::message::{SonarScan, Twist};
 use sketchnav_schemas::mission::{Mission, NoKeys};
 use sketchnav_stage::account::{Account, Curve, Summary};
 use sketchnav_stage::lookout::{Color, Lookout, Picture};
-use sketchnav_stage::{Denied, Heard, Instant, Navigator, Outbox, Stage, StageError};
+use sketchnav_stage::{Denied, Incoming, Instant, Navigator, Outbox, Stage, StageError};
 
 const KIND: &str = "wall-follower";
 /// Distance that the robot keeps from the wall, in metres.
@@ -150,7 +150,7 @@ impl Driver {
         if is_over {
             self.agenda.end(TaskState::Reached, "for as long as it should");
         }
-        !is_over && self.agenda.go_on("along the wall")
+        !is_over && self.agenda.keep_going("along the wall")
     }
 }
 
@@ -158,8 +158,8 @@ impl Stage for Driver {
     const FORM: &'static str = "wall-follower planner 2";
     type State = Standing;
 
-    fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {
-        self.agenda.hear(message)?;
+    fn receive(&mut self, message: &Incoming<'_>) -> Result<(), StageError> {
+        self.agenda.receive(message)?;
         Ok(())
     }
 
@@ -194,7 +194,7 @@ impl Stage for Driver {
 struct Watcher(Option<Walls>);
 
 impl Lookout for Watcher {
-    fn hear(&mut self, message: &Heard<'_>) -> Result<(), Denied> {
+    fn receive(&mut self, message: &Incoming<'_>) -> Result<(), Denied> {
         self.0 = message.on(WALLS)?.copied().or(self.0);
         Ok(())
     }
@@ -211,12 +211,12 @@ impl Lookout for Watcher {
 struct Diary(Vec<Walls>);
 
 impl Account for Diary {
-    fn hear(&mut self, message: &Heard<'_>) -> Result<(), Denied> {
+    fn receive(&mut self, message: &Incoming<'_>) -> Result<(), Denied> {
         self.0.extend(message.on(WALLS)?);
         Ok(())
     }
 
-    fn tell(&self, summary: &mut Summary) {
+    fn summarize(&self, summary: &mut Summary) {
         let nearest_m = self.0.iter().map(|walls| walls.right_m).fold(f64::INFINITY, f64::min);
         summary.figure("nearest wall on the right", format!("{nearest_m:.2} m"));
         let right = Curve::of("right", &self.0, |walls| &walls.header, |walls| walls.right_m);

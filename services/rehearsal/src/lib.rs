@@ -159,26 +159,26 @@ impl Rehearsal {
     fn begin(&mut self, tap: &mut impl Tap) -> Result<(), StageError> {
         let Self { sketcher, localizer, planner, supervisor, kind, .. } = self;
         for part in [&mut *sketcher, localizer, planner] {
-            part.speak(Header { seq: 0, stamp_ns: 0, source_seq: 0 }, tap)?;
+            part.announce(Header { seq: 0, stamp_ns: 0, source_seq: 0 }, tap)?;
         }
         for spec in channels::written_by(Process::Sketcher, kind) {
             let Some(said) = sketcher.memory.get(spec) else { continue };
             for (process, part) in [(Process::Localizer, &mut *localizer), (Process::Planner, planner)] {
                 if spec.readers.contains(&process) {
-                    part.hear(spec, said, tap)?;
+                    part.receive(spec, said, tap)?;
                 }
             }
         }
         let order = parts::order(supervisor, 0, (Order::Start, None), tap)?;
-        planner.hear(MISSION.spec, &order, tap)
+        planner.receive(MISSION.spec, &order, tap)
     }
 
     /// Passes on the onlooker's answer to where the robot is, which takes effect at the next instant.
     fn give_pose(&mut self, here: Here, tap: &mut impl Tap) -> Result<(), StageError> {
         let Self { world, localizer, planner, supervisor, .. } = self;
         let order = parts::order(supervisor, world.stamp_ns(), (Order::Here, Some(here)), tap)?;
-        localizer.hear(MISSION.spec, &order, tap)?;
-        planner.hear(MISSION.spec, &order, tap)
+        localizer.receive(MISSION.spec, &order, tap)?;
+        planner.receive(MISSION.spec, &order, tap)
     }
 
     /// Runs one instant, from the sensors to the command.

@@ -11,7 +11,7 @@ use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_sim::{self as sim, Senses, Simulation};
 use sketchnav_stage::{
-    Access, Files, Heard, Hosted, InProcess, Inputs, Instant, Outbox, Sink, StageError, Tap,
+    Access, Files, Hosted, InProcess, Incoming, Inputs, Instant, Outbox, Sink, StageError, Tap,
 };
 
 use crate::RehearsalError;
@@ -120,24 +120,24 @@ impl Part {
     }
 
     /// Passes an instruction or a request to the stage. If it is a request, the stage answers it at once.
-    pub(crate) fn hear(
+    pub(crate) fn receive(
         &mut self,
         spec: &'static ChannelSpec,
         message: &Owned,
         tap: &mut impl Tap,
     ) -> Result<(), StageError> {
         let began = Clock::now();
-        let heard = Heard::new(&self.access, spec, message.bytes(), message.cells());
-        let result = self.stage.hear(&heard);
+        let incoming = Incoming::new(&self.access, spec, message.bytes(), message.cells());
+        let result = self.stage.receive(&incoming);
         self.spent += began.elapsed();
         result?;
-        if spec.role == Role::Request { self.speak(*erased::header(message.bytes()), tap) } else { Ok(()) }
+        if spec.role == Role::Request { self.announce(*erased::header(message.bytes()), tap) } else { Ok(()) }
     }
 
-    pub(crate) fn speak(&mut self, cause: Header, tap: &mut impl Tap) -> Result<(), StageError> {
+    pub(crate) fn announce(&mut self, cause: Header, tap: &mut impl Tap) -> Result<(), StageError> {
         let began = Clock::now();
         let mut sink = self.memory.tapped(tap);
-        let said = self.stage.speak(&mut Outbox::new(&mut sink, cause.stamp_ns, cause.seq));
+        let said = self.stage.announce(&mut Outbox::new(&mut sink, cause.stamp_ns, cause.seq));
         self.spent += began.elapsed();
         said
     }

@@ -164,7 +164,7 @@ pub fn rerun<W: std::io::Write>(
             sent.comparison.take(Side::A, message);
             continue;
         }
-        subject.hear(&message, &mut sent)?;
+        subject.receive(&message, &mut sent)?;
         if let Some(copy) = &mut sent.copy {
             copy.write_raw(&message)?;
         }

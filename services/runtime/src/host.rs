@@ -18,7 +18,7 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::channels;
-use sketchnav_stage::{Heard, Hosted, Outbox, StageError};
+use sketchnav_stage::{Hosted, Incoming, Outbox, StageError};
 
 use self::inputs::Inputs;
 use self::outputs::Outputs;
@@ -127,14 +127,14 @@ struct Host<'a> {
 impl Host<'_> {
     fn serve(&mut self) -> Result<(), HostError> {
         loop {
-            self.hear_all()?;
+            self.receive_all()?;
             while self.stage.is_ready()? && self.inputs.next_instant(self.node)? {
                 self.step()?;
                 self.health.report_if_due(self.stamp_ns)?;
                 if self.node.end_requested() {
                     return Ok(());
                 }
-                self.hear_all()?;
+                self.receive_all()?;
             }
             self.health.report_if_due(self.stamp_ns)?;
             if self.node.wait(NAP) == Wake::Terminate {
@@ -161,53 +161,53 @@ impl Host<'_> {
     /// Delivers everything that has arrived. The instructions come before each request, because the request
     /// may refer to what was drawn before it. A request waits until everything to which the process responded
     /// before the kill has been computed again, because the request was made later.
-    fn hear_all(&mut self) -> Result<(), HostError> {
+    fn receive_all(&mut self) -> Result<(), HostError> {
         loop {
-            if self.hear_instructions()? {
+            if self.receive_instructions()? {
                 self.write_checkpoint()?;
             }
             if self.inputs.is_before(self.answered) {
                 return Ok(());
             }
             let Some((index, request)) = self.inputs.next_request()? else { return Ok(()) };
-            self.hear_instructions()?;
-            self.hear_request(index, &request)?;
+            self.receive_instructions()?;
+            self.receive_request(index, &request)?;
         }
     }
 
     /// Delivers the instructions that have arrived. Returns true if there were any.
-    fn hear_instructions(&mut self) -> Result<bool, HostError> {
+    fn receive_instructions(&mut self) -> Result<bool, HostError> {
         let mut is_new = false;
         while let Some((spec, sample)) = self.inputs.next_instruction()? {
-            let heard = Heard::new(self.inputs.access(), spec, sample.message(), sample.cells());
-            self.stage.hear(&heard)?;
+            let incoming = Incoming::new(self.inputs.access(), spec, sample.message(), sample.cells());
+            self.stage.receive(&incoming)?;
             is_new = true;
         }
         Ok(is_new)
     }
 
     /// Delivers a request, and counts how often it has killed the process, so that the stage can refuse it.
-    fn hear_request(&mut self, index: usize, request: &RawSample) -> Result<(), HostError> {
+    fn receive_request(&mut self, index: usize, request: &RawSample) -> Result<(), HostError> {
         let step = Step::begin();
         let header = *request.header();
         self.attempts += 1;
         self.write_checkpoint()?;
         let spec = self.inputs.request_spec(index);
-        let heard = Heard::new(self.inputs.access(), spec, request.message(), request.cells());
-        self.stage.hear(&heard.again(self.attempts - 1))?;
+        let incoming = Incoming::new(self.inputs.access(), spec, request.message(), request.cells());
+        self.stage.receive(&incoming.again(self.attempts - 1))?;
         self.inputs.take_request(index, header.stamp_ns, header.seq);
         self.spoken_from.clone_from(self.outputs.positions());
         self.attempts = 0;
         // This must come before the answer is sent, because a sender that has the answer may forget the request.
         self.write_checkpoint()?;
-        self.speak(header.stamp_ns, header.seq, false)?;
+        self.announce(header.stamp_ns, header.seq, false)?;
         self.health.end(step);
         Ok(())
     }
 
-    fn speak(&mut self, stamp_ns: u64, source_seq: u64, is_resuming: bool) -> Result<(), HostError> {
+    fn announce(&mut self, stamp_ns: u64, source_seq: u64, is_resuming: bool) -> Result<(), HostError> {
         let mut out = Outbox::new(&mut self.outputs, stamp_ns, source_seq).resuming(is_resuming);
-        Ok(self.stage.speak(&mut out)?)
+        Ok(self.stage.announce(&mut out)?)
     }
 
     fn write_checkpoint(&mut self) -> Result<(), HostError> {
@@ -239,7 +239,7 @@ impl Host<'_> {
         }
         let step = Step::begin();
         let (stamp_ns, source_seq) = self.inputs.last_request();
-        self.speak(stamp_ns, source_seq, head.is_some())?;
+        self.announce(stamp_ns, source_seq, head.is_some())?;
         if let Some(head) = &head {
             self.outputs.resume_no_earlier(&head.outputs);
         }
@@ -258,7 +258,7 @@ impl Host<'_> {
     /// asked to end first.
     fn await_instructions(&mut self, awaited: &inputs::Positions) -> Result<bool, HostError> {
         loop {
-            self.hear_instructions()?;
+            self.receive_instructions()?;
             if self.inputs.has_instructions(awaited) {
                 return Ok(true);
             }

@@ -7,7 +7,7 @@ use sketchnav_schemas::channels;
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::account::Summary;
-use sketchnav_stage::{Access, Heard};
+use sketchnav_stage::{Access, Incoming};
 
 /// Passes the recorded messages of a run to its navigator's account and returns the summary. The summary is
 /// empty if this program does not know the navigator.
@@ -28,8 +28,8 @@ pub fn of(recording: &Recording, run: &RunConfig) -> anyhow::Result<Summary> {
         let Some(spec) = channels::of_topic(&message.topic.name) else { continue };
         // Messages that cannot be decoded are skipped, since judging the recording counts them.
         let Ok(said) = message.decode(spec) else { continue };
-        account.hear(&Heard::new(&access, spec, said.bytes(), said.cells()))?;
+        account.receive(&Incoming::new(&access, spec, said.bytes(), said.cells()))?;
     }
-    account.tell(&mut summary);
+    account.summarize(&mut summary);
     Ok(summary)
 }

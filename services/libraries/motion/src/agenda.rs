@@ -14,7 +14,7 @@ use sketchnav_schemas::geometry::{Odom, Pose};
 use sketchnav_schemas::message::{MissionCommand, MissionStatus, Odometry, Text, Twist};
 use sketchnav_schemas::mission::Task;
 use sketchnav_schemas::run::{Pace, Pad, RunConfig};
-use sketchnav_stage::{Denied, Heard, Outbox, Remains, StageError};
+use sketchnav_stage::{Denied, Incoming, Outbox, Remains, StageError};
 
 /// Progress of a mission.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -230,8 +230,8 @@ impl Agenda {
     /// Unknown orders and orders about unknown tasks have no effect.
     ///
     /// # Errors
-    /// Any error of [`Heard::order`].
-    pub fn hear<'a>(&mut self, message: &Heard<'a>) -> Result<Option<&'a MissionCommand>, Denied> {
+    /// Any error of [`Incoming::order`].
+    pub fn receive<'a>(&mut self, message: &Incoming<'a>) -> Result<Option<&'a MissionCommand>, Denied> {
         let Some(order) = message.order()? else { return Ok(None) };
         let task = order.task as usize;
         match Order::from_code(order.order) {
@@ -369,7 +369,7 @@ impl Agenda {
 
     /// Continues the task and returns true. If the time limit has passed, ends the task and returns false
     /// instead.
-    pub fn go_on(&mut self, reason: impl Display) -> bool {
+    pub fn keep_going(&mut self, reason: impl Display) -> bool {
         let limit_s = self.tasks.get(self.now.task).map_or(f64::INFINITY, |task| task.time_limit_s);
         let is_in_time = self.now.elapsed_s < limit_s;
         if is_in_time {
@@ -577,9 +577,9 @@ mod tests {
     fn a_task_ends_at_its_time_limit() {
         let mut agenda = driving(Pad::Absent);
         agenda.now.elapsed_s = 8.9;
-        assert!(agenda.go_on(""));
+        assert!(agenda.keep_going(""));
         agenda.now.elapsed_s = 9.0;
-        assert!(!agenda.go_on(""));
+        assert!(!agenda.keep_going(""));
         assert_eq!((agenda.now.phase, agenda.now.state), (Phase::Ended, TaskState::TimedOut.code()));
         assert_eq!(agenda.now.reason.as_str(), "the time limit of 9 s passed");
     }
@@ -587,8 +587,8 @@ mod tests {
     fn go_to(agenda: &mut Agenda, task: u32) {
         let order = MissionCommand { order: Order::Goal.code(), task, ..bytemuck::Zeroable::zeroed() };
         let access = Access::new(Process::Planner, "sketch");
-        let heard = Heard::new(&access, ORDERS.spec, bytemuck::bytes_of(&order), &[]);
-        assert_eq!(agenda.hear(&heard), Ok(Some(&order)));
+        let incoming = Incoming::new(&access, ORDERS.spec, bytemuck::bytes_of(&order), &[]);
+        assert_eq!(agenda.receive(&incoming), Ok(Some(&order)));
     }
 
     #[test]

@@ -70,7 +70,7 @@ impl Access {
     }
 
     /// Checks that this process may receive messages of a channel outside its steps.
-    pub(crate) fn to_hear(&self, spec: &ChannelSpec) -> Result<(), Denied> {
+    pub(crate) fn to_receive(&self, spec: &ChannelSpec) -> Result<(), Denied> {
         self.to_read(spec)?;
         match spec.role {
             Role::Instruction | Role::Request => Ok(()),
@@ -112,7 +112,7 @@ mod tests {
     use sketchnav_schemas::samples::example::{DETAIL, KIND, MAP, PLACE};
 
     use super::*;
-    use crate::{Heard, InProcess, Instant};
+    use crate::{InProcess, Incoming, Instant};
 
     /// Lets a planner of this kind ask for the newest message of a channel before any has come.
     fn newest<T: Message>(kind: &str, channel: channels::Channel<T>) -> Result<bool, String> {
@@ -164,8 +164,8 @@ mod tests {
             )
         );
         let access = Access::new(Process::Planner, KIND);
-        let heard = Heard::new(&access, MISSION.spec, &[], &[]);
-        let denied = heard.on(ODOMETRY).unwrap_err().to_string();
+        let incoming = Incoming::new(&access, MISSION.spec, &[], &[]);
+        let denied = incoming.on(ODOMETRY).unwrap_err().to_string();
         assert_eq!(
             denied,
             "channel \"odometry\": expected an instruction or a request, found the role Sensor"
@@ -175,9 +175,9 @@ mod tests {
     #[test]
     fn a_stage_cannot_read_a_channel_that_its_process_may_not() {
         let access = Access::new(Process::Planner, KIND);
-        let heard = Heard::new(&access, MISSION.spec, &[], &[]);
-        assert!(heard.on(MAP).is_ok_and(|map| map.is_none()), "the planner's, of another channel");
-        let denied = [heard.on(DRAWING).map(drop), heard.on(DETAIL).map(drop)];
+        let incoming = Incoming::new(&access, MISSION.spec, &[], &[]);
+        assert!(incoming.on(MAP).is_ok_and(|map| map.is_none()), "the planner's, of another channel");
+        let denied = [incoming.on(DRAWING).map(drop), incoming.on(DETAIL).map(drop)];
         assert_eq!(
             denied.map(|denied| denied.unwrap_err().to_string()),
             [

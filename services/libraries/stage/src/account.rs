@@ -7,7 +7,7 @@
 use sketchnav_schemas::message::Header;
 use sketchnav_schemas::time::seconds;
 
-use crate::{Denied, Heard};
+use crate::{Denied, Incoming};
 
 /// A navigator's report about a run.
 ///
@@ -17,10 +17,10 @@ pub trait Account {
     ///
     /// # Errors
     /// [`Denied`] if the implementation asks for a channel of another kind of navigator.
-    fn hear(&mut self, message: &Heard<'_>) -> Result<(), Denied>;
+    fn receive(&mut self, message: &Incoming<'_>) -> Result<(), Denied>;
 
     /// Adds the figures and charts of all messages so far to `summary`.
-    fn tell(&self, summary: &mut Summary);
+    fn summarize(&self, summary: &mut Summary);
 }
 
 /// The result of an account.

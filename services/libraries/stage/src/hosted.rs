@@ -3,7 +3,7 @@
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use crate::{Heard, Instant, Outbox, Remains, StageError};
+use crate::{Incoming, Instant, Outbox, Remains, StageError};
 
 /// A part of a navigator.
 ///
@@ -22,7 +22,7 @@ pub trait Stage {
     /// # Errors
     /// Returns an error if the stage cannot use the message. An error ends the process, so answer an invalid
     /// request from a person instead of failing.
-    fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {
+    fn receive(&mut self, message: &Incoming<'_>) -> Result<(), StageError> {
         let _ = message;
         Ok(())
     }
@@ -32,8 +32,8 @@ pub trait Stage {
     /// already sent by its number, and drops it.
     ///
     /// # Errors
-    /// Like [`Stage::hear`].
-    fn speak(&mut self, out: &mut Outbox<'_>) -> Result<(), StageError> {
+    /// Like [`Stage::receive`].
+    fn announce(&mut self, out: &mut Outbox<'_>) -> Result<(), StageError> {
         let _ = out;
         Ok(())
     }
@@ -46,7 +46,7 @@ pub trait Stage {
     /// Takes the step of an instant: reads the inputs that belong to it and sends the resulting messages.
     ///
     /// # Errors
-    /// Like [`Stage::hear`].
+    /// Like [`Stage::receive`].
     fn step(&mut self, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError> {
         let _ = (instant, out);
         Ok(())
@@ -94,10 +94,10 @@ impl From<postcard::Error> for SaveError {
 pub trait Hosted {
     /// Returns [`Stage::FORM`].
     fn form(&self) -> &'static str;
-    /// See [`Stage::hear`].
-    fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError>;
-    /// See [`Stage::speak`].
-    fn speak(&mut self, out: &mut Outbox<'_>) -> Result<(), StageError>;
+    /// See [`Stage::receive`].
+    fn receive(&mut self, message: &Incoming<'_>) -> Result<(), StageError>;
+    /// See [`Stage::announce`].
+    fn announce(&mut self, out: &mut Outbox<'_>) -> Result<(), StageError>;
     /// See [`Stage::is_ready`].
     ///
     /// # Errors
@@ -127,12 +127,12 @@ impl<S: Stage> Hosted for S {
         S::FORM
     }
 
-    fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {
-        Stage::hear(self, message)
+    fn receive(&mut self, message: &Incoming<'_>) -> Result<(), StageError> {
+        Stage::receive(self, message)
     }
 
-    fn speak(&mut self, out: &mut Outbox<'_>) -> Result<(), StageError> {
-        Stage::speak(self, out)
+    fn announce(&mut self, out: &mut Outbox<'_>) -> Result<(), StageError> {
+        Stage::announce(self, out)
     }
 
     fn is_ready(&self) -> Result<bool, StageError> {

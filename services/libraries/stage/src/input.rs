@@ -71,7 +71,7 @@ impl<'a> Instant<'a> {
 
 /// A message that does not belong to an instant.
 #[derive(Debug, Clone, Copy)]
-pub struct Heard<'a> {
+pub struct Incoming<'a> {
     access: &'a Access,
     spec: &'static ChannelSpec,
     message: &'a [u8],
@@ -80,7 +80,7 @@ pub struct Heard<'a> {
     pub attempts: u32,
 }
 
-impl<'a> Heard<'a> {
+impl<'a> Incoming<'a> {
     /// Creates a message of the channel `spec`, for the process of `access`.
     pub fn new(access: &'a Access, spec: &'static ChannelSpec, message: &'a [u8], cells: &'a [u8]) -> Self {
         Self { access, spec, message, cells, attempts: 0 }
@@ -103,9 +103,9 @@ impl<'a> Heard<'a> {
     /// Returns the message as bytes if it is from this channel. See [`Instant::reading`].
     ///
     /// # Errors
-    /// Like [`Heard::on`].
+    /// Like [`Incoming::on`].
     pub fn bytes_on(&self, spec: &ChannelSpec) -> Result<Option<&'a [u8]>, Denied> {
-        self.access.to_hear(spec)?;
+        self.access.to_receive(spec)?;
         Ok((self.spec == spec).then_some(self.message))
     }
 

@@ -8,7 +8,7 @@
 //! take care of channels, positions in them, checkpoints, waiting and health.
 //!
 //! - [`Stage`] is the trait that you implement to write a navigator.
-//! - [`Instant`] provides the inputs of a step, and [`Heard`] is a message that can arrive at any time.
+//! - [`Instant`] provides the inputs of a step, and [`Incoming`] is a message that can arrive at any time.
 //!   [`Outbox`] writes the stage's messages directly into the memory that they are sent from.
 //! - [`Navigator`] combines three stages under the name by which a mission selects them.
 //! - [`lookout`] draws what a page shows of a navigator while it drives, and [`drawn`] interprets drawings
@@ -85,7 +85,7 @@ mod output;
 pub use access::{Access, Denied};
 pub use hosted::{Hosted, SaveError, Stage};
 pub use in_process::{InProcess, Tap};
-pub use input::{Heard, Inputs, Instant, Reading, Remains};
+pub use input::{Incoming, Inputs, Instant, Reading, Remains};
 pub use navigator::{Files, Make, Navigator, Review, Watch};
 pub use output::{Fill, Outbox, Put, Sink};
 

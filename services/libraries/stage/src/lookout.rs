@@ -9,7 +9,7 @@ mod shapes;
 
 use sketchnav_schemas::codes::Tracking;
 
-use crate::{Denied, Heard};
+use crate::{Denied, Incoming};
 
 pub use around::{Around, Sensors, polar};
 pub use shapes::{Color, Shape, Stroke, thinned};
@@ -23,7 +23,7 @@ pub trait Lookout {
     ///
     /// # Errors
     /// [`Denied`] if the implementation asks for a channel that the pad does not read.
-    fn hear(&mut self, message: &Heard<'_>) -> Result<(), Denied>;
+    fn receive(&mut self, message: &Incoming<'_>) -> Result<(), Denied>;
 
     /// Returns the sheet that the lookout draws on.
     fn sheet(&self) -> Sheet {

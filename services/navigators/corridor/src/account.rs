@@ -2,7 +2,7 @@
 //! remembered.
 
 use sketchnav_stage::account::{self, Curve, Summary};
-use sketchnav_stage::{Denied, Heard};
+use sketchnav_stage::{Denied, Incoming};
 
 use crate::messages::{PairedMarker, RELATIONS, Relations, Trend};
 
@@ -11,12 +11,12 @@ use crate::messages::{PairedMarker, RELATIONS, Relations, Trend};
 pub struct Account(Vec<Relations>);
 
 impl account::Account for Account {
-    fn hear(&mut self, message: &Heard<'_>) -> Result<(), Denied> {
+    fn receive(&mut self, message: &Incoming<'_>) -> Result<(), Denied> {
         self.0.extend(message.on(RELATIONS)?);
         Ok(())
     }
 
-    fn tell(&self, summary: &mut Summary) {
+    fn summarize(&self, summary: &mut Summary) {
         let of = |name, value: fn(&Relations) -> f64| Curve::of(name, &self.0, |said| &said.header, value);
         let distances = [
             of("left", |said| while_seen(said, distance_m(&said.left))),

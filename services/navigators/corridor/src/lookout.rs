@@ -2,7 +2,7 @@
 
 use sketchnav_schemas::robot::Robot;
 use sketchnav_stage::lookout::{self, Around, Color, Picture, Shape, polar};
-use sketchnav_stage::{Denied, Heard};
+use sketchnav_stage::{Denied, Incoming};
 
 use crate::messages::{KnownMarker, PairedMarker, RELATIONS, Relations, Trend};
 
@@ -40,7 +40,7 @@ impl Lookout {
 }
 
 impl lookout::Lookout for Lookout {
-    fn hear(&mut self, message: &Heard<'_>) -> Result<(), Denied> {
+    fn receive(&mut self, message: &Incoming<'_>) -> Result<(), Denied> {
         if let Some(relations) = message.on(RELATIONS)? {
             self.relations = Some(Box::new(*relations));
         }
@@ -97,7 +97,9 @@ mod tests {
         relations.left.marker_trend = Trend::Towards.code();
         let mut lookout = Lookout::new(&youbot());
         let access = Access::new(Process::Pad, KIND);
-        lookout.hear(&Heard::new(&access, RELATIONS.spec, bytemuck::bytes_of(&relations), &[])).unwrap();
+        lookout
+            .receive(&Incoming::new(&access, RELATIONS.spec, bytemuck::bytes_of(&relations), &[]))
+            .unwrap();
         let mut picture = Picture::default();
         lookout.draw(&mut picture);
         let words: Vec<_> = picture

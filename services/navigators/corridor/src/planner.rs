@@ -15,7 +15,7 @@ use sketchnav_schemas::message::Twist;
 use sketchnav_schemas::mission::{Mission, MissionError};
 use sketchnav_schemas::robot::{Drive, Robot};
 use sketchnav_schemas::run::RunConfig;
-use sketchnav_stage::{Denied, Heard, Instant, Outbox, Remains, Stage, StageError};
+use sketchnav_stage::{Denied, Incoming, Instant, Outbox, Remains, Stage, StageError};
 
 use crate::course::{self, Course, Next, Reason};
 use crate::error::{CorridorError, RulesError};
@@ -246,7 +246,7 @@ impl Planner {
             return false;
         }
         let rate_radps = (ABOUT_PER_S * left_rad).clamp(-ABOUT_RADPS, ABOUT_RADPS);
-        let may_drive = self.agenda.go_on("turning about");
+        let may_drive = self.agenda.keep_going("turning about");
         self.attempt.command = if may_drive { [0.0, 0.0, rate_radps] } else { [0.0; 3] };
         true
     }
@@ -304,7 +304,7 @@ impl Planner {
         let task = &self.tasks[index];
         match self.course.drive(robot, &task.turns, task.goal == Goal::End, dt_s) {
             Next::Driving(reason) => {
-                if !self.agenda.go_on(Words(reason)) {
+                if !self.agenda.keep_going(Words(reason)) {
                     self.stop(dt_s);
                 }
             }
@@ -330,8 +330,8 @@ impl Planner {
         }
         self.attempt.command = self.attempt.answer;
         let may_drive = match unseen_s > 1.0 {
-            true => self.agenda.go_on(format_args!("no pair of markers in view")),
-            false => self.agenda.go_on(Pair(relations)),
+            true => self.agenda.keep_going(format_args!("no pair of markers in view")),
+            false => self.agenda.keep_going(Pair(relations)),
         };
         if !may_drive {
             self.stop(dt_s);
@@ -385,12 +385,12 @@ impl Stage for Planner {
     const FORM: &'static str = "corridor planner 5";
     type State = State;
 
-    fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {
+    fn receive(&mut self, message: &Incoming<'_>) -> Result<(), StageError> {
         if message.on(RULES)?.is_some() && !message.cells().is_empty() {
             let text = std::str::from_utf8(message.cells())?;
             self.rules = Some(Rules::parse(text).map_err(|cause: RulesError| cause)?);
         }
-        self.agenda.hear(message)?;
+        self.agenda.receive(message)?;
         Ok(())
     }
 

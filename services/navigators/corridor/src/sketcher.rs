@@ -62,7 +62,7 @@ impl Stage for Sketcher {
     const FORM: &'static str = "corridor sketcher 1";
     type State = ();
 
-    fn speak(&mut self, out: &mut Outbox<'_>) -> Result<(), StageError> {
+    fn announce(&mut self, out: &mut Outbox<'_>) -> Result<(), StageError> {
         out.send_with(RULES, self.text.len(), |rules, cells| {
             rules.set_count = self.set_count;
             cells.copy_from_slice(self.text.as_bytes());

@@ -1,7 +1,7 @@
 //! Summarizes a run past landmarks, with the objects in view, the belief, and the progress along the route.
 
 use sketchnav_stage::account::{self, Curve, Summary};
-use sketchnav_stage::{Denied, Heard};
+use sketchnav_stage::{Denied, Incoming};
 
 use crate::instructions::Instructions;
 use crate::messages::{LANDMARK_PROGRESS, LANDMARK_ROUTE, LANDMARK_VIEW, LandmarkProgress, LandmarkView};
@@ -15,7 +15,7 @@ pub struct Account {
 }
 
 impl account::Account for Account {
-    fn hear(&mut self, message: &Heard<'_>) -> Result<(), Denied> {
+    fn receive(&mut self, message: &Incoming<'_>) -> Result<(), Denied> {
         if message.on(LANDMARK_ROUTE)?.is_some() {
             // If the route is unreadable, the summary itself fails with that error.
             self.is_sketched = Instructions::read(message.cells()).is_ok_and(|read| read.sketch.is_some());
@@ -25,7 +25,7 @@ impl account::Account for Account {
         Ok(())
     }
 
-    fn tell(&self, summary: &mut Summary) {
+    fn summarize(&self, summary: &mut Summary) {
         let of =
             |name, value: fn(&LandmarkView) -> f64| Curve::of(name, &self.views, |said| &said.header, value);
         let seen = of("seen", |view| f64::from(view.object_count));

@@ -8,7 +8,7 @@ use sketchnav_schemas::geometry::Point;
 use sketchnav_schemas::message::{MarkerView, MissionCommand, PoseM};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::seed;
-use sketchnav_stage::{Denied, Heard, Instant, Outbox, Stage, StageError};
+use sketchnav_stage::{Denied, Incoming, Instant, Outbox, Stage, StageError};
 
 use crate::error::LandmarksError;
 use crate::instructions::{Instructions, Marked};
@@ -125,7 +125,7 @@ impl Localizer {
 fn sense(ring: &mut Ring, instant: &Instant<'_>) -> Result<bool, Denied> {
     match ring.sensor() {
         RingSensor::Sonar => {
-            instant.newest(SONAR)?.into_iter().for_each(|sonar| ring.hear(sonar));
+            instant.newest(SONAR)?.into_iter().for_each(|sonar| ring.receive(sonar));
             Ok(instant.fresh(SONAR)?.is_some())
         }
         RingSensor::Laser => {
@@ -139,7 +139,7 @@ impl Stage for Localizer {
     const FORM: &'static str = "landmarks localizer 3";
     type State = State;
 
-    fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {
+    fn receive(&mut self, message: &Incoming<'_>) -> Result<(), StageError> {
         if message.on(LANDMARK_ROUTE)?.is_some() {
             let instructions = Instructions::read(message.cells())?;
             let seed = seed::stream(self.seed, STREAM).random();

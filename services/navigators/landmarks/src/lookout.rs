@@ -5,7 +5,7 @@ use sketchnav_schemas::codes::{Tracking, WALL};
 use sketchnav_schemas::geometry::{Base, Point};
 use sketchnav_schemas::robot::Robot;
 use sketchnav_stage::lookout::{self, Color, Picture, Shape, Sheet, Stroke, Walls, Whereabouts, thinned};
-use sketchnav_stage::{Denied, Heard};
+use sketchnav_stage::{Denied, Incoming};
 
 use crate::drawn::{Drawn, DrawnMetres, Stretch};
 use crate::instructions::Instructions;
@@ -41,7 +41,7 @@ impl Lookout {
 }
 
 impl lookout::Lookout for Lookout {
-    fn hear(&mut self, message: &Heard<'_>) -> Result<(), Denied> {
+    fn receive(&mut self, message: &Incoming<'_>) -> Result<(), Denied> {
         // An unreadable route is not drawn. The stages that drive by it report the error.
         if message.on(LANDMARK_ROUTE)?.is_some()
             && let Ok(instructions) = Instructions::read(message.cells())

@@ -12,7 +12,7 @@ use sketchnav_schemas::message::{Here, Twist};
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::{Limits, Robot};
 use sketchnav_schemas::run::RunConfig;
-use sketchnav_stage::{Heard, Instant, Outbox, Remains, Stage, StageError};
+use sketchnav_stage::{Incoming, Instant, Outbox, Remains, Stage, StageError};
 
 use crate::control::{self, Drive};
 use crate::drawn::{DrawnMetres, Stretch};
@@ -172,7 +172,7 @@ impl Planner {
             }
             None => {
                 let about = About { next: self.course.next, command: self.about() };
-                if self.agenda.go_on(about) {
+                if self.agenda.keep_going(about) {
                     return;
                 }
             }
@@ -381,14 +381,14 @@ impl Stage for Planner {
     const FORM: &'static str = "landmarks planner 2";
     type State = State;
 
-    fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {
+    fn receive(&mut self, message: &Incoming<'_>) -> Result<(), StageError> {
         if message.on(LANDMARK_ROUTE)?.is_some() {
             let instructions = Instructions::read(message.cells())?;
             let driver = Driver::new(self.method, &instructions, &self.parameters)?;
             self.driver = Some(driver);
             let along = self.route().map_or(Vec::new(), |(route, _)| route.along());
             self.along = along.into_iter().map_while(|along| along).collect();
-        } else if let Some(order) = self.agenda.hear(message)? {
+        } else if let Some(order) = self.agenda.receive(message)? {
             if Order::from_code(order.order) == Some(Order::Resume) {
                 self.resume(order.task as usize);
             }

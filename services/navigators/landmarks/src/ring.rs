@@ -87,7 +87,7 @@ impl Ring {
     }
 
     /// Adds a sonar reading.
-    pub fn hear(&mut self, scan: &SonarScan) {
+    pub fn receive(&mut self, scan: &SonarScan) {
         if self.laser.is_some() {
             return;
         }
@@ -155,7 +155,7 @@ mod tests {
         (scan.range_min_m, scan.range_max_m) = (0.15, 6.5);
         scan.ranges_m[..16].fill(f32::INFINITY);
         (scan.ranges_m[4], scan.ranges_m[15], scan.ranges_m[8]) = (2.0, f32::NEG_INFINITY, f32::NAN);
-        ring.hear(&scan);
+        ring.receive(&scan);
         let sectors = ring.sectors();
         assert_eq!((sectors[4], sectors[8]), (2.0, f64::INFINITY));
         assert!((sectors[15] - 0.15).abs() < 1e-6);

@@ -74,7 +74,7 @@ impl Stage for Sketcher {
     const FORM: &'static str = "landmarks sketcher 1";
     type State = ();
 
-    fn speak(&mut self, out: &mut Outbox<'_>) -> Result<(), StageError> {
+    fn announce(&mut self, out: &mut Outbox<'_>) -> Result<(), StageError> {
         out.send_with(LANDMARK_ROUTE, self.cells.len(), |route, cells| {
             (route.object_count, route.state_count, route.length_m) =
                 (self.objects, self.states, self.length.0);

@@ -11,7 +11,7 @@ use sketchnav_schemas::message::{MissionCommand, MissionStatus, Odometry, Veloci
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::run::{Pad, RunConfig};
-use sketchnav_stage::{Access, Heard, InProcess, Inputs, Instant, Outbox, Reading, Stage};
+use sketchnav_stage::{Access, InProcess, Incoming, Inputs, Instant, Outbox, Reading, Stage};
 
 const MISSION: &str = include_str!("../../../../sim/missions/landmarks/scene-a-words.toml");
 const NOMAD: &str = include_str!("../../../../sim/robots/nomad200.toml");
@@ -54,7 +54,9 @@ impl Drive {
         let cells = Instructions { sketch: None, words: WORDS.into(), markers: Vec::new() }.write().unwrap();
         let route = LandmarkRoute::zeroed();
         let access = Access::new(Process::Planner, "landmarks");
-        planner.hear(&Heard::new(&access, LANDMARK_ROUTE.spec, bytemuck::bytes_of(&route), &cells)).unwrap();
+        planner
+            .receive(&Incoming::new(&access, LANDMARK_ROUTE.spec, bytemuck::bytes_of(&route), &cells))
+            .unwrap();
         let (mut view, mut odometry) =
             (bytemuck::zeroed_box::<LandmarkView>(), bytemuck::zeroed_box::<Odometry>());
         view.sectors_m = [f64::INFINITY; 16];
@@ -70,8 +72,8 @@ impl Drive {
 
     fn order(&mut self, order: Order, task: u32) {
         let order = MissionCommand { order: order.code(), task, ..MissionCommand::zeroed() };
-        let heard = Heard::new(&self.access, ORDERS.spec, bytemuck::bytes_of(&order), &[]);
-        self.planner.hear(&heard).unwrap();
+        let incoming = Incoming::new(&self.access, ORDERS.spec, bytemuck::bytes_of(&order), &[]);
+        self.planner.receive(&incoming).unwrap();
     }
 
     fn step(&mut self) -> MissionStatus {

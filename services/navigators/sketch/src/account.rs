@@ -2,7 +2,7 @@
 //! of the scans.
 
 use sketchnav_stage::account::{self, Curve, Summary};
-use sketchnav_stage::{Denied, Heard};
+use sketchnav_stage::{Denied, Incoming};
 
 use crate::messages::{ESTIMATE, PoseEstimate};
 
@@ -11,12 +11,12 @@ use crate::messages::{ESTIMATE, PoseEstimate};
 pub struct Account(Vec<PoseEstimate>);
 
 impl account::Account for Account {
-    fn hear(&mut self, message: &Heard<'_>) -> Result<(), Denied> {
+    fn receive(&mut self, message: &Incoming<'_>) -> Result<(), Denied> {
         self.0.extend(message.on(ESTIMATE)?);
         Ok(())
     }
 
-    fn tell(&self, summary: &mut Summary) {
+    fn summarize(&self, summary: &mut Summary) {
         let of = |name, value: fn(&PoseEstimate) -> f64| Curve::of(name, &self.0, |said| &said.header, value);
         let along = of("a, along the walls", |said| said.scale_a_pxpm);
         let across = of("b, across", |said| said.scale_b_pxpm);

@@ -15,7 +15,7 @@ use sketchnav_schemas::message::{LaserScan, MissionCommand, Odometry, PoseM, Pos
 use sketchnav_schemas::mission::{Mission, MissionError};
 use sketchnav_schemas::robot::{Drive, Laser, Robot, RobotError};
 use sketchnav_schemas::run::RunConfig;
-use sketchnav_stage::{Heard, Instant, Outbox, Remains, Stage, StageError};
+use sketchnav_stage::{Incoming, Instant, Outbox, Remains, Stage, StageError};
 
 use crate::filter::parameters::Parameters;
 use crate::filter::{self, Estimate, Filter, FilterError, Start};
@@ -213,7 +213,7 @@ impl Stage for Localizer {
     const FORM: &'static str = "sketch localizer 5";
     type State = State;
 
-    fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {
+    fn receive(&mut self, message: &Incoming<'_>) -> Result<(), StageError> {
         if let Some(sketch) = message.on(SKETCH)? {
             self.on_sketch(sketch, message.cells())?;
         } else if let Some(order) = message.order()? {

@@ -7,7 +7,7 @@ use sketchnav_schemas::geometry::{Odom, Point, Pose, Sketch};
 use sketchnav_schemas::message::LaserScan;
 use sketchnav_schemas::robot::Robot;
 use sketchnav_stage::lookout::{self, Color, Picture, Shape, Sheet, Stroke, Walls, Whereabouts, thinned};
-use sketchnav_stage::{Denied, Heard};
+use sketchnav_stage::{Denied, Incoming};
 
 use crate::messages::{
     CORRESPONDENCE, Correspondence, ESTIMATE, PARTICLES, PLAN, Particles, PartnerKind, Plan, PoseEstimate,
@@ -79,7 +79,7 @@ impl Lookout {
 }
 
 impl lookout::Lookout for Lookout {
-    fn hear(&mut self, message: &Heard<'_>) -> Result<(), Denied> {
+    fn receive(&mut self, message: &Incoming<'_>) -> Result<(), Denied> {
         if let Some(map) = message.on(SKETCH)? {
             self.take_sketch(map, message.cells());
         }

@@ -27,7 +27,7 @@ use sketchnav_schemas::message::{Here, MissionCommand, Odometry};
 use sketchnav_schemas::mission::{Mission, MissionError};
 use sketchnav_schemas::robot::RobotError;
 use sketchnav_schemas::run::{Pad, RunConfig};
-use sketchnav_stage::{Heard, Instant, Outbox, Remains, Stage, StageError};
+use sketchnav_stage::{Incoming, Instant, Outbox, Remains, Stage, StageError};
 
 use self::driving::{Driver, TaskStatus};
 pub use self::explorer::locate as locate_by_outline;
@@ -202,7 +202,7 @@ impl Planner {
         }
     }
 
-    fn go_on(&mut self, estimate: &PoseEstimate, dt_s: f64) {
+    fn keep_going(&mut self, estimate: &PoseEstimate, dt_s: f64) {
         let known = Tracking::from_code(estimate.tracking).is_some_and(|t| t != Tracking::Waiting);
         let chart = Chart::new(estimate, self.wall_direction_rad).filter(|_| known);
         let no_pose = (self.agenda.is_ordered() && chart.is_none()).then_some(Reason::NoPose);
@@ -254,7 +254,7 @@ impl Planner {
             }
             TaskStatus::Ended(state, reason) => self.agenda.end(state, reason),
             TaskStatus::Driving(reason) => {
-                if !self.agenda.go_on(reason) {
+                if !self.agenda.keep_going(reason) {
                     self.driver.stop(dt_s);
                 }
             }
@@ -310,13 +310,13 @@ impl Stage for Planner {
     const FORM: &'static str = "sketch planner 11";
     type State = State;
 
-    fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {
+    fn receive(&mut self, message: &Incoming<'_>) -> Result<(), StageError> {
         let held = self.agenda.held();
         if let Some(sketch) = message.on(SKETCH)? {
             self.on_sketch(sketch, message.cells())?;
         } else if let Some(route) = message.on(ROUTE)? {
             self.on_route(route);
-        } else if let Some(order) = self.agenda.hear(message)? {
+        } else if let Some(order) = self.agenda.receive(message)? {
             self.on_order(order, held);
         }
         Ok(())
@@ -339,7 +339,7 @@ impl Stage for Planner {
             let robot = odometry.pose();
             self.driver.observe(&robot, &robot.compose(&self.base_from_laser), scan);
         }
-        self.go_on(estimate, dt_s);
+        self.keep_going(estimate, dt_s);
         self.send(odometry, out)
     }
 

@@ -11,7 +11,7 @@ use sketchnav_schemas::codes::DrawingKind;
 use sketchnav_schemas::message::Header;
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::doubts::{Canvas, Doubts};
-use sketchnav_stage::{Files, Heard, Hosted, Outbox, Stage, StageError};
+use sketchnav_stage::{Files, Hosted, Incoming, Outbox, Stage, StageError};
 
 use crate::learned::{DrawingFile, Learned};
 use crate::reading::desk::{self, Change, Desk};
@@ -173,7 +173,7 @@ impl Stage for FileSketcher {
     const FORM: &'static str = "sketch sketcher 2";
     type State = ();
 
-    fn speak(&mut self, out: &mut Outbox<'_>) -> Result<(), StageError> {
+    fn announce(&mut self, out: &mut Outbox<'_>) -> Result<(), StageError> {
         let (drawing, places) = self.given.understand(&self.mission, &self.options)?;
         out.send_with(SKETCH, drawing.cells.len(), |map, cells| write_sketch(&drawing, &places, map, cells))?;
         out.send(ROUTE, |route: &mut Route| fill_route(&places.tasks, route))?;
@@ -220,7 +220,7 @@ impl Stage for LiveSketcher {
     const FORM: &'static str = "sketch live sketcher 2";
     type State = State;
 
-    fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {
+    fn receive(&mut self, message: &Incoming<'_>) -> Result<(), StageError> {
         let Some(about) = message.on(DRAWING)? else { return Ok(()) };
         let read = match DrawingKind::from_code(about.kind) {
             Some(_) if message.attempts >= MAX_ATTEMPTS => {
@@ -235,7 +235,7 @@ impl Stage for LiveSketcher {
     }
 
     /// Sends the sketch, the route and the answer. The `source_seq` of the route says which sketch its tasks are placed in.
-    fn speak(&mut self, out: &mut Outbox<'_>) -> Result<(), StageError> {
+    fn announce(&mut self, out: &mut Outbox<'_>) -> Result<(), StageError> {
         let Some(Answer { kind, outcome }) = &self.answer else { return Ok(()) };
         if let Some((drawing, places)) = self.desk.placed() {
             let length = drawing.cells.len();

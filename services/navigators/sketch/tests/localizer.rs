@@ -12,7 +12,7 @@ use sketchnav_sketch::localizer::{Localizer, LocalizerError};
 use sketchnav_sketch::messages::{CHANNELS, ESTIMATE, PARTICLES, Particles, PoseEstimate, SKETCH, SketchMap};
 use sketchnav_sketch::mission::KIND;
 use sketchnav_stage::{
-    Access, Heard, InProcess, Inputs, Instant, Outbox, Reading, Remains, Stage, StageError,
+    Access, InProcess, Incoming, Inputs, Instant, Outbox, Reading, Remains, Stage, StageError,
 };
 
 const MISSION: &str = r#"
@@ -83,17 +83,22 @@ impl Hosted {
     /// Creates a localizer that has the sketch of the room.
     fn in_room(parameters: &str) -> Self {
         let (mut hosted, (map, cells)) = (Self::new(parameters), room());
-        hosted.hear(SKETCH, &map, &cells).unwrap();
+        hosted.receive(SKETCH, &map, &cells).unwrap();
         hosted
     }
 
-    fn hear<T: Message>(&mut self, channel: Channel<T>, message: &T, cells: &[u8]) -> Result<(), StageError> {
+    fn receive<T: Message>(
+        &mut self,
+        channel: Channel<T>,
+        message: &T,
+        cells: &[u8],
+    ) -> Result<(), StageError> {
         let access = Access::new(Process::Localizer, "sketch");
-        self.stage.hear(&Heard::new(&access, channel.spec, bytemuck::bytes_of(message), cells))
+        self.stage.receive(&Incoming::new(&access, channel.spec, bytemuck::bytes_of(message), cells))
     }
 
     fn order(&mut self, order: &MissionCommand) {
-        self.hear(ORDERS, order, &[]).unwrap();
+        self.receive(ORDERS, order, &[]).unwrap();
     }
 
     /// Returns the localizer's answer to an instant with a scan, without the header.
@@ -248,12 +253,12 @@ fn a_room_far_smaller_than_expected_is_doubtful_until_the_robot_drives() {
 fn with_another_sketch_the_filter_begins_anew() {
     let (mut localizer, (mut map, cells)) = (Hosted::new(""), room());
     map.header.seq = 1;
-    localizer.hear(SKETCH, &map, &cells).unwrap();
+    localizer.receive(SKETCH, &map, &cells).unwrap();
     let first = (1..=5).map(|seq| localizer.answer(&at_the_origin(), &scan(seq))).last().unwrap();
     let stored = localizer.stored();
     map.header.seq = 2;
     map.start = PosePx::new(&Pose::new(30.0, 40.0, 0.0));
-    localizer.hear(SKETCH, &map, &cells).unwrap();
+    localizer.receive(SKETCH, &map, &cells).unwrap();
     // A checkpoint that belongs to the first sketch does not apply to this one.
     localizer.restore(&stored);
     let second = localizer.answer(&at_the_origin(), &scan(6));
@@ -303,7 +308,7 @@ fn a_place_that_was_told_counts_in_a_learned_map_too() {
     let mission = MISSION.replace("drawing = ", "learned_file = \"room.learned\"\ndrawing = ");
     let run = RunConfig::lockstep("test", Mission::parse(&mission).unwrap(), Robot::parse(ROBOT).unwrap(), 1);
     let mut localizer = Hosted { stage: Localizer::new(&run).unwrap(), ..Hosted::new("") };
-    localizer.hear(SKETCH, &map, &cells).unwrap();
+    localizer.receive(SKETCH, &map, &cells).unwrap();
     localizer.answer(&at_the_origin(), &scan(1));
     let (_, particles) = particles_after(&mut localizer, &here(25.0, 55.0, Some(1.0)));
     let is_near = |[x, y, _]: &&[f32; 3]| (x - 25.0).hypot(y - 55.0) < 30.0;
@@ -371,7 +376,7 @@ fn a_place_that_is_none_or_is_old_changes_nothing() {
         let (mut localizer, (map, cells)) = (Hosted::new(""), room());
         localizer.order(order);
         localizer.stage.recover(&Last(PoseEstimate { header: order.header, ..expected.0 }));
-        localizer.hear(SKETCH, &map, &cells).unwrap();
+        localizer.receive(SKETCH, &map, &cells).unwrap();
         particles_after(&mut localizer, order)
     };
     assert_eq!(
@@ -388,7 +393,7 @@ fn an_estimate_that_waits_is_no_place_to_begin_at() {
     let out = localizer.answer(&at_the_origin(), &scan(1));
     assert_eq!(out.tracking, Tracking::Waiting.code());
     localizer.stage.recover(&Last(out));
-    localizer.hear(SKETCH, &map, &cells).unwrap();
+    localizer.receive(SKETCH, &map, &cells).unwrap();
     let out = localizer.answer(&at_the_origin(), &scan(2));
     assert!((out.pose.x_px - 50.0).abs() < 5.0, "{:?}", out.pose);
 }
@@ -448,8 +453,8 @@ fn errors_name_what_is_wrong() {
     assert!(error("particles = 5").contains("particles: expected 16 to 100000, found 5"));
     let (mut map, cells) = room();
     map.start = PosePx::new(&Pose::new(500.0, 40.0, 0.0));
-    let outside = Hosted::new("").hear(SKETCH, &map, &cells).unwrap_err().to_string();
+    let outside = Hosted::new("").receive(SKETCH, &map, &cells).unwrap_err().to_string();
     assert!(outside.contains("100 × 80") && outside.contains("500.0"), "{outside}");
-    let short = Hosted::new("").hear(SKETCH, &map, &cells[1..]).unwrap_err();
+    let short = Hosted::new("").receive(SKETCH, &map, &cells[1..]).unwrap_err();
     assert!(matches!(short.downcast_ref(), Some(LocalizerError::Cells { .. })), "{short}");
 }

@@ -6,7 +6,7 @@ use sketchnav_schemas::channels::{self, Role};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::lookout::{Lookout, Picture, Sensors, Sheet, Walls};
-use sketchnav_stage::{Access, Heard, Navigator};
+use sketchnav_stage::{Access, Incoming, Navigator};
 
 /// The channels that lookouts hear, and the lookouts, lowest layer first: one or two.
 pub(super) struct Watch {
@@ -24,10 +24,10 @@ impl Watch {
             layers.push(Box::new(Sensors::new(&run.robot)));
         }
         layers.extend(own);
-        let heard = channels::of_kind(navigator.kind).filter(|spec| {
+        let incoming = channels::of_kind(navigator.kind).filter(|spec| {
             spec.readers.contains(&Process::Pad) && (spec.kind.is_some() || spec.role == Role::Sensor)
         });
-        let readers = heard.map(|spec| node.raw_reader(spec)).collect::<Result<_, _>>()?;
+        let readers = incoming.map(|spec| node.raw_reader(spec)).collect::<Result<_, _>>()?;
         Ok(Self { access: Access::new(Process::Pad, navigator.kind), readers, layers })
     }
 
@@ -36,8 +36,8 @@ impl Watch {
         let mut is_new = false;
         for reader in &mut self.readers {
             while let Some(sample) = reader.receive_valid()? {
-                let message = Heard::new(&self.access, reader.spec(), sample.message(), sample.cells());
-                self.layers.iter_mut().try_for_each(|lookout| lookout.hear(&message))?;
+                let message = Incoming::new(&self.access, reader.spec(), sample.message(), sample.cells());
+                self.layers.iter_mut().try_for_each(|lookout| lookout.receive(&message))?;
                 is_new = true;
             }
         }

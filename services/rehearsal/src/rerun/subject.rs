@@ -68,21 +68,21 @@ impl Subject {
     pub(super) fn begin(&mut self, tap: &mut impl Tap) -> Result<(), RerunError> {
         let said = match self {
             Self::World(world, _) => world.observe(tap),
-            Self::Stage(staged) => staged.part.speak(Header { seq: 0, stamp_ns: 0, source_seq: 0 }, tap),
+            Self::Stage(staged) => staged.part.announce(Header { seq: 0, stamp_ns: 0, source_seq: 0 }, tap),
         };
         Ok(said.map_err(RehearsalError::Stage)?)
     }
 
     /// Receives a message of another process, and sends whatever follows from it.
-    pub(super) fn hear(&mut self, message: &RawMessage, tap: &mut impl Tap) -> Result<(), RerunError> {
+    pub(super) fn receive(&mut self, message: &RawMessage, tap: &mut impl Tap) -> Result<(), RerunError> {
         match self {
             Self::World(world, steps) => {
                 let before = world.spent;
-                hear_command(world, message, tap)?;
+                receive_command(world, message, tap)?;
                 steps.extend(Some(world.spent - before).filter(|step| !step.is_zero()));
                 Ok(())
             }
-            Self::Stage(staged) => staged.hear(message, tap),
+            Self::Stage(staged) => staged.receive(message, tap),
         }
     }
 
@@ -104,7 +104,7 @@ impl Subject {
     }
 }
 
-fn hear_command(world: &mut World, raw: &RawMessage, tap: &mut impl Tap) -> Result<(), RerunError> {
+fn receive_command(world: &mut World, raw: &RawMessage, tap: &mut impl Tap) -> Result<(), RerunError> {
     if raw.topic.is(COMMAND) {
         let (command, _) = raw.read(COMMAND)?;
         if command.last == 0 {
@@ -116,7 +116,7 @@ fn hear_command(world: &mut World, raw: &RawMessage, tap: &mut impl Tap) -> Resu
 }
 
 impl Staged {
-    fn hear(&mut self, raw: &RawMessage, tap: &mut impl Tap) -> Result<(), RerunError> {
+    fn receive(&mut self, raw: &RawMessage, tap: &mut impl Tap) -> Result<(), RerunError> {
         let Some(spec) = self.reads.iter().copied().find(|spec| spec.is_topic(&raw.topic.name)) else {
             return Ok(());
         };
@@ -134,7 +134,7 @@ impl Staged {
             return Ok(());
         }
         let taken = match spec.role {
-            Role::Instruction | Role::Request => self.part.hear(spec, &message, tap),
+            Role::Instruction | Role::Request => self.part.receive(spec, &message, tap),
             _ => {
                 let cause = *erased::header(message.bytes());
                 self.inputs.keep(spec, message);

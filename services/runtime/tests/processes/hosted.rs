@@ -30,7 +30,7 @@ impl NavigatorStage for Counter {
     type State = u32;
 
     /// Notifies the test that the channels are open.
-    fn speak(&mut self, _: &mut Outbox<'_>) -> Result<(), StageError> {
+    fn announce(&mut self, _: &mut Outbox<'_>) -> Result<(), StageError> {
         println!("\n> open");
         Ok(())
     }
@@ -71,7 +71,7 @@ impl NavigatorStage for Curious {
     type State = ();
 
     /// Notifies the test that the channels are open.
-    fn speak(&mut self, _: &mut Outbox<'_>) -> Result<(), StageError> {
+    fn announce(&mut self, _: &mut Outbox<'_>) -> Result<(), StageError> {
         println!("\n> open");
         Ok(())
     }

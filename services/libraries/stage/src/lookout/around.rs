@@ -6,7 +6,7 @@ use sketchnav_schemas::message::{LaserScan, SonarScan};
 use sketchnav_schemas::robot::{MarkerCamera, Robot};
 
 use super::{Color, Lookout, Picture, Shape, thinned};
-use crate::{Denied, Heard};
+use crate::{Denied, Incoming};
 
 /// Maximum distance shown to each side, in metres.
 const MOST_REACH_M: f64 = 6.0;
@@ -77,7 +77,7 @@ impl Sensors {
 }
 
 impl Lookout for Sensors {
-    fn hear(&mut self, message: &Heard<'_>) -> Result<(), Denied> {
+    fn receive(&mut self, message: &Incoming<'_>) -> Result<(), Denied> {
         if let Some(scan) = message.on(SCAN)? {
             self.scan = Some(Box::new(*scan));
         }

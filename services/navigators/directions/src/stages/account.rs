@@ -2,7 +2,7 @@
 //! its landmark, and how often it recovered.
 
 use sketchnav_stage::account::{self, Curve, Summary};
-use sketchnav_stage::{Denied, Heard};
+use sketchnav_stage::{Denied, Incoming};
 
 use crate::messages::{BelievedLandmark, JOURNEY, Journey, WHEREABOUTS, Whereabouts};
 
@@ -14,13 +14,13 @@ pub struct Account {
 }
 
 impl account::Account for Account {
-    fn hear(&mut self, message: &Heard<'_>) -> Result<(), Denied> {
+    fn receive(&mut self, message: &Incoming<'_>) -> Result<(), Denied> {
         self.journeys.extend(message.on(JOURNEY)?);
         self.beliefs.extend(message.on(WHEREABOUTS)?);
         Ok(())
     }
 
-    fn tell(&self, summary: &mut Summary) {
+    fn summarize(&self, summary: &mut Summary) {
         let of = |name, value: fn(&Journey) -> u32| {
             Curve::of(name, &self.journeys, |said| &said.header, |said| f64::from(value(said)))
         };

@@ -4,7 +4,7 @@
 use std::fmt::Display;
 use std::sync::Arc;
 
-use sketchnav_stage::{Heard, Outbox, StageError};
+use sketchnav_stage::{Incoming, Outbox, StageError};
 
 use super::planner::{Instructed, Simulation, code};
 use super::sketcher::dots_of;
@@ -72,7 +72,7 @@ impl Charts {
     }
 
     /// Sends the chart.
-    pub(super) fn speak(&self, out: &mut Outbox<'_>) -> Result<(), StageError> {
+    pub(super) fn announce(&self, out: &mut Outbox<'_>) -> Result<(), StageError> {
         let Self { charted, journeys, .. } = self;
         out.send_with(CHART, self.bytes(), |chart, cells| {
             chart.journey_count = journeys.len() as u32;
@@ -95,8 +95,8 @@ impl Instructed for Policy {
     const FORM: &'static str = "directions planner with a belief 1";
     const WAITING: &'static str = "waiting for the list of landmarks";
 
-    fn hear(
-        message: &Heard<'_>,
+    fn receive(
+        message: &Incoming<'_>,
         simulation: &Simulation,
     ) -> Result<Option<Vec<Navigator<Self>>>, StageError> {
         let Some(sent) = message.on(CHART)? else { return Ok(None) };

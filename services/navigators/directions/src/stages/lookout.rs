@@ -5,7 +5,7 @@
 
 use sketchnav_schemas::robot::Robot;
 use sketchnav_stage::lookout::{self, Around, Color, Picture, Shape};
-use sketchnav_stage::{Denied, Heard};
+use sketchnav_stage::{Denied, Incoming};
 
 use super::reference::Reference;
 use super::sketcher::{dots_of, maps_of};
@@ -73,7 +73,7 @@ impl Lookout {
             self.reference = Reference::default();
         }
         if let Some(map) = self.maps.get(journey.task as usize) {
-            self.reference.hear(map, journey);
+            self.reference.receive(map, journey);
         }
         self.journey = Some(*journey);
     }
@@ -153,7 +153,7 @@ impl Lookout {
 }
 
 impl lookout::Lookout for Lookout {
-    fn hear(&mut self, message: &Heard<'_>) -> Result<(), Denied> {
+    fn receive(&mut self, message: &Incoming<'_>) -> Result<(), Denied> {
         if let Some(itinerary) = message.on(ITINERARY)? {
             self.intend(itinerary, message.cells());
         }
@@ -219,12 +219,18 @@ mod tests {
         description.dots[0] = DescribedDot { x_m: 0.25, y_m: 0.0, isolation: 0, quadrants: 0 };
         let mut lookout = lookout();
         let access = Access::new(Process::Pad, KIND);
-        lookout.hear(&Heard::new(&access, ITINERARY.spec, bytemuck::bytes_of(&*itinerary), &cells)).unwrap();
+        lookout
+            .receive(&Incoming::new(&access, ITINERARY.spec, bytemuck::bytes_of(&*itinerary), &cells))
+            .unwrap();
         let map = b"(*, SW)\n(Isol, -)";
         let directions: Box<Directions> = bytemuck::zeroed_box();
-        lookout.hear(&Heard::new(&access, DIRECTIONS.spec, bytemuck::bytes_of(&*directions), map)).unwrap();
-        lookout.hear(&Heard::new(&access, JOURNEY.spec, bytemuck::bytes_of(&*journey), &[])).unwrap();
-        lookout.hear(&Heard::new(&access, DESCRIPTION.spec, bytemuck::bytes_of(&*description), &[])).unwrap();
+        lookout
+            .receive(&Incoming::new(&access, DIRECTIONS.spec, bytemuck::bytes_of(&*directions), map))
+            .unwrap();
+        lookout.receive(&Incoming::new(&access, JOURNEY.spec, bytemuck::bytes_of(&*journey), &[])).unwrap();
+        lookout
+            .receive(&Incoming::new(&access, DESCRIPTION.spec, bytemuck::bytes_of(&*description), &[]))
+            .unwrap();
         let shapes = lookout.shapes(0.1);
         let there = dots(&shapes, Color::Particle);
         assert_eq!((there.len(), dots(&shapes, Color::Scan)), (1, there.clone()));
@@ -242,14 +248,18 @@ mod tests {
         let directions: Box<Directions> = bytemuck::zeroed_box();
         let mut lookout = lookout();
         let access = Access::new(Process::Pad, KIND);
-        lookout.hear(&Heard::new(&access, ITINERARY.spec, bytemuck::bytes_of(&*itinerary), &[])).unwrap();
-        lookout.hear(&Heard::new(&access, DIRECTIONS.spec, bytemuck::bytes_of(&*directions), map)).unwrap();
+        lookout
+            .receive(&Incoming::new(&access, ITINERARY.spec, bytemuck::bytes_of(&*itinerary), &[]))
+            .unwrap();
+        lookout
+            .receive(&Incoming::new(&access, DIRECTIONS.spec, bytemuck::bytes_of(&*directions), map))
+            .unwrap();
         let mut centre = |activity: Activity, entry: u32, accepted: u32, recoveries: u32| {
             let mut journey: Box<Journey> = bytemuck::zeroed_box();
             (journey.activity, journey.entry, journey.has_reference) = (activity.code(), entry, 1);
             (journey.accepted, journey.recoveries) = (accepted, recoveries);
-            let heard = Heard::new(&access, JOURNEY.spec, bytemuck::bytes_of(&*journey), &[]);
-            lookout.hear(&heard).unwrap();
+            let incoming = Incoming::new(&access, JOURNEY.spec, bytemuck::bytes_of(&*journey), &[]);
+            lookout.receive(&incoming).unwrap();
             (lookout.centre().map(|[x, _]| x), lookout.ahead().len())
         };
         assert_eq!(
@@ -267,16 +277,16 @@ mod tests {
         let access = Access::new(Process::Pad, KIND);
         let cells: Vec<u8> = [1.0_f32, 0.5, 1.1, 0.5].iter().flat_map(|v| v.to_le_bytes()).collect();
         let chart: Box<Chart> = bytemuck::zeroed_box();
-        lookout.hear(&Heard::new(&access, CHART.spec, bytemuck::bytes_of(&*chart), &cells)).unwrap();
+        lookout.receive(&Incoming::new(&access, CHART.spec, bytemuck::bytes_of(&*chart), &cells)).unwrap();
         let mut journey: Box<Journey> = bytemuck::zeroed_box();
         (journey.entry, journey.has_reference) = (2, 1);
-        lookout.hear(&Heard::new(&access, JOURNEY.spec, bytemuck::bytes_of(&*journey), &[])).unwrap();
+        lookout.receive(&Incoming::new(&access, JOURNEY.spec, bytemuck::bytes_of(&*journey), &[])).unwrap();
         let mut whereabouts: Box<Whereabouts> = bytemuck::zeroed_box();
         whereabouts.landmark_count = 2;
         whereabouts.landmarks[0] = BelievedLandmark { landmark: 1, probability: 0.9 };
         whereabouts.landmarks[1] = BelievedLandmark { landmark: 0, probability: 0.1 };
-        let heard = Heard::new(&access, WHEREABOUTS.spec, bytemuck::bytes_of(&*whereabouts), &[]);
-        lookout.hear(&heard).unwrap();
+        let incoming = Incoming::new(&access, WHEREABOUTS.spec, bytemuck::bytes_of(&*whereabouts), &[]);
+        lookout.receive(&incoming).unwrap();
         let [x, _] = lookout.centre().unwrap();
         assert!((x - 1.1).abs() < 1e-6, "{x}");
         let shapes = lookout.shapes(0.1);

@@ -15,7 +15,7 @@ use sketchnav_schemas::channels::SCAN;
 use sketchnav_schemas::codes::TaskState;
 use sketchnav_schemas::message::{LaserScan, MAX_DOTS, Twist};
 use sketchnav_schemas::run::RunConfig;
-use sketchnav_stage::{Heard, Instant, Outbox, Remains, Stage, StageError};
+use sketchnav_stage::{Incoming, Instant, Outbox, Remains, Stage, StageError};
 
 use super::error::DirectionsError;
 use super::guard::{Guard, Last};
@@ -39,8 +39,10 @@ pub trait Instructed: Guide + Sized {
     ///
     /// # Errors
     /// [`StageError`] if the contents of the message are invalid.
-    fn hear(message: &Heard<'_>, simulation: &Simulation)
-    -> Result<Option<Vec<Navigator<Self>>>, StageError>;
+    fn receive(
+        message: &Incoming<'_>,
+        simulation: &Simulation,
+    ) -> Result<Option<Vec<Navigator<Self>>>, StageError>;
 
     /// Describes the progress of a journey, as text for people.
     fn progress(&self, output: &Output) -> impl std::fmt::Display;
@@ -159,7 +161,7 @@ impl<G: Instructed> Planner<G> {
         }
         let output = navigator.output(state);
         let words = navigator.guide().progress(&output);
-        if !self.agenda.go_on(words) {
+        if !self.agenda.keep_going(words) {
             self.stop();
         }
     }
@@ -253,7 +255,10 @@ impl Instructed for CustomMap {
     const FORM: &'static str = "directions planner 5";
     const WAITING: &'static str = "waiting for the custom map";
 
-    fn hear(message: &Heard<'_>, simulation: &Simulation) -> Result<Option<Vec<Navigator>>, StageError> {
+    fn receive(
+        message: &Incoming<'_>,
+        simulation: &Simulation,
+    ) -> Result<Option<Vec<Navigator>>, StageError> {
         if message.on(DIRECTIONS)?.is_none() {
             return Ok(None);
         }
@@ -278,11 +283,11 @@ impl<G: Instructed> Stage for Planner<G> {
     const FORM: &'static str = G::FORM;
     type State = (Standing, Memory<G::Memory>);
 
-    fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {
-        if let Some(navigators) = G::hear(message, &self.simulation)? {
+    fn receive(&mut self, message: &Incoming<'_>) -> Result<(), StageError> {
+        if let Some(navigators) = G::receive(message, &self.simulation)? {
             self.navigators = navigators;
         }
-        self.agenda.hear(message)?;
+        self.agenda.receive(message)?;
         Ok(())
     }
 

@@ -19,7 +19,7 @@ pub struct Reference {
 
 impl Reference {
     /// Processes the next message of a journey that follows `map`. All messages must belong to the same task.
-    pub fn hear(&mut self, map: &CustomMap, journey: &Journey) {
+    pub fn receive(&mut self, map: &CustomMap, journey: &Journey) {
         let accepts = journey.accepted > self.accepted;
         let turns = journey.recoveries > self.recoveries;
         let entry = journey.entry as usize;
@@ -51,19 +51,19 @@ mod tests {
     fn the_landmark_is_that_of_the_entry_that_is_read_next() {
         let map: CustomMap = "(*, SW)\n(Isol, (2, NE, 4), (3, -), SW)\n(Isol, -)\n(Isol, -)".parse().unwrap();
         let mut reference = Reference::default();
-        let mut hears = |activity: Activity, entry: u32, accepted: u32, recoveries: u32| {
+        let mut after = |activity: Activity, entry: u32, accepted: u32, recoveries: u32| {
             let journey =
                 Journey { activity: activity.code(), entry, accepted, recoveries, ..Journey::zeroed() };
-            reference.hear(&map, &journey);
+            reference.receive(&map, &journey);
             reference.node()
         };
-        assert_eq!(hears(Activity::Adjust, 0, 1, 0), Some(Node::Entry(1)));
-        assert_eq!(hears(Activity::Seek, 1, 1, 0), Some(Node::Entry(1)));
-        assert_eq!(hears(Activity::Verify, 1, 1, 0), Some(Node::Entry(2)), "the one that should be right");
-        assert_eq!(hears(Activity::Adjust, 1, 2, 1), None, "it branches, and does not say to where");
-        assert_eq!(hears(Activity::Adjust, 1, 2, 1), None);
-        assert_eq!(hears(Activity::Seek, 3, 2, 1), Some(Node::Entry(3)));
-        assert_eq!(hears(Activity::Rest, 3, 3, 1), Some(Node::Goal));
-        assert_eq!(hears(Activity::Rest, 3, 3, 1), Some(Node::Goal), "it hovers over the goal");
+        assert_eq!(after(Activity::Adjust, 0, 1, 0), Some(Node::Entry(1)));
+        assert_eq!(after(Activity::Seek, 1, 1, 0), Some(Node::Entry(1)));
+        assert_eq!(after(Activity::Verify, 1, 1, 0), Some(Node::Entry(2)), "the one that should be right");
+        assert_eq!(after(Activity::Adjust, 1, 2, 1), None, "it branches, and does not say to where");
+        assert_eq!(after(Activity::Adjust, 1, 2, 1), None);
+        assert_eq!(after(Activity::Seek, 3, 2, 1), Some(Node::Entry(3)));
+        assert_eq!(after(Activity::Rest, 3, 3, 1), Some(Node::Goal));
+        assert_eq!(after(Activity::Rest, 3, 3, 1), Some(Node::Goal), "it hovers over the goal");
     }
 }

@@ -340,10 +340,10 @@ impl Stage for Sketcher {
     const FORM: &'static str = "directions sketcher 1";
     type State = ();
 
-    fn speak(&mut self, out: &mut Outbox<'_>) -> Result<(), StageError> {
+    fn announce(&mut self, out: &mut Outbox<'_>) -> Result<(), StageError> {
         let Self { made, text } = self;
         match &made.charts {
-            Some(charts) => charts.speak(out)?,
+            Some(charts) => charts.announce(out)?,
             None => {
                 out.send_with(DIRECTIONS, text.len(), |directions, cells| {
                     directions.map_count = made.maps.len() as u32;

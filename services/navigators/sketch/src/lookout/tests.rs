@@ -20,9 +20,9 @@ fn estimate() -> PoseEstimate {
     estimate
 }
 
-fn hear<T: Message>(lookout: &mut Lookout, channel: Channel<T>, message: &T) {
+fn receive<T: Message>(lookout: &mut Lookout, channel: Channel<T>, message: &T) {
     let access = Access::new(Process::Pad, "sketch");
-    lookout.hear(&Heard::new(&access, channel.spec, bytemuck::bytes_of(message), &[])).unwrap();
+    lookout.receive(&Incoming::new(&access, channel.spec, bytemuck::bytes_of(message), &[])).unwrap();
 }
 
 #[test]
@@ -66,9 +66,9 @@ fn what_is_asked_has_places_of_the_drawing() {
     let mut question = Question::zeroed();
     (question.kind, question.place_count) = (QuestionKind::Which.code(), 3);
     (question.places[2].x_px, question.places[2].y_px) = (20.0, 30.0);
-    hear(&mut lookout, QUESTION, &question);
+    receive(&mut lookout, QUESTION, &question);
     assert_eq!(lookout.question(), Some(vec![[0.0; 2], [0.0; 2], [20.0, 30.0]]));
-    hear(&mut lookout, QUESTION, &Question::zeroed());
+    receive(&mut lookout, QUESTION, &Question::zeroed());
     assert_eq!(lookout.question(), None, "it asks no more");
 }
 
@@ -82,13 +82,13 @@ fn another_sketch_forgets_the_place_in_the_one_before() {
         lookout.draw(&mut picture);
         picture.robot.map(|robot| robot.at)
     };
-    hear(&mut lookout, ESTIMATE, &estimate());
+    receive(&mut lookout, ESTIMATE, &estimate());
     assert_eq!(place(&mut lookout), Some([20.0, 30.0]));
     let mut map = SketchMap::zeroed();
     map.header.seq = 2;
-    hear(&mut lookout, SKETCH, &map);
+    receive(&mut lookout, SKETCH, &map);
     for expected in [None, None, Some([20.0, 30.0])] {
-        hear(&mut lookout, ESTIMATE, &estimate());
+        receive(&mut lookout, ESTIMATE, &estimate());
         assert_eq!(place(&mut lookout), expected);
     }
     assert!(lookout.is_ready());

@@ -40,13 +40,13 @@ impl Table {
 
     fn sketch(&mut self, seq: u64) {
         self.map.header.seq = seq;
-        self.drive.hear(SKETCH, &self.map, &self.cells);
+        self.drive.receive(SKETCH, &self.map, &self.cells);
     }
 
     fn route(&mut self, seq: u64, sketch: u64, tasks: &[&[[f64; 2]]]) {
         let mut route = route(stretched, tasks, 100.0);
         (route.header.seq, route.header.source_seq) = (seq, sketch);
-        self.drive.hear(ROUTE, &*route, &[]);
+        self.drive.receive(ROUTE, &*route, &[]);
     }
 
     fn order(&mut self, order: Order) {

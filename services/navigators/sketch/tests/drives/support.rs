@@ -12,7 +12,7 @@ use sketchnav_schemas::run::RunConfig;
 use sketchnav_sketch::messages::{CHANNELS, ESTIMATE, PLAN, PoseEstimate, ROUTE, Route, SKETCH, SketchMap};
 use sketchnav_sketch::mission::KIND;
 use sketchnav_sketch::planner::Planner;
-use sketchnav_stage::{Access, Heard, InProcess, Inputs, Instant, Outbox, Reading, Stage};
+use sketchnav_stage::{Access, InProcess, Incoming, Inputs, Instant, Outbox, Reading, Stage};
 
 pub const ROBOTINO: &str = include_str!("../../../../../sim/robots/robotino.toml");
 pub const TURTLEBOT: &str = include_str!("../../../../../sim/robots/turtlebot3.toml");
@@ -209,16 +209,16 @@ impl Drive {
             fit: 0.0,
             tracking: Tracking::Tracking,
         };
-        drive.hear(SKETCH, &map, &cells);
-        drive.hear(ROUTE, &*route, &[]);
+        drive.receive(SKETCH, &map, &cells);
+        drive.receive(ROUTE, &*route, &[]);
         drive.order(Order::Start);
         drive
     }
 
     /// Passes a message to the planner.
-    pub fn hear<T: Message>(&mut self, channel: Channel<T>, message: &T, cells: &[u8]) {
+    pub fn receive<T: Message>(&mut self, channel: Channel<T>, message: &T, cells: &[u8]) {
         self.planner
-            .hear(&Heard::new(&self.access, channel.spec, bytemuck::bytes_of(message), cells))
+            .receive(&Incoming::new(&self.access, channel.spec, bytemuck::bytes_of(message), cells))
             .unwrap();
     }
 
@@ -315,14 +315,14 @@ impl Drive {
 
     /// Passes a person's order to the planner.
     pub fn order(&mut self, order: Order) {
-        self.hear(ORDERS, &MissionCommand { order: order.code(), ..Zeroable::zeroed() }, &[]);
+        self.receive(ORDERS, &MissionCommand { order: order.code(), ..Zeroable::zeroed() }, &[]);
     }
 
     /// Passes a person's mark of where in the drawing the robot is to the planner.
     pub fn tell(&mut self, x_px: f64, y_px: f64) {
         let mut order = MissionCommand { order: Order::Here.code(), ..Zeroable::zeroed() };
         order.set_here(&Here { at: Point::new(x_px, y_px), yaw_rad: None });
-        self.hear(ORDERS, &order, &[]);
+        self.receive(ORDERS, &order, &[]);
     }
 
     /// Drives until the mission ends, but for at most `most_s` seconds.

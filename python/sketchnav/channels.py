@@ -5,7 +5,7 @@
 
 from .messages import _Common
 
-#: What a person draws.
+#: Drawings that people make.
 DRAWING = _Common("drawing")
 #: Orders of the person at the pad.
 ORDERS = _Common("orders")

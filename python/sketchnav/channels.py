@@ -23,7 +23,7 @@ MARKERS = _Common("markers")
 VIEW = _Common("view")
 #: The heartbeat.
 TICK = _Common("tick")
-#: The velocity that the robot is to drive.
+#: Velocities for the robot to drive.
 COMMAND = _Common("command")
 #: The state of the mission.
 STATUS = _Common("status")

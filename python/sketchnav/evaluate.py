@@ -2,8 +2,8 @@
 
     python -m sketchnav.evaluate people --scheduler tcp://head:8786 -- --data /data --sample 4 -o page.html
 
-What stands behind `--` goes to `sketchnav eval`. A worker needs the program, the same build, and the suite's files at the
-same place. A job of a worker that is lost is driven by another one.
+Arguments after `--` are passed to `sketchnav eval`. A worker needs the program, from the same build, and the suite's files in
+the same place. If a worker is lost, another one drives its job.
 """
 
 import argparse
@@ -24,7 +24,7 @@ def jobs_of(program, suite, options):
 
 
 def drive(program, suite, options, job):
-    """Drives one job and gives its part: what a worker does."""
+    """Drives one job and returns its part. This runs on a worker."""
     with tempfile.TemporaryDirectory() as folder:
         part = pathlib.Path(folder) / "part.json"
         _run(program, suite, options, "--job", str(job), "-o", str(part))
@@ -40,7 +40,7 @@ def _run(program, suite, options, *more):
 
 
 def of_jobs(options):
-    """The options that decide what is driven: all but how the report is told."""
+    """The options that determine what is driven, without those that only affect the report."""
     kept, words = [], iter(options)
     for word in words:
         if word in OUTPUT:

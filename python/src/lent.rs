@@ -135,7 +135,7 @@ pub fn with_out<R>(use_it: impl FnOnce(&mut Outbox<'_>) -> Result<R, StageError>
         return Err(memory::kept());
     }
     let out = LENT.with_borrow_mut(|lent| lent.out.take()).ok_or_else(|| missing("an outbox"))?;
-    // SAFETY: the pointer is valid during the call, and was taken, so that this is the only reference.
+    // SAFETY: the pointer is valid during the call, and was taken, so this is the only reference.
     let result = use_it(unsafe { &mut *out });
     LENT.with_borrow_mut(|lent| lent.out = Some(out));
     result.map_err(passed_on)

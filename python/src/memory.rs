@@ -34,7 +34,7 @@ unsafe extern "C" fn get_buffer(
     flags: c_int,
 ) -> c_int {
     let object = exporter.cast::<Object>();
-    // SAFETY: only `type_object` uses this function, so that `exporter` is an `Object`, and the interpreter calls it from an
+    // SAFETY: only `type_object` uses this function, so `exporter` is an `Object`, and the interpreter calls it from an
     // attached thread. A memory that has been taken back is empty.
     unsafe {
         let (start, length) = ((*object).start, (*object).length);

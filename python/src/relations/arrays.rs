@@ -144,7 +144,7 @@ impl Array {
         for (i, number) in row.iter_mut().enumerate() {
             let offset = start + i as isize * by_number;
             // SAFETY: the buffer has this shape and these strides, and the indices are within the shape. The interpreter is
-            // attached, so that no other thread of Python writes to the buffer meanwhile.
+            // attached, so no other thread of Python writes to the buffer meanwhile.
             *number = unsafe { self.buffer.buf_ptr().byte_offset(offset).cast::<f64>().read_unaligned() };
             is_missing |= number.is_nan();
         }

@@ -101,7 +101,7 @@ fn open_pipe(path: &Path) -> io::Result<File> {
     open_to_write(path)
 }
 
-/// Creates a new file beside `path`. If a file with the draft's name exists, it may belong to someone, so it is kept and the next
+/// Creates a new file next to `path`. If a file with the draft's name exists, it may belong to someone, so it is kept and the next
 /// number is tried.
 fn create_beside(path: &Path) -> io::Result<(PathBuf, File)> {
     for number in 1..=MAX_DRAFTS {

@@ -55,12 +55,12 @@ def main(arguments):
     parser = argparse.ArgumentParser(
         prog="python -m sketchnav.evaluate",
         description=__doc__.splitlines()[0],
-        epilog="Options of `sketchnav eval` stand behind --.",
+        epilog="Options after -- are passed to `sketchnav eval`.",
     )
     parser.add_argument("suite")
     parser.add_argument("--scheduler", required=True, help="address of the Dask scheduler, as tcp://head:8786")
     parser.add_argument("--program", default="sketchnav", help="the program, on this machine and on every worker")
-    parser.add_argument("--retries", type=int, default=3, help="how often a job is driven again that failed")
+    parser.add_argument("--retries", type=int, default=3, help="how often to repeat a job that failed")
     split = arguments.index("--") if "--" in arguments else len(arguments)
     given, behind = parser.parse_args(arguments[:split]), arguments[split + 1 :]
     import distributed

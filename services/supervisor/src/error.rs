@@ -50,7 +50,7 @@ pub enum Error {
         /// Why waiting failed.
         source: std::io::Error,
     },
-    /// What a process has printed could not be copied to the folder of the recording.
+    /// The output of a process could not be copied to the folder of the recording.
     #[error("{process}: copying what it has printed to {}: {source}", path.display())]
     Log {
         /// The process.

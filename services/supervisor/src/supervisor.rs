@@ -63,9 +63,9 @@ impl Default for Grace {
 /// The channels of the supervisor that a player of a recording writes instead, through [`Supervisor::node`].
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Ceded {
-    /// Whether orders are ceded. If so, the supervisor gives none.
+    /// Whether orders are ceded. If so, the supervisor does not give any.
     pub mission: bool,
-    /// Whether fault reports are ceded. If so, the supervisor publishes none.
+    /// Whether fault reports are ceded. If so, the supervisor does not publish any.
     pub faults: bool,
 }
 
@@ -101,7 +101,7 @@ pub struct Supervisor {
     recording_failure: Option<RecordingFailure>,
     /// The recording of the run, if there is one.
     recording: Option<PathBuf>,
-    /// The folder beside the recording with what the processes have printed.
+    /// The folder next to the recording that contains the output of the processes.
     logs: Option<PathBuf>,
     /// Detects a stuck lockstep. `None` unless the processes are paced only by each other.
     stall: Option<Stall>,
@@ -118,11 +118,12 @@ struct Ports {
 }
 
 impl Supervisor {
-    /// Creates the system `run.system`, starts its processes, and orders the mission to start unless people do that from the
-    /// pad. First, it clears what dead systems have left behind.
+    /// Creates the system `run.system`, starts its processes, and orders the mission to start unless people do that from the pad.
+    /// First clears what dead systems have left behind.
     ///
     /// # Errors
-    /// If the system is running already, or if a process cannot be started. In either case, nothing of the new system is left.
+    /// If the system is running already, or if a process cannot be started. In either case, nothing of the new system is left
+    /// behind.
     pub fn start(run: &RunConfig, lines: Vec<ProcessLine>, grace: Grace) -> Result<Self> {
         let mut supervisor = Self::start_without_order(run, lines, grace)?;
         supervisor.order_start()?;
@@ -263,8 +264,8 @@ impl Supervisor {
         &self.outstanding_faults
     }
 
-    /// Returns what the recorder reported about files that it could not write. Available after shutdown. If its disk had space
-    /// again in time, the recording may still be complete.
+    /// Returns the recorder's report about files that it could not write. Available after shutdown. If its disk had space again in
+    /// time, the recording may still be complete.
     pub fn recording_failure(&self) -> Option<&RecordingFailure> {
         self.recording_failure.as_ref()
     }
@@ -285,8 +286,8 @@ impl Supervisor {
         self.survived.iter().filter(|death| death.process == process).count() as u64
     }
 
-    /// Returns the folder `logs` beside the recording, which contains `PROCESS.log` for each process that has printed something.
-    /// There is none until [`Supervisor::shut_down`], and none without a recording.
+    /// Returns the folder `logs` next to the recording, which contains `PROCESS.log` for each process that has printed something.
+    /// `None` until [`Supervisor::shut_down`], and without a recording.
     pub fn logs(&self) -> Option<&Path> {
         self.logs.as_deref()
     }
@@ -301,7 +302,7 @@ impl Supervisor {
     /// # Errors
     /// - [`Error::Died`] if a process failed while it was ending.
     /// - [`Error::Killed`] if a process did not end.
-    /// - [`Error::Log`] if what a process has printed could not be copied to the folder of the recording.
+    /// - [`Error::Log`] if the output of a process could not be copied to the folder of the recording.
     pub fn shut_down(&mut self) -> Result<()> {
         let met = self.await_recorder();
         let services = self.end_children(|process| process != Process::Recorder, self.grace.services);
@@ -322,7 +323,7 @@ impl Supervisor {
         met.and(services).and(recorder).and(received).and(kept).and(removed)
     }
 
-    /// Copies what the processes have printed to the folder of the recording, since their logs are removed with the system.
+    /// Copies the output of the processes to the folder of the recording, since their logs are removed with the system.
     fn keep_logs(&mut self) -> Result<()> {
         let Some(recording) = &self.recording else { return Ok(()) };
         let folder = recording.with_file_name("logs");
@@ -334,8 +335,7 @@ impl Supervisor {
         Ok(())
     }
 
-    /// Stores what the recorder reported about its files. A recorder that ended because they are incomplete has done what it
-    /// could.
+    /// Stores the recorder's report about its files. A recorder that ended because they are incomplete has done all it could.
     fn take_recording_failure_from(&mut self, ended: Result<()>) -> Result<()> {
         if let Some(ports) = &mut self.ports {
             self.recording_failure = ports.faults.take_recording_failure();
@@ -350,8 +350,8 @@ impl Supervisor {
         }
     }
 
-    /// Waits until the recorder has connected, as its first health report shows. A mission of a few instants may end before
-    /// that, and then everything sent would be lost together with the processes that sent it.
+    /// Waits until the recorder has connected, which its first health report shows. A mission of a few instants may end before
+    /// that, and everything it sent would then be lost.
     fn await_recorder(&mut self) -> Result<()> {
         let (begun, asked) = (Instant::now(), self.end_requests());
         loop {

@@ -152,7 +152,9 @@ fn describe<G: Guide>(
         return;
     }
     state.looks = 0;
-    let found = picked(state, settings, view.len(), word, corner);
+    let order = navigator.guide.order(&state.memory);
+    let bearing_deg = order.bearing_deg.filter(|_| !is_recovery);
+    let found = picked(state, settings, view.len(), (word, bearing_deg), corner);
     let Some(place) = found else {
         match state.waited < settings.patience {
             true => state.waited += 1,
@@ -162,8 +164,6 @@ fn describe<G: Guide>(
     };
     state.waited = 0;
     remember(state, settings, corner);
-    let order = navigator.guide.order(&state.memory);
-    let bearing_deg = order.bearing_deg.filter(|_| !is_recovery);
     let turn_rad = correct_heading(state, settings, bearing_deg, place);
     let place = place.turned(turn_rad);
     let is_trajectory = order.trajectory.is_some() && !is_recovery;
@@ -212,12 +212,13 @@ fn remember<M>(state: &mut State<M>, settings: &Settings, corner: Option<Corner>
     std::mem::swap(&mut state.before, &mut state.tracks);
 }
 
-/// Returns the position of the landmark that a word means, relative to the window's centre.
+/// Returns the position of the landmark that a word means, relative to the window's centre. With a bearing, `*` means the
+/// landmark at that bearing.
 fn picked<M>(
     state: &State<M>,
     settings: &Settings,
     dots: usize,
-    word: Descriptor,
+    (word, bearing_deg): (Descriptor, Option<u16>),
     corner: Option<Corner>,
 ) -> Option<Point> {
     if dots > MOST_CANDIDATES {
@@ -231,6 +232,11 @@ fn picked<M>(
         };
         others.iter().map(|&dot| dot - origin).filter(is_shown).collect()
     };
+    if let (Descriptor::Any, Some(bearing_deg)) = (word, bearing_deg) {
+        let candidates = shown(settings.slack());
+        let picked = state.heading.pick(bearing_deg, &candidates, settings.tolerance);
+        return picked.map(|index| candidates[index] + origin);
+    }
     let mut candidates = shown(0.0);
     if candidates.is_empty() {
         // A position error may have put the only candidate outside the quadrant.

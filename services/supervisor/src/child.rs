@@ -1,7 +1,7 @@
 //! A child process of the supervisor.
 
 use std::fs::{File, OpenOptions};
-use std::io::{self, Read, Seek, SeekFrom};
+use std::io::{self, ErrorKind, Read, Seek, SeekFrom};
 use std::os::fd::{AsRawFd, OwnedFd};
 use std::os::unix::fs::OpenOptionsExt;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
@@ -106,6 +106,25 @@ impl Child {
             self.ended = status.map(|status| (status, Instant::now()));
         }
         Ok(self.ended)
+    }
+
+    /// Copies what the process has printed to a file in `folder`, which is created if missing, and returns true. If the process
+    /// has printed nothing, returns false.
+    pub(crate) fn keep_log(&self, folder: &Path) -> Result<bool> {
+        let path = folder.join(format!("{}.log", self.process.word()));
+        let keep = || {
+            let mut log = match File::open(&self.log) {
+                Err(error) if error.kind() == ErrorKind::NotFound => return Ok(false),
+                opened => opened?,
+            };
+            let has_lines = log.metadata()?.len() > 0;
+            if has_lines {
+                std::fs::create_dir_all(folder)?;
+                io::copy(&mut log, &mut File::create(&path)?)?;
+            }
+            Ok(has_lines)
+        };
+        keep().map_err(|source| Error::Log { process: self.process, path: path.clone(), source })
     }
 
     /// Returns true if the process resumes from where it was when it is restarted.

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::os::unix::process::ExitStatusExt;
+use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
@@ -98,6 +99,10 @@ pub struct Supervisor {
     survived: Vec<Death>,
     outstanding_faults: Vec<(usize, PlannedFault)>,
     recording_failure: Option<RecordingFailure>,
+    /// The recording of the run, if there is one.
+    recording: Option<PathBuf>,
+    /// The folder beside the recording with what the processes have printed.
+    logs: Option<PathBuf>,
     /// Detects a stuck lockstep. `None` unless the processes are paced only by each other.
     stall: Option<Stall>,
     /// The processes that the user runs by hand.
@@ -280,6 +285,12 @@ impl Supervisor {
         self.survived.iter().filter(|death| death.process == process).count() as u64
     }
 
+    /// Returns the folder `logs` beside the recording, which contains `PROCESS.log` for each process that has printed something.
+    /// There is none until [`Supervisor::shut_down`], and none without a recording.
+    pub fn logs(&self) -> Option<&Path> {
+        self.logs.as_deref()
+    }
+
     /// Ends the services, and then the recorder, which by then has received everything that was sent. Finally, the channels and
     /// the system are removed, even if an earlier step fails.
     ///
@@ -290,12 +301,14 @@ impl Supervisor {
     /// # Errors
     /// - [`Error::Died`] if a process failed while it was ending.
     /// - [`Error::Killed`] if a process did not end.
+    /// - [`Error::Log`] if what a process has printed could not be copied to the folder of the recording.
     pub fn shut_down(&mut self) -> Result<()> {
         let met = self.await_recorder();
         let services = self.end_children(|process| process != Process::Recorder, self.grace.services);
         let recorder = self.end_recorder();
         let received = self.receive();
         let recorder = self.take_recording_failure_from(recorder);
+        let kept = self.keep_logs();
         self.children.clear();
         if let Some(node) = &self.node {
             node.clear_dead(CLEARING);
@@ -306,7 +319,19 @@ impl Supervisor {
         let outstanding = outstanding.map(|found| self.outstanding_faults = found);
         let removed = self.system.take().and_then(Rc::into_inner).map_or(Ok(()), System::remove);
         let removed = outstanding.and(removed).map_err(Error::from);
-        met.and(services).and(recorder).and(received).and(removed)
+        met.and(services).and(recorder).and(received).and(kept).and(removed)
+    }
+
+    /// Copies what the processes have printed to the folder of the recording, since their logs are removed with the system.
+    fn keep_logs(&mut self) -> Result<()> {
+        let Some(recording) = &self.recording else { return Ok(()) };
+        let folder = recording.with_file_name("logs");
+        for child in &self.children {
+            if child.keep_log(&folder)? {
+                self.logs = Some(folder.clone());
+            }
+        }
+        Ok(())
     }
 
     /// Stores what the recorder reported about its files. A recorder that ended because they are incomplete has done what it
@@ -344,6 +369,7 @@ impl Supervisor {
     }
 
     fn prepare(system: System, pad: Pad, grace: Grace, ceded: Ceded) -> Result<Self> {
+        let recording = system.run_config()?.recording.map(PathBuf::from);
         let system = Rc::new(system);
         let mut supervisor = Self {
             grace,
@@ -359,6 +385,8 @@ impl Supervisor {
             survived: Vec::new(),
             outstanding_faults: Vec::new(),
             recording_failure: None,
+            recording,
+            logs: None,
             stall: None,
             by_hand: Vec::new(),
         };

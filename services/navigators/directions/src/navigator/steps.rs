@@ -75,21 +75,23 @@ pub(super) fn step<G: Guide>(
 }
 
 /// Brings the reference under the middle of the window. Returns true, with the window at rest, if it is there or out of sight. On
-/// land, the robot then is not at its goal.
+/// land, a robot is only there if it sees the reference.
 pub(super) fn hover<M>(settings: &Settings, state: &mut State<M>, view: &[Point], elapsed_s: f64) -> bool {
     let moved = state.velocity * elapsed_s;
     let Some(mark) = &mut state.reference else { return true };
-    let is_seen = mark.follow(settings, view, moved);
-    let place = mark.place;
-    if state.retreats(settings, !is_seen, elapsed_s) {
+    let is_followed = mark.follow(settings, view, moved);
+    let (place, is_seen) = (mark.place, mark.missed == 0 || settings.window.land.is_none());
+    if state.retreats(settings, !is_followed, elapsed_s) {
         return false;
     }
-    if !is_seen && settings.window.land.is_some() {
-        state.finish(Outcome::CannotLocate);
-    } else if !is_seen {
+    if !is_followed {
         state.velocity = Point::default();
+        if !is_seen {
+            state.finish(Outcome::CannotLocate);
+        }
+        return true;
     }
-    !is_seen || state.approaches(settings, settings.window.over(place), view)
+    state.approaches(settings, settings.window.over(place), view) && is_seen
 }
 
 impl Mark {

@@ -57,7 +57,7 @@ fn a_navigator_of_the_greatest_patience_gives_up_after_so_many_looks() {
 #[test]
 fn on_land_a_goal_that_goes_out_of_sight_is_not_reached() {
     let land = Land { radius: 0.15, range: 8.0, stand_off: 0.8, clearance: 0.5 };
-    let settings = Settings::new(Window::on_land(land).unwrap(), 0.02);
+    let settings = Settings { speed: 0.3, ..Settings::new(Window::on_land(land).unwrap(), 0.02) };
     let navigator = Navigator::new(settings, "(*, -)".parse().unwrap()).unwrap();
     let mut state = navigator.start();
     let goal = [Point::new(4.0, 0.0)];

@@ -5,6 +5,7 @@
 //! its laser shows. A journey succeeds if the robot stops next to its goal without having touched anything.
 
 pub mod buildings;
+mod tables;
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -60,6 +61,7 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
         trials,
         lines: Some("place"),
         repetitions: 1,
+        sections: Some(tables::sections),
         ..Suite::default()
     })
 }

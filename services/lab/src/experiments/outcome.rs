@@ -4,6 +4,7 @@ use crate::experiments::cost::Cost;
 use crate::experiments::learned::series::InSeries;
 use crate::experiments::witnesses::RoomsSaid;
 use crate::judge::TaskVerdict;
+use crate::judge::directions::JourneyVerdict;
 use crate::judge::states::StateDriven;
 use serde::{Deserialize, Serialize};
 
@@ -126,6 +127,9 @@ pub struct TaskOutcome {
     /// asked.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rooms: Option<RoomsSaid>,
+    /// How a journey by a custom map ended, and the probability of arrival that the map states, or `None` for other tasks.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub journey: Option<JourneyVerdict>,
     /// What is known of a task in a series of drives, or `None` for others.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub in_series: Option<InSeries>,
@@ -160,6 +164,7 @@ impl TaskOutcome {
             on_sketch: None,
             displacement_m: None,
             rooms: None,
+            journey: None,
             in_series: None,
         }
     }

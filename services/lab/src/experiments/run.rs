@@ -1,5 +1,6 @@
 //! Drives a trial with the services' own cores and judges it.
 
+use sketchnav_files::Disk;
 use sketchnav_landmarks::instructions::Instructions;
 use sketchnav_landmarks::language;
 use sketchnav_landmarks::mission::{LandmarksMission, Method};
@@ -24,6 +25,7 @@ use crate::experiments::witnesses::Witness;
 use crate::judge::log::Log;
 use crate::judge::states::{Said, StateDriven};
 use crate::judge::{self, TaskSpan, TaskVerdict};
+use crate::sections::directions;
 
 /// Minimum displacement that counts as having moved, in metres.
 const STILL_M: f64 = 0.01;
@@ -301,6 +303,8 @@ pub fn outcomes(trial: &Trial, method: &str, repetition: u32, driven: &Driven) -
     } else {
         each.collect::<Vec<_>>()
     };
+    // A world whose files cannot be read has no landmarks to judge by.
+    let journeys = directions::verdicts(&driven.run, &Disk, &driven.log).unwrap_or_default();
     let outcome = |(i, Ended { verdict, span, kind }): (usize, Ended)| {
         let end = span.and_then(|span| span.of(&driven.log.truth).last().copied());
         let drawn = DrawnTask::of(trial, driven, span.as_ref(), i);
@@ -331,6 +335,7 @@ pub fn outcomes(trial: &Trial, method: &str, repetition: u32, driven: &Driven) -
                 .witness
                 .as_ref()
                 .map(|witness| witness.said(&driven.log, i, &driven.run.mission.task[i].there)),
+            journey: journeys.get(i).cloned(),
             in_series: None,
         }
     };

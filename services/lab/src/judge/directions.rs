@@ -5,7 +5,8 @@
 //! map-maker sees the landmark. The entry that the navigator reads next determines which landmark it takes a
 //! dot to be ([`Reference`]). With a belief, this is the most probable landmark.
 
-use serde::Serialize;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use sketchnav_directions::CustomMap;
 use sketchnav_directions::custom_map::graph::Node;
 use sketchnav_directions::messages::Journey;
@@ -19,12 +20,12 @@ use super::log::Log;
 use super::{TaskSpan, spans};
 
 /// The verdict on a journey.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct JourneyVerdict {
     /// Name of the task.
     pub task: String,
     /// One of the six kinds, or `None` if the journey has not ended or its map's landmarks are not known.
-    #[serde(serialize_with = "as_word")]
+    #[serde(serialize_with = "as_word", deserialize_with = "of_word")]
     pub kind: Option<Kind>,
     /// Number of entries that the navigator finished.
     pub accepted: u32,
@@ -38,8 +39,14 @@ pub struct JourneyVerdict {
     pub attained: Vec<usize>,
 }
 
-fn as_word<S: serde::Serializer>(kind: &Option<Kind>, serializer: S) -> Result<S::Ok, S::Error> {
+fn as_word<S: Serializer>(kind: &Option<Kind>, serializer: S) -> Result<S::Ok, S::Error> {
     kind.map(Kind::word).serialize(serializer)
+}
+
+fn of_word<'a, D: Deserializer<'a>>(deserializer: D) -> Result<Option<Kind>, D::Error> {
+    let Some(word) = Option::<String>::deserialize(deserializer)? else { return Ok(None) };
+    let kind = Kind::ALL.into_iter().find(|kind| kind.word() == word);
+    kind.map(Some).ok_or_else(|| D::Error::custom(format!("expected one of the six kinds, found {word:?}")))
 }
 
 /// Returns the verdict on each task's journey over the true `dots`. `names` are the names of the tasks.

@@ -11,7 +11,7 @@ use crate::page;
 use crate::picture::{self, PlanePicture, PlannedMap, TaskPicture};
 use maud::{Markup, PreEscaped, html};
 use sketchnav_directions::CustomMap;
-use sketchnav_directions::arrival::WORDS;
+use sketchnav_directions::description::Descriptor;
 use sketchnav_directions::messages::Activity;
 use sketchnav_directions::stages::mission::{self, DirectionsMission};
 use sketchnav_directions::stages::settings;
@@ -98,7 +98,8 @@ pub fn plane_picture(
     let Some(dots) = dots(run, files)? else { return Ok(None) };
     let (window, _) = settings::sight(&run.mission, &run.robot)?;
     let walls = walls(run, files)?;
-    let (parkways, trajectories) = joined(log, window, &walls);
+    let words = DirectionsMission::of(&run.mission)?.planned();
+    let (parkways, trajectories) = joined(log, window, &walls, &words);
     let walls: Vec<_> = walls.lines().map(|line| line.map(|at| Point::new(at.x, at.y))).collect();
     let spans = judge::spans(run.mission.task.len(), &log.status);
     let tasks: Vec<_> = (run.mission.task.iter().enumerate())
@@ -132,13 +133,13 @@ pub fn plane_picture(
 type Pairs = Vec<[Point<World>; 2]>;
 
 /// Returns the parkways and trajectories between the landmarks, as the map-maker sees them.
-fn joined(log: &Log, window: Window, walls: &Arc<Walls>) -> (Pairs, Pairs) {
+fn joined(log: &Log, window: Window, walls: &Arc<Walls>, words: &[Descriptor]) -> (Pairs, Pairs) {
     let places = log.seen_dots.iter().map(|[x, y]| Place::new(*x, *y)).collect();
     let Ok(plane) = Plane::new(places) else {
         return (Vec::new(), Vec::new());
     };
     let plane = plane.among(walls.clone());
-    let transitions = Transitions::new(&plane, window, Kinds { words: &WORDS, trajectories: true });
+    let transitions = Transitions::new(&plane, window, Kinds { words, trajectories: true });
     let (mut parkways, mut trajectories) = (Vec::new(), Vec::new());
     for (from, transition) in transitions.all() {
         let pair = [from, transition.to].map(|dot| plane.dot(dot)).map(|at| Point::new(at.x, at.y));

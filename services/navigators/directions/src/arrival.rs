@@ -346,9 +346,11 @@ fn candidates(
     Ok(paths)
 }
 
-/// The words that this map-maker uses in plans. Each has a definite landmark, and together they connect more
+/// The words that this map-maker uses in plans above a plane. Each has a definite landmark, and together they connect more
 /// landmarks than any of them alone.
 pub const WORDS: [Descriptor; 2] = [Descriptor::Isolated, Descriptor::IsolatedPair];
+/// The words for a robot on land, which knows its heading: `*` means any landmark, by its bearing.
+pub const WORDS_ON_LAND: [Descriptor; 3] = [Descriptor::Isolated, Descriptor::IsolatedPair, Descriptor::Any];
 
 #[cfg(test)]
 mod tests;

@@ -3,6 +3,7 @@
 use crate::description::Descriptor;
 use crate::error::Error;
 use crate::geometry::{Corner, Point, Window};
+use crate::navigator::heading::bearing_deg;
 use crate::plane::{DotId, Plane};
 use crate::recovery::{Check, Recoveries};
 use crate::reliability::Reliability;
@@ -116,6 +117,17 @@ impl Atlas {
         self.plane.walls().is_empty()
             || self.is_free(at, self.over(at, transition.to))
             || Corner::ALL.into_iter().any(|corner| self.is_free(at, self.centre(transition.to, corner)))
+    }
+
+    /// Returns the bearing that a map states for the landmark that a transition sees, if it states one. It does so if this is how
+    /// the landmark is known, or if the robot's heading is uncertain. Confusable landmarks have no single bearing.
+    pub fn bearing_deg(&self, from: DotId, transition: &Transition) -> Option<u16> {
+        let is_stated = match transition.word {
+            Descriptor::Any => true,
+            Descriptor::Confusable => false,
+            _ => self.reliability.noise.heading_rad > 0.0,
+        };
+        is_stated.then(|| bearing_deg(self.plane.dot(transition.seen) - self.plane.dot(from)))
     }
 
     /// Returns the position of the window's centre when a landmark lies in a corner.

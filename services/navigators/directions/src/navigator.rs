@@ -13,6 +13,9 @@
 //! 4. *adjusts*, which moves the landmark to its corner; or *recovers*, which moves it to the corner of the recovery and
 //!    describes again; or *branches*, which moves it to the corner of the branch and continues at the entry of the branch.
 //!
+//! A robot on land that does not see the landmark looks again from behind the reference and from further ahead. If it loses sight of
+//! the reference, it makes way for a while: someone may stand in its line of sight, and wait for the robot to move.
+//!
 //! There are two kinds of bodies ([`Window::land`]). Above a plane, the window moves freely. On land, the navigator is a robot
 //! that drives around the landmarks in its path (8). To seek then means to drive to a landmark, to adjust means to drive past
 //! it, and there are no trajectories.
@@ -208,6 +211,8 @@ struct Mark {
 enum Phase {
     /// Stands still, looks, and picks the landmark that the word means. With a corner, the reference lies in it.
     Describe { word: Descriptor, corner: Option<Corner>, is_recovery: bool },
+    /// On land, drives to another place beside the reference, or as far as it gets in time, to look again from there.
+    Elsewhere { word: Descriptor, corner: Corner, is_recovery: bool, until_s: f64 },
     /// Brings the midpoint between the reference and the second landmark to the middle of the window.
     Centre { second: Mark },
     /// Slides. `aside` is the distance of the pair's line to the left of the window's centre, and `slid` is the distance that
@@ -237,7 +242,13 @@ pub struct State<M = Progress> {
     looks: u8,
     /// Number of times that the landmark was not found.
     waited: u8,
+    /// Number of other places from which the navigator has looked for the landmark.
+    elsewhere: u8,
     signature: Signature,
+    /// On land, how often the robot has made way in this entry because the reference was out of sight, and for how many seconds
+    /// it still does so.
+    retreats: u8,
+    retreat_s: f64,
     /// The dots seen since the window stopped or began to slide.
     tracks: Tracks,
     /// The dots seen by the last description. All others are new.
@@ -303,6 +314,9 @@ impl<G: Guide> Navigator<G> {
             reference: None,
             looks: 0,
             waited: 0,
+            elsewhere: 0,
+            retreats: 0,
+            retreat_s: 0.0,
             signature: Signature::default(),
             tracks: Tracks::default(),
             before: Tracks::default(),
@@ -324,12 +338,12 @@ impl<G: Guide> Navigator<G> {
     }
 
     /// Performs one step after the journey, in which the window moves over the attained landmark. The output has an outcome
-    /// once the window is there.
+    /// once the window is there or, on land, if the robot loses sight of the landmark on the way.
     pub fn hover(&self, state: &mut State<G::Memory>, view: &[Point], elapsed_s: f64) -> Output {
         let mut turned = ArrayVec::new();
         let view = self.in_map_axes(state, view, &mut turned);
-        let is_there = steps::hover(&self.settings, state, view, elapsed_s);
-        Output { outcome: state.outcome().filter(|_| is_there), ..self.output(state) }
+        let has_ended = steps::hover(&self.settings, state, view, elapsed_s);
+        Output { outcome: state.outcome().filter(|_| has_ended), ..self.output(state) }
     }
 
     /// Converts the view to the map's axes. If the heading has no error, the window's axes are those of the map.
@@ -390,11 +404,13 @@ impl<M> State<M> {
 
     fn activity(&self) -> Activity {
         match self.phase {
-            Phase::Describe { is_recovery: false, .. } => Activity::Seek,
+            Phase::Describe { is_recovery: false, .. } | Phase::Elsewhere { is_recovery: false, .. } => {
+                Activity::Seek
+            }
             Phase::Centre { .. } | Phase::Slide { .. } => Activity::Slide,
             Phase::Around { .. } => Activity::Verify,
             Phase::Adjust { next: Next::Entry(_), .. } => Activity::Adjust,
-            Phase::Describe { .. } | Phase::Adjust { .. } => Activity::Recover,
+            Phase::Describe { .. } | Phase::Elsewhere { .. } | Phase::Adjust { .. } => Activity::Recover,
             Phase::Finished { .. } => Activity::Rest,
         }
     }

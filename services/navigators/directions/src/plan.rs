@@ -7,7 +7,6 @@ use crate::custom_map::{CustomMap, Direction, Entry, Sign, Verification};
 use crate::description::Descriptor;
 use crate::error::Error;
 use crate::geometry::Corner;
-use crate::navigator::heading;
 use crate::path::{Atlas, Leg, Path};
 use crate::plane::DotId;
 use crate::recovery::Check;
@@ -130,16 +129,8 @@ fn entry(atlas: &Atlas, leg: &Leg, verification: Option<Verification>) -> Entry 
         Movement::Forward => Some(Direction::Forward),
         Movement::Backward => Some(Direction::Backward),
     };
-    let bearing_deg = bearing_deg(atlas, leg);
+    let bearing_deg = atlas.bearing_deg(leg.from, &leg.transition);
     Entry { word: leg.transition.word, bearing_deg, trajectory, verification, place: leg.place }
-}
-
-/// Returns the bearing of a leg's landmark, if the robot's heading is uncertain. Confusable landmarks have no single bearing.
-fn bearing_deg(atlas: &Atlas, leg: &Leg) -> Option<u16> {
-    let corrects = atlas.reliability.noise.heading_rad > 0.0;
-    let is_definite = leg.transition.word != Descriptor::Confusable;
-    let way = atlas.plane.dot(leg.transition.seen) - atlas.plane.dot(leg.from);
-    (corrects && is_definite).then(|| heading::bearing_deg(way))
 }
 
 /// Prints a plan in the form of figure 30 or, for a branching map, the successors of each entry.

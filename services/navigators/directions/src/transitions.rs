@@ -8,7 +8,7 @@ use std::ops::Range;
 use petgraph::algo::kosaraju_scc;
 use petgraph::graph::DiGraph;
 
-use crate::description::Descriptor;
+use crate::description::{Descriptor, MOST_CANDIDATES};
 use crate::geometry::{Corner, Point, Window};
 use crate::plane::{DotId, Plane};
 use crate::sight::{Eye, is_seen};
@@ -34,7 +34,7 @@ pub struct Transition {
     pub seen: DotId,
     /// Distance that the window slides, in the plane's unit, or 0 for a transition within a parkway.
     pub slide: f32,
-    /// Number of candidates that the word chooses from.
+    /// Number of candidates that the word chooses from, or 1 if the landmark is known by its bearing.
     pub candidates: u16,
     /// The corner of the window where the reference lies.
     pub corner: Corner,
@@ -54,7 +54,8 @@ pub struct Transitions {
 /// The kinds of transitions that a map-maker looks for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Kinds<'a> {
-    /// The words to use. A word that isn't in [`Descriptor::DEFINITE`] yields no transitions.
+    /// The words to use. [`Descriptor::Any`] means each landmark by its bearing, which takes a robot that knows its heading. A
+    /// word that isn't in [`Descriptor::DEFINITE`] yields no other transitions.
     pub words: &'a [Descriptor],
     /// Whether to look for trajectories as well.
     pub trajectories: bool,
@@ -122,7 +123,7 @@ impl Transitions {
         for from in 0..plane.len() as DotId {
             for corner in Corner::ALL {
                 candidates.find(plane, window, from, corner);
-                let seeks = kinds.words.iter().filter_map(|&word| seek(&candidates, corner, word));
+                let seeks = kinds.words.iter().flat_map(|&word| seeks(&candidates, corner, word));
                 for seek in seeks {
                     entries.push(seek);
                     // On land, the robot drives from landmark to landmark and never slides.
@@ -216,12 +217,25 @@ impl Transitions {
     }
 }
 
-/// Returns the transition to the landmark that a word means.
-fn seek(candidates: &Candidates, corner: Corner, word: Descriptor) -> Option<Transition> {
-    let seen = candidates.pick(word)?;
-    // The cast can't overflow: a word means nothing among more than [`crate::description::MOST_CANDIDATES`] dots.
+/// Returns the transition to the landmark that a word means or, by their bearings, to all of them.
+fn seeks(
+    candidates: &Candidates,
+    corner: Corner,
+    word: Descriptor,
+) -> impl Iterator<Item = Transition> + use<'_> {
+    // The cast can't overflow: a word means nothing among more than [`MOST_CANDIDATES`] dots.
     let count = candidates.dots.len() as u16;
-    Some(Transition { to: seen, seen, slide: 0.0, candidates: count, corner, word, movement: Movement::Seek })
+    let by_bearing = word == Descriptor::Any && candidates.dots.len() <= MOST_CANDIDATES;
+    let (all, among) = if by_bearing { (&candidates.dots[..], 1) } else { (&[][..], count) };
+    candidates.pick(word).into_iter().chain(all.iter().copied()).map(move |seen| Transition {
+        to: seen,
+        seen,
+        slide: 0.0,
+        candidates: among,
+        corner,
+        word,
+        movement: Movement::Seek,
+    })
 }
 
 /// Returns the trajectories along the line of the reference and the landmark that is seen, forwards and backwards.
@@ -262,6 +276,7 @@ impl Components {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Land;
     use crate::testing::plane;
 
     fn window() -> Window {
@@ -295,6 +310,23 @@ mod tests {
         assert_eq!((of_d[0].to, of_d[0].movement, of_d[0].candidates), (4, Movement::Seek, 1));
         assert_eq!((of_d[1].to, of_d[1].seen, of_d[1].movement), (2, 4, Movement::Backward));
         assert!((of_d[1].slide - 30.5).abs() < 0.2, "{}", of_d[1].slide);
+    }
+
+    /// The last pole is hidden by the one before it.
+    #[test]
+    fn on_land_bearings_lead_to_every_pole_in_sight() {
+        let land = Land { radius: 0.15, range: 8.0, stand_off: 0.8, clearance: 0.5 };
+        let poles = plane(&[(0.0, 0.0), (1.5, 4.0), (4.0, 4.0), (5.5, 1.5), (5.0, 5.0)]);
+        let lead = |words: &[Descriptor]| {
+            let kinds = Kinds { words, trajectories: true };
+            let all = Transitions::new(&poles, Window::on_land(land).unwrap(), kinds);
+            let from = all.from(0).iter().filter(|it| it.corner == Corner::Sw);
+            from.map(|it| (it.to, it.candidates)).collect::<Vec<_>>()
+        };
+        assert_eq!(lead(&[Descriptor::Isolated]).len(), 1);
+        let mut by_bearing = lead(&[Descriptor::Any]);
+        by_bearing.sort_unstable();
+        assert_eq!(by_bearing, [(1, 1), (2, 1), (3, 1)]);
     }
 
     #[test]

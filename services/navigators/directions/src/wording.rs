@@ -67,6 +67,10 @@ fn is_new(atlas: &Atlas, before: &Leg, leg: &Leg, slack: f64) -> bool {
 /// Returns true if the next leg leads to the same landmark from each of several candidates.
 fn are_confusable(atlas: &Atlas, leg: &Leg, next: &Leg) -> bool {
     let (onward, now) = (next.transition, candidates(atlas, leg));
+    // From each candidate, the same landmark lies at another bearing.
+    if onward.word == Descriptor::Any {
+        return false;
+    }
     let leads = |dot: DotId| {
         let mut transitions = atlas.transitions.from(dot).iter();
         transitions.any(|it| {

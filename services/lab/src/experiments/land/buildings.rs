@@ -23,7 +23,7 @@ use sketchnav_sim::scenes::distance;
 use sketchnav_sim::{files, floor_plan, poles};
 use sketchnav_stage::StageError;
 
-use super::{BESIDE_M, Journey};
+use super::{BESIDE_M, Journey, tables};
 use crate::error::EvalError;
 use crate::experiments::ground::{Ground, length_m};
 use crate::experiments::suite::{Folders, Suite};
@@ -87,6 +87,7 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
         trials,
         lines: Some("floor"),
         repetitions: 1,
+        sections: Some(tables::sections),
         ..Suite::default()
     })
 }

@@ -14,6 +14,8 @@ use crate::description::Descriptor;
 use crate::error::Error;
 use crate::generate::error;
 use crate::geometry::{Corner, Land, Point};
+use crate::navigator::Settings;
+use crate::navigator::heading::Heading;
 use crate::path::Atlas;
 use crate::plane::DotId;
 use crate::sight::{Eye, is_seen};
@@ -178,6 +180,22 @@ impl<'a> Trial<'a> {
         self.picked(corner, word)
     }
 
+    /// Takes a look, and returns the dot that the word of a transition means. It is known by its bearing if the word is `*`.
+    fn seeks(&mut self, from: DotId, transition: &Transition) -> Option<DotId> {
+        if transition.word != Descriptor::Any {
+            return self.picks(from, transition.corner, transition.word);
+        }
+        self.look_around(from, transition.corner);
+        let Settings { window, tolerance, .. } = self.pilot.settings;
+        let slack = self.pilot.settings.slack();
+        let covers = |place: &Point| transition.corner.nearly_covers(*place, window.side, slack);
+        let (dots, places): (Vec<_>, Vec<_>) =
+            self.dots.iter().zip(&self.places).filter(|(_, place)| covers(place)).unzip();
+        let heading = Heading::of_sigma(self.pilot.noise.heading_rad);
+        let bearing_deg = self.atlas.bearing_deg(from, transition)?;
+        heading.pick(bearing_deg, &places, tolerance).map(|index| dots[index])
+    }
+
     /// Returns the dot that a word means in the last look.
     pub(crate) fn picked(&self, corner: Corner, word: Descriptor) -> Option<DotId> {
         let (side, slack) = (self.atlas.window.side, self.pilot.settings.slack());
@@ -215,7 +233,7 @@ impl<'a> Trial<'a> {
 
     /// Returns the dot that a transition attains.
     fn attains(&mut self, from: DotId, transition: &Transition) -> Option<DotId> {
-        let seen = self.picks(from, transition.corner, transition.word)?;
+        let seen = self.seeks(from, transition)?;
         if transition.movement == Movement::Seek {
             return Some(seen);
         }

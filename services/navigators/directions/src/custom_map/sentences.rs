@@ -162,9 +162,10 @@ impl<'a> Sentences<'a> {
             self.expect("seek", "\"Seek\" or \"Slide along the line towards\" or \"away from\" a landmark")?;
         }
         let at = self.peek(0);
-        let word = self.landmark()?;
+        let is_known_by_bearing = self.says("the landmark at a bearing of");
+        let word = if is_known_by_bearing { Descriptor::Any } else { self.landmark()? };
         self.write(at, &[word.word(), ","]);
-        if self.says("at a bearing of") {
+        if is_known_by_bearing || self.says("at a bearing of") {
             let token = self.take();
             let degrees = token.text.strip_suffix('°').and_then(|text| text.parse().ok());
             let degrees = degrees.filter(|degrees: &u16| *degrees < FULL_TURN_DEG);
@@ -181,7 +182,7 @@ impl<'a> Sentences<'a> {
     fn landmark(&mut self) -> Result<Descriptor, Error> {
         const EXPECTED: &str = "a landmark: \"the only landmark in view\", \"the most isolated landmark\", \"the farther landmark \
             of the most isolated pair\", \"the farther one of the two landmarks in view\", \"the only landmark that has just come \
-            into view\", \"any one of several landmarks\" or \"the closest landmark\"";
+            into view\", \"any one of several landmarks\", \"the closest landmark\" or \"the landmark at a bearing of\"";
         let word = Descriptor::ALL.into_iter().find(|word| self.says(landmark(*word)));
         word.ok_or_else(|| self.peek(0).error(EXPECTED))
     }

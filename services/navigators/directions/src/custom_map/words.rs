@@ -28,7 +28,10 @@ impl CustomMap {
 /// Describes the landmark that the navigator seeks. The first entry has no reference, so the closest landmark is the one nearest to
 /// the middle of the window.
 fn sought(entry: &Entry, is_first: bool) -> String {
-    let landmark = landmark(entry.word);
+    let landmark = match (entry.word, entry.bearing_deg) {
+        (Descriptor::Any, Some(_)) => "the landmark",
+        (word, _) => landmark(word),
+    };
     let bearing =
         entry.bearing_deg.map_or(String::new(), |bearing| format!(" at a bearing of {bearing:03}°"));
     match entry.trajectory {
@@ -164,6 +167,14 @@ mod tests {
                 "Slide along the line towards the farther landmark of the most isolated pair until a new landmark comes in. If \
                  none of its quadrants holds a landmark, it is the goal.",
             ]
+        );
+    }
+
+    #[test]
+    fn a_landmark_known_by_its_bearing_is_not_the_closest() {
+        assert_eq!(
+            words("(*, SW)\n(*, 053, -)")[1],
+            "Seek the landmark at a bearing of 053°. It is the goal."
         );
     }
 

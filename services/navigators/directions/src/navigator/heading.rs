@@ -30,6 +30,14 @@ pub struct Heading {
     variance: f64,
 }
 
+/// The difference of a bearing.
+struct Off {
+    /// Angle from the bearing at which the landmark is seen to the stated one, to the left, in radians.
+    angle_rad: f64,
+    /// Its variance, apart from that of the heading.
+    noise: f64,
+}
+
 impl Heading {
     /// Returns the heading of a robot whose initial error has this standard deviation, in radians.
     pub fn of_sigma(sigma_rad: f64) -> Self {
@@ -39,20 +47,36 @@ impl Heading {
     /// Takes in the bearing of a landmark, which is seen at `way` from the reference, in the map's axes as currently estimated.
     /// `sigma` is the position error. Returns the angle by which the estimate turns to the left.
     pub fn correct(&mut self, bearing_deg: u16, way: Point, sigma: f64) -> f64 {
-        let distance = way.norm();
-        if self.variance <= 0.0 || distance <= sigma {
+        if self.variance <= 0.0 {
             return 0.0;
+        }
+        let Some(Off { angle_rad, noise }) = self.off(bearing_deg, way, sigma) else { return 0.0 };
+        let gain = self.variance / (self.variance + noise);
+        self.variance *= 1.0 - gain;
+        self.turned_rad += gain * angle_rad;
+        gain * angle_rad
+    }
+
+    /// Returns the index of the landmark whose bearing is closest to this one, or `None` if the difference is too large for each
+    /// of them. The landmarks are seen at `ways` from the reference.
+    pub fn pick(&self, bearing_deg: u16, ways: &[Point], sigma: f64) -> Option<usize> {
+        let off = |(index, &way)| Some((self.off(bearing_deg, way, sigma)?.angle_rad.abs(), index));
+        let off = ways.iter().enumerate().filter_map(off);
+        off.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, index)| index)
+    }
+
+    /// Returns the difference between a bearing and the one at which a landmark is seen, or `None` if the landmark is too near to
+    /// tell or the difference is too large to be an error.
+    fn off(&self, bearing_deg: u16, way: Point, sigma: f64) -> Option<Off> {
+        let distance = way.norm();
+        if distance <= sigma {
+            return None;
         }
         let noise = ROUNDED_RAD * ROUNDED_RAD + (sigma / distance).powi(2);
         let meant = Point::new(0.0, 1.0).turned(-f64::from(bearing_deg).to_radians());
-        let off = (way.x * meant.y - way.y * meant.x).atan2(way.dot(meant));
-        if off * off > GATE * GATE * (self.variance + noise) {
-            return 0.0;
-        }
-        let gain = self.variance / (self.variance + noise);
-        self.variance *= 1.0 - gain;
-        self.turned_rad += gain * off;
-        gain * off
+        let angle_rad = (way.x * meant.y - way.y * meant.x).atan2(way.dot(meant));
+        let is_error = angle_rad * angle_rad <= GATE * GATE * (self.variance + noise);
+        is_error.then_some(Off { angle_rad, noise })
     }
 }
 
@@ -79,6 +103,18 @@ mod tests {
             assert!(after < before || after < 0.01, "{before} {after}");
         }
         assert!((heading.turned_rad - turned_rad).abs() < 0.006, "{heading:?}");
+    }
+
+    #[test]
+    fn a_landmark_is_known_by_its_bearing_within_the_error_of_the_heading() {
+        let ways = [(1.0, 4.0), (4.0, 1.0), (5.0, -5.0)].map(|(x, y)| Point::new(x, y));
+        let heading = Heading::of_sigma(2_f64.to_radians());
+        let picked = |bearing_deg: u16| heading.pick(bearing_deg, &ways, 0.05);
+        assert_eq!([14, 17, 74, 135].map(picked), [Some(0), Some(0), Some(1), Some(2)]);
+        assert_eq!([45, 315].map(picked), [None; 2], "nothing is there");
+        let turned = ways.map(|way| way.turned(-0.06));
+        assert_eq!(heading.pick(14, &turned, 0.05), Some(0));
+        assert_eq!(Heading::of_sigma(0.0).pick(14, &turned, 0.05), None);
     }
 
     #[test]

@@ -10,6 +10,15 @@ use crate::description::{Descriptor, MOST_CANDIDATES};
 use crate::geometry::{Corner, Point};
 use crate::trajectory::Slide;
 
+/// Displacements of the places from which a robot on land looks again, along the diagonal of the quadrant, in distances that it
+/// keeps from the reference. The first place is on the other side of the reference.
+const ELSEWHERE: [f64; 2] = [-2.0, 1.0];
+/// Time for the way to such a place, in seconds.
+const ELSEWHERE_S: f64 = 10.0;
+/// Directions in which a robot on land makes way if something hides the reference, one after the other, as angles to the left of
+/// the direction away from the reference, in radians, and for how long it does so, in seconds.
+const RETREATS_RAD: [f64; 3] = [1.0, -1.0, 0.0];
+const RETREAT_S: f64 = 3.0;
 /// Number of views that must show a new dot during a slide.
 const CONFIRMED: u8 = 2;
 
@@ -35,13 +44,23 @@ pub(super) fn step<G: Guide>(
         !is_seen
     });
     // During a slide, the reference leaves the view, as it should.
-    let is_sliding = matches!(state.phase, Phase::Slide { .. });
-    if (is_lost && !is_sliding) || state.spent_s > settings.longest_entry_s {
+    let is_lost = is_lost && !matches!(state.phase, Phase::Slide { .. });
+    if state.spent_s <= settings.longest_entry_s && state.retreats(settings, is_lost, elapsed_s) {
+        return;
+    }
+    if is_lost || state.spent_s > settings.longest_entry_s {
         return state.finish(Outcome::CannotLocate);
     }
     match state.phase {
         Phase::Describe { word, corner, is_recovery } => {
             describe(navigator, state, view, word, corner, is_recovery);
+        }
+        Phase::Elsewhere { word, corner, is_recovery, until_s } => {
+            let displacement = to_corner(state, settings, corner) + aside(settings, corner, state.elsewhere);
+            if state.approaches(settings, displacement, view) || state.spent_s > until_s {
+                state.velocity = Point::default();
+                state.phase = Phase::Describe { word, corner: Some(corner), is_recovery };
+            }
         }
         Phase::Centre { second } => centre(navigator, state, view, second, moved),
         Phase::Slide { along, aside, slid } => {
@@ -55,16 +74,24 @@ pub(super) fn step<G: Guide>(
     }
 }
 
-/// Brings the reference under the middle of the window. Returns true, with the window at rest, if it is there or out of sight.
+/// Brings the reference under the middle of the window. Returns true, with the window at rest, if it is there or out of sight. On
+/// land, a robot is only there if it sees the reference.
 pub(super) fn hover<M>(settings: &Settings, state: &mut State<M>, view: &[Point], elapsed_s: f64) -> bool {
     let moved = state.velocity * elapsed_s;
     let Some(mark) = &mut state.reference else { return true };
-    let is_seen = mark.follow(settings, view, moved);
-    let place = mark.place;
-    if !is_seen {
-        state.velocity = Point::default();
+    let is_followed = mark.follow(settings, view, moved);
+    let (place, is_seen) = (mark.place, mark.missed == 0 || settings.window.land.is_none());
+    if state.retreats(settings, !is_followed, elapsed_s) {
+        return false;
     }
-    !is_seen || state.approaches(settings, settings.window.over(place), view)
+    if !is_followed {
+        state.velocity = Point::default();
+        if !is_seen {
+            state.finish(Outcome::CannotLocate);
+        }
+        return true;
+    }
+    state.approaches(settings, settings.window.over(place), view) && is_seen
 }
 
 impl Mark {
@@ -90,6 +117,27 @@ impl<M> State<M> {
     fn finish(&mut self, outcome: Outcome) {
         self.velocity = Point::default();
         self.phase = Phase::Finished { outcome };
+    }
+
+    /// Makes way for a while, on land, if the reference is out of sight. Whoever stands in front of it may be waiting for the robot
+    /// to move. Returns false if the robot need not do so, or has done so too often.
+    fn retreats(&mut self, settings: &Settings, is_lost: bool, elapsed_s: f64) -> bool {
+        let Some(mark) = self.reference.as_mut().filter(|_| settings.window.land.is_some()) else {
+            return false;
+        };
+        self.retreat_s = (self.retreat_s - elapsed_s).max(0.0);
+        if is_lost && usize::from(self.retreats) < RETREATS_RAD.len() {
+            (self.retreats, self.retreat_s, mark.missed) = (self.retreats + 1, RETREAT_S, 0);
+        }
+        if self.retreat_s == 0.0 {
+            return false;
+        }
+        let aside_rad = RETREATS_RAD[usize::from(self.retreats.saturating_sub(1)) % RETREATS_RAD.len()];
+        let away = -mark.place.direction().unwrap_or_default();
+        self.velocity = away.turned(aside_rad) * settings.speed;
+        // Views from different places are not averaged.
+        self.looks = 0;
+        true
     }
 
     /// Takes another view at rest. Returns true if there are enough of them.
@@ -152,9 +200,11 @@ fn describe<G: Guide>(
         return;
     }
     state.looks = 0;
-    let found = picked(state, settings, view.len(), word, corner);
+    let order = navigator.guide.order(&state.memory);
+    let bearing_deg = order.bearing_deg.filter(|_| !is_recovery);
+    let found = picked(state, settings, view.len(), (word, bearing_deg), corner);
     let Some(place) = found else {
-        match state.waited < settings.patience {
+        match state.waited < patience(settings, corner) {
             true => state.waited += 1,
             false => go_without(navigator, state),
         }
@@ -162,8 +212,6 @@ fn describe<G: Guide>(
     };
     state.waited = 0;
     remember(state, settings, corner);
-    let order = navigator.guide.order(&state.memory);
-    let bearing_deg = order.bearing_deg.filter(|_| !is_recovery);
     let turn_rad = correct_heading(state, settings, bearing_deg, place);
     let place = place.turned(turn_rad);
     let is_trajectory = order.trajectory.is_some() && !is_recovery;
@@ -177,14 +225,37 @@ fn describe<G: Guide>(
     }
 }
 
-/// Handles the case that there is no landmark for the word, as the guide decides.
+/// Returns how often the navigator looks again from one place. On land, it divides its patience among several places.
+fn patience(settings: &Settings, corner: Option<Corner>) -> u8 {
+    let has_places = settings.window.land.is_some() && corner.is_some();
+    settings.patience / if has_places { 1 + ELSEWHERE.len() as u8 } else { 1 }
+}
+
+/// Handles the case that there is no landmark for the word, as the guide decides. Before it gives up, a robot on land looks
+/// again from other places.
 fn go_without<G: Guide>(navigator: &Navigator<G>, state: &mut State<G::Memory>) {
     if state.reference.is_none() {
         return state.finish(Outcome::CannotLocate);
     }
     state.waited = 0;
     let decision = navigator.guide.nothing(&mut state.memory, &navigator.settings);
-    follow(state, decision);
+    let gives_up = matches!(decision, Decision::Finish(_)) && navigator.settings.window.land.is_some();
+    match state.phase {
+        Phase::Describe { word, corner: Some(corner), is_recovery }
+            if gives_up && usize::from(state.elsewhere) < ELSEWHERE.len() =>
+        {
+            state.elsewhere += 1;
+            let until_s = state.spent_s + ELSEWHERE_S;
+            state.phase = Phase::Elsewhere { word, corner, is_recovery, until_s };
+        }
+        _ => follow(state, decision),
+    }
+}
+
+/// Returns the displacement from the corner to another place, which has this number, from 1.
+fn aside(settings: &Settings, corner: Corner, elsewhere: u8) -> Point {
+    let along = usize::from(elsewhere).checked_sub(1).and_then(|place| ELSEWHERE.get(place));
+    settings.window.centre_from(corner) * along.copied().unwrap_or_default()
 }
 
 /// Corrects the heading by the bearing of a landmark at this position. Returns the angle by which the map's axes have turned.
@@ -212,12 +283,13 @@ fn remember<M>(state: &mut State<M>, settings: &Settings, corner: Option<Corner>
     std::mem::swap(&mut state.before, &mut state.tracks);
 }
 
-/// Returns the position of the landmark that a word means, relative to the window's centre.
+/// Returns the position of the landmark that a word means, relative to the window's centre. With a bearing, `*` means the
+/// landmark at that bearing.
 fn picked<M>(
     state: &State<M>,
     settings: &Settings,
     dots: usize,
-    word: Descriptor,
+    (word, bearing_deg): (Descriptor, Option<u16>),
     corner: Option<Corner>,
 ) -> Option<Point> {
     if dots > MOST_CANDIDATES {
@@ -231,6 +303,11 @@ fn picked<M>(
         };
         others.iter().map(|&dot| dot - origin).filter(is_shown).collect()
     };
+    if let (Descriptor::Any, Some(bearing_deg)) = (word, bearing_deg) {
+        let candidates = shown(settings.slack());
+        let picked = state.heading.pick(bearing_deg, &candidates, settings.tolerance);
+        return picked.map(|index| candidates[index] + origin);
+    }
     let mut candidates = shown(0.0);
     if candidates.is_empty() {
         // A position error may have put the only candidate outside the quadrant.
@@ -247,6 +324,7 @@ fn picked<M>(
 /// Makes the landmark at this position the reference, then looks around it or continues.
 fn attain<G: Guide>(navigator: &Navigator<G>, state: &mut State<G::Memory>, place: Point) {
     state.reference = Some(Mark::new(place));
+    (state.elsewhere, state.retreats) = (0, 0);
     state.signature = Default::default();
     state.looks = 0;
     match navigator.guide.order(&state.memory).looks_around {

@@ -4,6 +4,7 @@ use proptest::prelude::*;
 use sketchnav_schemas::seed::stream;
 
 use super::*;
+use crate::geometry::Land;
 use crate::testing::{config, plane};
 use crate::traversal::{Helicopter, Noise, STEP_S};
 
@@ -50,6 +51,28 @@ fn a_navigator_of_the_greatest_patience_gives_up_after_so_many_looks() {
         assert_eq!(looks, Some(u32::from(patience) + 1));
         assert_eq!(state.outcome(), Some(Outcome::CannotLocate));
     }
+}
+
+/// Regression test: where someone stood before the goal, the robot reported that it had arrived, 4 m away from it.
+#[test]
+fn on_land_a_goal_that_goes_out_of_sight_is_not_reached() {
+    let land = Land { radius: 0.15, range: 8.0, stand_off: 0.8, clearance: 0.5 };
+    let settings = Settings { speed: 0.3, ..Settings::new(Window::on_land(land).unwrap(), 0.02) };
+    let navigator = Navigator::new(settings, "(*, -)".parse().unwrap()).unwrap();
+    let mut state = navigator.start();
+    let goal = [Point::new(4.0, 0.0)];
+    assert!((0..100).any(|_| navigator.step(&mut state, &goal, STEP_S).outcome == Some(Outcome::Arrived)));
+    let mut ways = Vec::new();
+    let outcome = (0..1000).find_map(|_| {
+        let output = navigator.hover(&mut state, &[], STEP_S);
+        ways.push(output.velocity);
+        output.outcome
+    });
+    assert_eq!(outcome, Some(Outcome::CannotLocate));
+    // It makes way to either side, and back.
+    let is_back = |way: &Point| way.x < 0.0;
+    assert!(ways.iter().any(|way| is_back(way) && way.y < -0.1), "{ways:?}");
+    assert!(ways.iter().any(|way| is_back(way) && way.y > 0.1), "{ways:?}");
 }
 
 /// Killing the process between any two steps must not change anything: a restarted process restores the state and takes the

@@ -37,7 +37,7 @@ use sketchnav_schemas::robot::Robot;
 
 use super::error::DirectionsError;
 use super::settings;
-use crate::arrival::WORDS;
+use crate::arrival::{WORDS, WORDS_ON_LAND};
 use crate::description::Descriptor;
 use crate::geometry::Point;
 use crate::messages::MAX_PLANNED;
@@ -278,7 +278,11 @@ impl DirectionsMission {
     /// Returns the words that the map-maker plans with: the method's own words that the navigator understands. If it
     /// understands none of them, these are the understood words whose landmark is known beforehand.
     pub fn planned(&self) -> Vec<Descriptor> {
-        let usual: &[Descriptor] = if self.method.is_simulated() { &WORDS } else { Kinds::PAPER.words };
+        let usual: &[Descriptor] = match self.land {
+            _ if !self.method.is_simulated() => Kinds::PAPER.words,
+            Some(_) => &WORDS_ON_LAND,
+            None => &WORDS,
+        };
         let understood = |words: &[Descriptor]| -> Vec<Descriptor> {
             words.iter().copied().filter(|word| self.words.contains(word)).collect()
         };

@@ -252,7 +252,7 @@ fn navigators(text: &str, settings: Settings) -> Result<Vec<Navigator>, Error> {
 }
 
 impl Instructed for CustomMap {
-    const FORM: &'static str = "directions planner 5";
+    const FORM: &'static str = "directions planner 6";
     const WAITING: &'static str = "waiting for the custom map";
 
     fn receive(

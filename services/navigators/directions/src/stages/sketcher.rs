@@ -24,7 +24,8 @@ use super::settings;
 use super::survey::{Seen, bytes, seen};
 use crate::arrival::{Effort, Pilot, most_probable};
 use crate::branching::most_probable_branching;
-use crate::custom_map::CustomMap;
+use crate::custom_map::{CustomMap, Entry};
+use crate::description::Descriptor;
 use crate::error::Error;
 use crate::geometry::Point;
 use crate::messages::{DIRECTIONS, ITINERARY, Itinerary, MAX_PLANNED, PlannedJourney, PlannedLandmark};
@@ -96,7 +97,9 @@ pub fn notices(run: &RunConfig, files: &Files<'_>) -> Result<Vec<String>, Direct
     }
     let file = read.source.file();
     let made = written(run, &read, file, files)?;
-    let has_bearings = made.maps.iter().flat_map(CustomMap::entries).any(|entry| entry.bearing_deg.is_some());
+    // After `*`, a bearing says which landmark is meant.
+    let only_corrects = |entry: &Entry| entry.bearing_deg.is_some() && entry.word != Descriptor::Any;
+    let has_bearings = made.maps.iter().flat_map(CustomMap::entries).any(only_corrects);
     let corrects_nothing = has_bearings && read.heading_noise_deg == 0.0;
     let notice = || format!("{file}: its bearings correct nothing without navigator.heading_noise_deg");
     Ok(corrects_nothing.then(notice).into_iter().collect())

@@ -222,6 +222,18 @@ fn on_land_it_drives_around_a_pole_and_finds_the_one_that_it_hid() {
     assert!(nearest > 0.4, "{nearest}");
 }
 
+/// No word means the pole in the middle of these three: it is neither the most isolated one nor the closest one.
+#[test]
+fn on_land_each_pole_is_known_by_its_bearing() {
+    let world = plane(&[(0.0, 0.0), (1.5, 4.0), (4.0, 4.0), (5.5, 1.5)]);
+    let kind = |bearing: &str, pole| {
+        let map = format!("(*, SW)\n(*, {bearing}, -)");
+        driven(&world, &map, &[0, pole], Noise::NONE).0.kind
+    };
+    assert_eq!([kind("021", 1), kind("045", 2), kind("075", 3)], [Kind::Direct; 3]);
+    assert_eq!(kind("060", 2), Kind::CannotLocate, "nothing is there");
+}
+
 #[test]
 fn on_land_a_panorama_tells_the_wrong_pole_and_the_way_back() {
     // There are two poles north-east of the first, of which the more distant one is isolated. With a map that means the nearer
@@ -291,6 +303,19 @@ fn on_land_a_wall_is_neither_seen_through_nor_driven_through() {
     };
     assert_eq!(run([(20.0, 0.0), (20.0, 9.0)]), Kind::Direct);
     assert_eq!(run([(2.5, -9.0), (2.5, 9.0)]), Kind::CannotLocate);
+}
+
+/// A short wall hides the landmark from the corner of the reference, but not from the other side of the reference.
+#[test]
+fn on_land_it_looks_again_from_elsewhere_before_it_gives_up() {
+    let body = Body { radius: 0.225, keeps: 0.375, merges: 0.4 };
+    let kind = |from: f64, to: f64| {
+        let ends = [Point::new(from, 3.0), Point::new(to, 3.0)];
+        let world = plane(&[(0.0, 0.0), (1.0, 6.0)]).among(Arc::new(Walls::new([ends], 0.1, body)));
+        driven(&world, "(*, SW)\n(Isol, -)", &[0, 1], Noise::NONE).0.kind
+    };
+    assert_eq!([kind(9.0, 9.5), kind(0.5, 1.05)], [Kind::Direct; 2]);
+    assert_eq!(kind(-4.0, 5.0), Kind::CannotLocate);
 }
 
 #[test]

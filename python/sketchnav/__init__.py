@@ -1,14 +1,14 @@
 """Navigators and drivers for sketchnav, and readers of its running systems and recordings.
 
-A navigator in Python is a program: all of `sketchnav`, plus this navigator. See `sketchnav.navigator`:
+A navigator in Python is a program that contains all of `sketchnav` along with this navigator. See `sketchnav.navigator`:
 
     raise SystemExit(sketchnav.main([NAVIGATOR]))
 
-A driver is a robot, or a simulator of others, in place of the simulated world. See `sketchnav.driver`:
+A driver is a robot, or another simulator, in place of the simulated world. See `sketchnav.driver`:
 
     with sketchnav.drive("lab") as robot: ...
 
-Live messages are NumPy structures that look at shared memory itself, read-only and without a copy:
+Live messages are NumPy structures on the shared memory itself, read-only and without a copy:
 
     import numpy
     import sketchnav
@@ -18,12 +18,12 @@ Live messages are NumPy structures that look at shared memory itself, read-only 
         # +inf is no return, and NaN an invalid reading, which nanmin skips.
         print(scan.stamp_s, numpy.nanmin(scan["ranges_m"][: scan["beam_count"]]))
 
-Recordings are pandas frames, which need matplotlib to plot:
+Recordings are read into pandas frames, which need matplotlib to plot:
 
     run = sketchnav.open("out/demo-001/building-a.mcap")
     run.frame("estimate")[["pose.position.x", "pose.position.y"]].plot()
 
-Each name is imported when it is first used: navigators and drivers need no other package, live messages need NumPy.
+Each name is imported when it is first used. Navigators and drivers need no other package, and live messages need NumPy.
 """
 
 import importlib

@@ -5,7 +5,7 @@
 
 from .messages import _Common
 
-#: What a person draws.
+#: Drawings that people make.
 DRAWING = _Common("drawing")
 #: Orders of the person at the pad.
 ORDERS = _Common("orders")
@@ -23,7 +23,7 @@ MARKERS = _Common("markers")
 VIEW = _Common("view")
 #: The heartbeat.
 TICK = _Common("tick")
-#: The velocity that the robot is to drive.
+#: Velocities for the robot to drive.
 COMMAND = _Common("command")
 #: The state of the mission.
 STATUS = _Common("status")

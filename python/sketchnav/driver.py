@@ -1,4 +1,4 @@
-"""Drivers in Python: a robot, or a simulator of others, in place of the simulated world.
+"""Drivers in Python: a robot, or another simulator, in place of the simulated world.
 
     import sketchnav
 
@@ -9,8 +9,8 @@
             robot.tick()
             base.drive(*robot.command())
 
-The system was started with `sketchnav run mission.toml --without world --speed 1 --system lab`. Of a robot that is simulated, a
-second takes no second: `drive("lab", simulated=True)`, with the default speed.
+Start the system with `sketchnav run mission.toml --without world --speed 1 --system lab`. A simulated robot does not depend on
+the clock, so use `drive("lab", simulated=True)`, and the default speed.
 """
 
 import json
@@ -37,7 +37,7 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 class Velocity(NamedTuple):
-    """How fast the robot is to drive, in its own axes: x ahead, y to the left, turning counter-clockwise."""
+    """A velocity for the robot, in its own axes: x ahead, y to the left, turning counter-clockwise."""
 
     vx_mps: float
     vy_mps: float
@@ -45,7 +45,7 @@ class Velocity(NamedTuple):
 
 
 class Position(NamedTuple):
-    """Where the robot is: metres, and radians counter-clockwise from the x axis."""
+    """A pose of the robot: metres, and radians counter-clockwise from the x axis."""
 
     x_m: float
     y_m: float
@@ -55,7 +55,7 @@ class Position(NamedTuple):
 class Floor(NamedTuple):
     """The floor of a mission, in metres. Every corner is a pair (x, y)."""
 
-    #: Faces of the walls as pairs of corners: what a laser sees.
+    #: Faces of the walls, which a laser sees, as pairs of corners.
     faces: list[list[list[float]]]
     #: The walls as convex polygons, counter-clockwise. They may overlap.
     walls: list[list[list[float]]]
@@ -63,7 +63,7 @@ class Floor(NamedTuple):
     furniture: list[list[list[float]]]
 
     def segments(self) -> Iterator[list[list[float]]]:
-        """All that a laser sees, as pairs of corners."""
+        """Everything that a laser sees, as pairs of corners."""
         yield from self.faces
         for corners in self.furniture:
             yield from ([a, b] for a, b in zip(corners, [*corners[1:], corners[0]]))
@@ -72,7 +72,7 @@ class Floor(NamedTuple):
 def drive(system: str, *, simulated: bool = False) -> "Driver":
     """The driver of a system's robot, for use in a `with` statement.
 
-    The time of a robot passes by itself. That of a simulator (`simulated`) passes by `period_s` from one tick to the next: in
+    For a robot, time passes by itself. For a simulator (`simulated`), it advances by `period_s` from one tick to the next: in
     lockstep as fast as the navigators answer, otherwise by the clock.
     """
     return Driver(system, simulated=simulated)
@@ -87,15 +87,15 @@ def _beams(laser: Mapping[str, Any]) -> tuple[float, float]:
 
 
 class Driver:
-    """The robot of a system: it sends readings, ends instants, and gets velocities. One thread uses it, the one that entered it.
+    """The robot of a system: sends readings, ends instants, receives velocities. Only the thread that entered it may use it.
 
-    A reading that is wrong raises `ValueError`, which names the field, what was expected and what was found. It is not sent.
-    A driver that is started again after its death continues the numbers, the time and the odometry of the one before.
+    An invalid reading is not sent. It raises `ValueError`, which names the field, what was expected and what was found. A
+    driver that is started again after its death continues the numbers, the time and the odometry of the previous one.
     """
 
     def __init__(self, system: str, *, simulated: bool = False):
         self.system, self.is_simulated = system, simulated
-        #: True once the robot is to stand still for good: the mission is over, the system is gone, or a signal asked for the end.
+        #: True once the robot must stand still for good: the mission or the system is over, or a signal asked for the end.
         self.is_over = False
         self._run: Mapping[str, Any] | None = None
         self._handlers: dict[int, Any] = {}
@@ -137,20 +137,20 @@ class Driver:
 
     @property
     def period_s(self) -> float:
-        """The time from one tick to the next, as the robot's file gives it."""
+        """The time from one tick to the next, according to the robot's file."""
         self._of_run("robot")
         return self._period_ns / 1e9
 
     @property
     def start(self) -> Position:
-        """For simulators: where in the world the robot begins, or where it was when the driver before this one died."""
+        """For simulators: the pose in the world at which the robot begins, or at which it was when the previous driver died."""
         start = self._of_run("mission")["start"]
         at = self._truth or [*start["world"], math.radians(start["world_heading_deg"])]
         return Position(*at)
 
     @property
     def resumed(self) -> Position | None:
-        """The last pose of the odometry that an earlier driver sent, or None. The first pose of this driver continues there."""
+        """The last odometry pose that an earlier driver sent, or None. The first pose of this driver continues there."""
         self._of_run("robot")
         return Position(*self._odometry) if self._odometry else None
 
@@ -165,7 +165,7 @@ class Driver:
         return [first_rad + i * step_rad for i in range(self.robot["laser"]["beams"])]
 
     def floor(self) -> Floor:
-        """For simulators: the floor of the mission, as its world describes it."""
+        """For simulators: the floor of the mission, as described by its world."""
         return Floor(**json.loads(_core.driver_floor()))
 
     def scan(
@@ -181,8 +181,8 @@ class Driver:
     ) -> None:
         """Sends a scan, taken `age_s` ago: ranges counter-clockwise, infinity without a return, NaN if invalid (REP 117).
 
-        What is not given is that of `[laser]` in the robot's file, where beams are spread evenly around the forward axis. The
-        angles of another laser are given together.
+        Anything not given is taken from `[laser]` in the robot's file, where beams are spread evenly around the forward axis.
+        The angles of another laser must be given together.
         """
         laser = self.robot.get("laser") or {}
         count = len(ranges_m)
@@ -239,7 +239,7 @@ class Driver:
         vy_mps: float = 0.0,
         yaw_rate_radps: float = 0.0,
     ) -> None:
-        """For simulators: records where the robot really is, once before each tick. The judge reads it, and no navigator can."""
+        """For simulators: records the robot's true pose, once before each tick. The judge reads it, and no navigator can."""
         pose = {
             "x_m": x_m,
             "y_m": y_m,
@@ -250,7 +250,7 @@ class Driver:
         self._send(_TRUTH, 0.0, pose=pose, twist=twist)
 
     def contact(self, x_m: float, y_m: float, *, begins: bool, body: str = "wall", impulse_ns: float = 0.0) -> None:
-        """For simulators: records that the robot begins, or ends, to touch something. `body` is wall, furniture or person."""
+        """For simulators: records that the robot starts or stops touching something. `body` is wall, furniture or person."""
         if body not in _BODIES:
             raise ValueError(f"contact: body: expected one of {', '.join(_BODIES)}, found {body!r}")
         position_m = [x_m, y_m]
@@ -293,10 +293,11 @@ class Driver:
         return _core.driver_tick()
 
     def command(self, *, wait_s: float = 0.05) -> Velocity:
-        """How fast the robot is to drive until the next tick.
+        """Returns the velocity at which to drive until the next tick.
 
-        The answer to the last tick, if it arrives within `wait_s`. Otherwise the newest command, or standstill if that is older
-        than half a second. A simulator waits until its time may go on. Once it is over, the robot stands still.
+        This is the answer to the last tick, if it arrives within `wait_s`. Otherwise it is the newest command, or standstill if
+        that is older than half a second. A simulator waits until its time may advance. Once the mission is over, the robot
+        stands still.
         """
         twist = _core.driver_command(wait_s)
         self.is_over = twist is None

@@ -2,8 +2,8 @@
 
     python -m sketchnav.evaluate people --scheduler tcp://head:8786 -- --data /data --sample 4 -o page.html
 
-What stands behind `--` goes to `sketchnav eval`. A worker needs the program, the same build, and the suite's files at the
-same place. A job of a worker that is lost is driven by another one.
+Arguments after `--` are passed to `sketchnav eval`. A worker needs the program, from the same build, and the suite's files in
+the same place. If a worker is lost, another one drives its job.
 """
 
 import argparse
@@ -24,7 +24,7 @@ def jobs_of(program, suite, options):
 
 
 def drive(program, suite, options, job):
-    """Drives one job and gives its part: what a worker does."""
+    """Drives one job and returns its part. This runs on a worker."""
     with tempfile.TemporaryDirectory() as folder:
         part = pathlib.Path(folder) / "part.json"
         _run(program, suite, options, "--job", str(job), "-o", str(part))
@@ -40,7 +40,7 @@ def _run(program, suite, options, *more):
 
 
 def of_jobs(options):
-    """The options that decide what is driven: all but how the report is told."""
+    """The options that determine what is driven, without those that only affect the report."""
     kept, words = [], iter(options)
     for word in words:
         if word in OUTPUT:
@@ -55,12 +55,12 @@ def main(arguments):
     parser = argparse.ArgumentParser(
         prog="python -m sketchnav.evaluate",
         description=__doc__.splitlines()[0],
-        epilog="Options of `sketchnav eval` stand behind --.",
+        epilog="Options after -- are passed to `sketchnav eval`.",
     )
     parser.add_argument("suite")
     parser.add_argument("--scheduler", required=True, help="address of the Dask scheduler, as tcp://head:8786")
     parser.add_argument("--program", default="sketchnav", help="the program, on this machine and on every worker")
-    parser.add_argument("--retries", type=int, default=3, help="how often a job is driven again that failed")
+    parser.add_argument("--retries", type=int, default=3, help="how often to repeat a job that failed")
     split = arguments.index("--") if "--" in arguments else len(arguments)
     given, behind = parser.parse_args(arguments[:split]), arguments[split + 1 :]
     import distributed

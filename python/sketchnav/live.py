@@ -1,7 +1,7 @@
 """The channels of a running system, over shared memory.
 
-A reader joins as an observer. It may come and go, and be killed, whenever it likes: the pipeline keeps its own places.
-It is not woken by messages; it looks every few milliseconds.
+A reader joins as an observer. It may come, go or be killed at any time, because the pipeline keeps its own places. Messages do
+not wake it, so it polls every few milliseconds.
 """
 
 import ctypes
@@ -18,13 +18,13 @@ from ._layouts import CHANNELS
 
 #: Shared memory has one form for one version: the program's own.
 ICEORYX2 = "iceoryx2==0.10.0"
-#: How often to look for a message, seconds.
+#: Interval at which to check for a message, in seconds.
 LOOK_EVERY_S = 0.002
-#: How often to look whether the system still runs, seconds.
+#: Interval at which to check whether the system still runs, in seconds.
 ALIVE_EVERY_S = 0.5
 
 
-#: Observers that read a channel at the same time: the places of the pipeline's own readers stay theirs.
+#: Maximum number of observers of a channel. The places of the pipeline's own readers are reserved.
 MAX_OBSERVERS = 5
 
 
@@ -33,23 +33,23 @@ class NotRunning(Exception):
 
 
 class WrongType(Exception):
-    """The system's messages have another layout: it is of another build than this package."""
+    """The system's messages have another layout, because it comes from another build than this package."""
 
 
 class TooManyMessages(Exception):
-    """The reader holds as many messages of a channel as it may."""
+    """The reader already holds the maximum number of messages of a channel."""
 
 
 class TooManyReaders(Exception):
-    """As many observers as there may be read the channel already."""
+    """The channel already has the maximum number of observers."""
 
 
 class ForeignRoot(Exception):
-    """The folder of all systems is not this user's own: somebody may have prepared it."""
+    """The folder of all systems does not belong to this user, so somebody may have prepared it."""
 
 
 def _iceoryx2():
-    """The library of shared memory; recordings are read without it."""
+    """The library for shared memory, which is not needed to read recordings."""
     try:
         import iceoryx2
     except ImportError as error:
@@ -58,7 +58,7 @@ def _iceoryx2():
 
 
 def _root():
-    """The folder of all systems, which this user alone may enter; None where there is none yet."""
+    """The folder of all systems, which only this user may enter, or None if there is none yet."""
     runtime = os.environ.get("XDG_RUNTIME_DIR")
     path = pathlib.Path(runtime) / "sketchnav" if runtime else pathlib.Path(f"/dev/shm/sketchnav-{os.getuid()}")
     try:
@@ -72,12 +72,12 @@ def _root():
 
 
 def _is_alive(folder):
-    """Whether the supervisor lives."""
+    """Whether the supervisor is alive."""
     return _is_held(folder / "supervisor.lock")
 
 
 def _is_held(path):
-    """Whether a process holds the lock of a file. Asks for it, and never takes it."""
+    """Whether a process holds the lock of a file. Queries the lock without ever taking it."""
     try:
         with path.open("r+b") as file:
             # struct flock: type, whence, start, length, process (Linux, 64 bits).
@@ -94,14 +94,14 @@ _F_OFD_GETLK = getattr(fcntl, "F_OFD_GETLK", 36)
 
 
 def systems():
-    """The names of the systems of this user that run."""
+    """The names of this user's running systems."""
     root = _root()
     folders = sorted(root.iterdir()) if root else []
     return [folder.name for folder in folders if folder.is_dir() and _is_alive(folder)]
 
 
 def connect(name=None):
-    """Joins a running system; without a name the only one."""
+    """Joins a running system, or the only one if no name is given."""
     running = systems()
     if name is None and len(running) == 1:
         name = running[0]
@@ -129,7 +129,7 @@ class System:
         return _is_alive(self._folder)
 
     def channel(self, name):
-        """Opens a channel; what its writer kept comes first."""
+        """Opens a channel. The messages that its writer has kept come first."""
         if name not in CHANNELS:
             raise AttributeError(f"channel {name!r}: expected one of {', '.join(CHANNELS)}")
         return Channel(self, name)
@@ -144,7 +144,7 @@ class System:
 
 
 class Channel:
-    """The messages of a channel, as they come: an iterator that ends with the system."""
+    """The messages of a channel, as they arrive: an iterator that ends with the system."""
 
     def __init__(self, system, name):
         self.name = name
@@ -169,7 +169,7 @@ class Channel:
         self._last = 0
 
     def _check_places(self, readers):
-        """Leaves the pipeline its places: one whose process lives counts as taken."""
+        """Leaves the places of the pipeline free. A place whose process is alive counts as taken."""
         processes = self._system._folder / "processes"
         taken = sum(_is_held(processes / reader) for reader in readers)
         if self._service.dynamic_config.number_of_subscribers - taken >= MAX_OBSERVERS:
@@ -212,9 +212,9 @@ class Channel:
 
 
 class Message:
-    """A message where it lies in shared memory. Its fields are items, as `scan["ranges_m"]`: read-only views.
+    """A message in place in shared memory. Its fields are items, such as `scan["ranges_m"]`, and read-only views.
 
-    A view holds its message, and a reader may hold eight messages of a channel, or two if they have cells: `copy` makes one
+    A view holds its message, and a reader may hold eight messages of a channel, or two if they have cells. `copy` returns one
     that holds nothing.
     """
 
@@ -223,7 +223,7 @@ class Message:
         payload = sample.payload()
         address = ctypes.cast(payload.as_ptr(), ctypes.c_void_p).value
         words = (ctypes.c_uint64 * payload.len()).from_address(address)
-        # Whoever holds a view holds the sample, or its place would be another message's.
+        # A view must also hold the sample. Otherwise, another message would take its place.
         words.sample = sample
         self._bytes = memoryview(words).cast("B").toreadonly()
         self._data = np.frombuffer(self._bytes, dtype=dtype, count=1)[0]
@@ -232,12 +232,12 @@ class Message:
 
     @property
     def data(self):
-        """The whole structure, a view."""
+        """The whole structure, as a view."""
         return self._data
 
     @property
     def cells(self):
-        """The bytes behind the structure: those of a sketch's grid, say."""
+        """The bytes after the structure, such as those of a sketch's grid."""
         first = self._data.dtype.itemsize
         return np.frombuffer(self._bytes, dtype=np.uint8, offset=first, count=self._cells)
 
@@ -256,16 +256,16 @@ class Message:
 
     @property
     def source_seq(self):
-        """The number of the tick that caused it."""
+        """The number of the tick that caused the message."""
         return int(self._data["header"]["source_seq"])
 
     @property
     def stamp_s(self):
-        """Simulation time, seconds."""
+        """Simulation time, in seconds."""
         return int(self._data["header"]["stamp_ns"]) / 1e9
 
     def copy(self):
-        """The structure in memory of its own."""
+        """A copy of the structure, in memory of its own."""
         return self._data.copy()
 
     def __repr__(self):

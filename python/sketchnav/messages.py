@@ -1,7 +1,7 @@
 """Messages as annotated classes, and the channels that carry them.
 
-A message is seen where it lies in memory. It, and every array of it, is valid until the method that got it returns; what is to be
-kept is copied, by `message.copy()` or `numpy.array(message.ranges_m)`.
+Messages are accessed in place in memory. A message, and every array in it, is valid until the method that received it returns.
+To keep something, copy it with `message.copy()` or `numpy.array(message.ranges_m)`.
 """
 
 import enum
@@ -34,7 +34,7 @@ f64 = Annotated[float, _NUMBERS["f64"]]
 
 
 class Text:
-    """Text of at most so many bytes in UTF-8: `name: Annotated[str, Text(32)]`."""
+    """Text of at most this many bytes in UTF-8: `name: Annotated[str, Text(32)]`."""
 
     def __init__(self, size: int):
         self.size = size
@@ -99,7 +99,7 @@ def _camel(name):
 
 
 class _Field:
-    """A field of messages of one layout, read and written where it lies."""
+    """A field of messages of one layout, read and written in place."""
 
     def __init__(self, name, offset, kind, role, place):
         self.name, self.offset, self.place = name, offset, place
@@ -184,7 +184,7 @@ class _Field:
 
 
 def _numbers(value, kind):
-    """The numbers as memory of their type: the caller's own where it is that already."""
+    """The numbers as memory of their type, which is the caller's own memory if it already has that type."""
     form = _NUMBERS[kind].form.format[1:]
     try:
         view = memoryview(value)
@@ -196,7 +196,7 @@ def _numbers(value, kind):
 
 
 def _cut(text, size):
-    """The bytes of a text, cut at a character."""
+    """The bytes of a text, truncated at a character boundary."""
     return text.encode()[:size].decode(errors="ignore").encode()
 
 
@@ -211,7 +211,7 @@ def _size(kind):
 
 
 class _Slotted(type):
-    """Gives classes no other attributes than their fields, so that a misspelt one is an error."""
+    """Restricts the attributes of classes to their fields, so that a misspelt one is an error."""
 
     def __new__(cls, name, bases, namespace, **given):
         namespace.setdefault("__slots__", ())
@@ -233,7 +233,7 @@ class Part(metaclass=_Slotted):
 
     @classmethod
     def _struct(cls):
-        """What the class declares."""
+        """The declaration of the class."""
         hints = typing.get_type_hints(cls, include_extras=True)
         fields = []
         for name in cls.__dict__.get("_declared", ()):
@@ -252,7 +252,7 @@ class Part(metaclass=_Slotted):
 
     @classmethod
     def _lay_out(cls, layout):
-        """Makes the fields as they lie in memory."""
+        """Creates the fields according to the layout in memory."""
         if cls.__dict__.get("_layout") is not None:
             return
         for field in layout["fields"]:
@@ -304,7 +304,7 @@ _CLASSES: dict[str, type[Part]] = {}
 
 
 def _lay_out_part(cls, name, layout):
-    """Makes the fields of a part that the author has declared as a class of its own."""
+    """Creates the fields of a part that the author has declared as a separate class."""
     hint = typing.get_type_hints(cls, include_extras=True).get(name)
     for word in getattr(hint, "__metadata__", ()):
         while isinstance(word, Array):
@@ -317,7 +317,7 @@ def _lay_out_part(cls, name, layout):
 
 
 def _class_of(layout):
-    """The class of a struct. That of a struct of the program is made when it is first needed."""
+    """The class of a struct. For a struct of the program, it is created when it is first needed."""
     name = layout["name"]
     if name not in _CLASSES:
         _CLASSES[name] = _Slotted(name, (Part,), {})
@@ -345,9 +345,10 @@ _CLASSES.update(Header=Header, PoseM=PoseM, PosePx=PosePx, Twist=Twist)
 
 
 class Message(Part):
-    """A message: a class with annotated fields, which says its version and its frame.
+    """A message: a class with annotated fields, which states its version and its frame.
 
-    It begins with a `header`, which is not declared. The fields lie in memory in their order and leave no gaps: large ones first.
+    It begins with a `header`, which you don't declare. The fields are in memory in their order and must leave no gaps: large
+    ones first.
     """
 
     def __init_subclass__(cls, *, version=1, frame="", **given):
@@ -363,7 +364,7 @@ _M = TypeVar("_M", bound="Message")
 
 
 class Channel(Generic[_M]):
-    """A channel of a navigator's own, which only the process `writer` writes and the processes `readers` read.
+    """A channel of a navigator's own, written only by the process `writer` and read by the processes `readers`.
 
     The role is `situation` (the localizer's answer to each tick, one a navigator), `instruction` (the sketcher's, latched) or
     `detail`. At most `per_tick` messages are sent between two ticks, each with at most `max_cells` bytes after it.
@@ -396,7 +397,7 @@ class Channel(Generic[_M]):
 
     @property
     def definition(self) -> str:
-        """The `.msg` text of its messages, and those that it needs."""
+        """The `.msg` text of its messages, and the texts that it needs."""
         return _core.schema(self._found())
 
     def __repr__(self):

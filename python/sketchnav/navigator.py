@@ -25,7 +25,7 @@ _M = TypeVar("_M", bound=Message)
 
 
 class Instant:
-    """What belongs to an instant: its tick, its time, and the newest message of each sensor."""
+    """The inputs of an instant: its tick, its time, and the newest message of each sensor."""
 
     @property
     def tick(self) -> int:
@@ -36,7 +36,7 @@ class Instant:
         return _core.instant()[1]
 
     def newest(self, channel: Channel[_M]) -> _M | None:
-        """The newest message of a sensor, or the message that the step answers; None before the first."""
+        """The newest message of a sensor, or the message that the step answers, or None before the first."""
         memory = _core.newest(channel._found(), False)
         return None if memory is None else channel.message._of(memory)
 
@@ -47,10 +47,10 @@ class Instant:
 
 
 class Incoming:
-    """A message that belongs to no instant."""
+    """A message that does not belong to an instant."""
 
     def on(self, channel: Channel[_M]) -> _M | None:
-        """The message if it is one of this channel."""
+        """The message if it is from this channel."""
         memory = _core.incoming(channel._found())
         return None if memory is None else channel.message._of(memory)
 
@@ -61,7 +61,7 @@ class Incoming:
 
     @property
     def attempts(self) -> int:
-        """How often it was received before, with the process dying each time."""
+        """How often the message was received before, each time followed by the death of the process."""
         return _core.attempts()
 
 
@@ -92,9 +92,9 @@ _INSTANT, _INCOMING, _OUT = Instant(), Incoming(), Outbox()
 
 
 class Stage:
-    """A part of a navigator. The same messages in the same order must give the same messages: no clock, no file, no chance.
+    """A part of a navigator. The same messages in the same order must lead to the same messages: no clock, no file, no chance.
 
-    `form` names the format of the state, with a version: a state of another form is not restored.
+    `form` names the format of the state, with a version. A state in another form is not restored.
     """
 
     form: str = ""
@@ -103,7 +103,7 @@ class Stage:
         """Receives an instruction, which is in force from now on, or a request."""
 
     def announce(self, out: Outbox) -> None:
-        """Sends what is to be sent outside a step: at the start, after each request, and again after a kill."""
+        """Sends messages outside a step: at the start, after each request, and again after a kill."""
 
     def is_ready(self) -> bool:
         """Whether the stage can take a step. Instants wait until it can."""
@@ -122,7 +122,7 @@ class Stage:
             raise ValueError(f"{type(self).__name__}: expected a stage that restores what it saves")
 
     def recover(self) -> None:
-        """Starts after a kill without a state, since there is no usable one."""
+        """Starts after a kill if there is no usable state."""
 
     def _receive(self):
         self.receive(_INCOMING)
@@ -142,11 +142,12 @@ class Summary:
         self._charts: list[tuple[str, str, list[tuple[str, list[tuple[float, float]]]]]] = []
 
     def figure(self, name: str, value: str) -> None:
-        """Adds a figure. The value is a text with its unit."""
+        """Adds a figure. The value is text that includes its unit."""
         self._figures.append((name, value))
 
     def chart(self, title: str, unit: str, curves: Mapping[str, Iterable[tuple[float, float]]]) -> None:
-        """Adds a chart of named curves. A point is a pair of seconds since the start and a value, NaN where there is none."""
+        """Adds a chart of named curves. A point is a pair of seconds since the start and a value, which is NaN if there is
+        none."""
         points = [(name, [(float(time_s), float(value)) for time_s, value in curve]) for name, curve in curves.items()]
         self._charts.append((title, unit, points))
 
@@ -173,14 +174,14 @@ class Account:
 
 
 class Run:
-    """The run that a stage is made for: `mission`, `robot` and `seed` as they were read, and the mission's files."""
+    """The run that a stage is created for: `mission`, `robot` and `seed` as they were read, and the mission's files."""
 
     def __init__(self, config, capsule):
         self.config, self._capsule = json.loads(config), capsule
         self.mission, self.robot, self.seed = (self.config[key] for key in ("mission", "robot", "seed"))
 
     def file(self, name: str) -> bytes:
-        """The bytes of a file that the mission names. Only while the stage is made."""
+        """The bytes of a file that the mission names. Available only while the stage is created."""
         return _core.file(name)
 
 
@@ -214,7 +215,7 @@ class Agenda:
         _core.agenda_end(self._agenda, state, reason)
 
     def lose(self, reason: str) -> None:
-        """The robot does not know where it is."""
+        """Reports that the robot does not know where it is."""
         _core.agenda_lose(self._agenda, reason)
 
     def send(
@@ -252,8 +253,9 @@ class Agenda:
 class Navigator:
     """Three stages under the name by which a mission selects them: `[navigator] kind`.
 
-    `stages` are called with a `Run` each. `sensors` are those that the robot must have. `check` gets mission and robot before
-    anything starts; the text of a `ValueError` that it raises is shown to the user. `account` is called with the finished `Run`.
+    Each of the `stages` is called with a `Run`. `sensors` are those that the robot must have. `check` receives the mission and
+    the robot before anything starts, and the text of a `ValueError` that it raises is shown to the user. `account` is called
+    with the finished `Run`.
     """
 
     def __init__(
@@ -286,12 +288,12 @@ class Navigator:
             self.check(json.loads(mission), json.loads(robot))
 
 
-#: What the paths of this package's files begin with.
+#: Prefix of the paths of this package's files.
 _PACKAGE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "")
 
 
 def _calls(traceback_, most):
-    """File and line of the innermost call of a traceback, and the text of the `most` innermost ones.
+    """File and line of the innermost call of a traceback, and the text of the `most` innermost calls.
 
     Calls within this package are left out, unless there are no others: the author of a stage cannot change them.
     """
@@ -305,13 +307,13 @@ def _calls(traceback_, most):
 def main(navigators: Iterable[Navigator] = (), arguments: Iterable[str] | None = None) -> int:
     """Runs the program with these navigators and returns its exit code. The arguments are those of the command line.
 
-    Processes of a system are started as this one was: the same interpreter, the same script.
+    The processes of a system are started in the same way as this one: by the same interpreter, with the same script.
     """
     if sys.flags.ignore_environment:
         print("error: python: expected no option -E or -I, because PYTHONHASHSEED must be 0 in every process", file=sys.stderr)
         return 2
     if os.environ.get("PYTHONHASHSEED") != "0":
-        # The order of a set of texts would be another one in each process, or in a process of another run.
+        # Otherwise, the order of a set of texts would differ between processes, and from run to run.
         os.execve(sys.executable, [sys.executable, *sys.orig_argv[1:]], {**os.environ, "PYTHONHASHSEED": "0"})
     given = sys.argv[1:] if arguments is None else list(arguments)
     first = sys.orig_argv[1 : len(sys.orig_argv) - (len(sys.argv) - 1)]

@@ -1,4 +1,4 @@
-"""Recordings as pandas frames. The schemas inside the file are all that is needed to read it."""
+"""Recordings as pandas frames. Only the schemas inside the file are needed to read it."""
 
 import collections
 import pathlib
@@ -22,7 +22,7 @@ class Recording:
         if summary is None:
             raise ValueError(f"{path}: expected a recording with a summary, found none; see `sketchnav recover`")
         counts = summary.statistics.channel_message_counts if summary.statistics else {}
-        #: How many messages each topic has.
+        #: Number of messages of each topic.
         self.topics = {channel.topic: counts.get(id, 0) for id, channel in sorted(summary.channels.items())}
 
     def _reader(self):
@@ -36,9 +36,9 @@ class Recording:
                 yield found.message.log_time, found.decoded_message
 
     def frame(self, topic):
-        """A row for each message, by its time in seconds; a column for each field, as `pose.position.x`.
+        """A row for each message, indexed by its time in seconds, and a column for each field, such as `pose.position.x`.
 
-        A field that is a list is a cell with an array. To `plot` a frame, pandas needs matplotlib.
+        A field that is a list becomes a cell with an array. To `plot` a frame, pandas needs matplotlib.
         """
         import pandas
 
@@ -58,7 +58,7 @@ class Recording:
 
 
 def _only_one_in(path):
-    """The recording in a folder; a path that is no folder as it is."""
+    """The recording in a folder. A path that is not a folder is returned as it is."""
     if not path.is_dir():
         return path
     found = sorted(path.glob("*.mcap"))
@@ -74,7 +74,7 @@ def _only_one_in(path):
 
 
 class _Reader:
-    """A file that is open as long as it is read."""
+    """A file that is open while it is being read."""
 
     def __init__(self, path):
         self._path = path
@@ -91,7 +91,7 @@ class _Reader:
 
 
 def _fields(message, prefix):
-    """Names and values of a message's fields, those of its parts with a dot between."""
+    """Names and values of a message's fields. Names of fields in parts are joined by dots."""
     import numpy
 
     for slot in message.__slots__:

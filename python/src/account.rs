@@ -10,10 +10,11 @@ use crate::table::interned;
 
 /// Curves with their names, each point as seconds and a value.
 type Curves = Vec<(String, Vec<[f64; 2]>)>;
-/// What the method `_tell` returns: figures, and charts with title, unit and curves.
+/// The result of the method `_summarize`: figures, and charts with title, unit and curves.
 type Told = (Vec<(String, String)>, Vec<(String, String, Curves)>);
 
-/// An object of the class `Account`, which calls the author's methods, or why it has failed. A run can be judged all the same.
+/// An object of the class `Account`, which calls the author's methods, or the reason why it failed. A run can be judged all the
+/// same.
 pub struct PythonAccount(Result<Py<PyAny>, StageError>);
 
 impl PythonAccount {
@@ -46,7 +47,7 @@ impl Account for PythonAccount {
                 summary.figures.extend(figures);
                 charts.into_iter().for_each(|(title, unit, curves)| chart(summary, &title, &unit, curves));
             }
-            // The traceback follows in further lines. It has been printed.
+            // The traceback follows in further lines, and has been printed.
             Err(why) => {
                 let first = why.lines().next().unwrap_or_default();
                 summary.figure(

@@ -38,7 +38,7 @@ fn with<R>(use_it: impl FnOnce(&mut Driver) -> Result<R, DriverError>) -> PyResu
     })
 }
 
-/// Joins a system, and returns what the driver needs to know as JSON.
+/// Joins a system, and returns the facts that the driver starts with, as JSON.
 fn join(system: &str, clock: Clock) -> PyResult<String> {
     if DRIVER.with_borrow(Option::is_some) {
         return Err(PyRuntimeError::new_err("driver: expected one in a process, found another one"));

@@ -1,7 +1,8 @@
-//! What a stage in Python may use while it is called: the instant, the message that it receives, its outbox.
+//! The objects that a stage in Python may use while it is called: the instant, the message that it receives,
+//! and its outbox.
 //!
-//! A host lends these for one call. They are kept in a place of the thread, which the functions of the module read, and which is
-//! empty outside of calls: a function that is called then raises `RuntimeError`.
+//! A host lends these for one call. They are stored in a thread-local variable, from which the functions of the module read them.
+//! The variable is empty outside of calls, so a function that is called then raises `RuntimeError`.
 
 use std::cell::RefCell;
 
@@ -15,7 +16,7 @@ use crate::function;
 use crate::memory::{self, Memory};
 use crate::table;
 
-/// What is lent for a call. The pointers are valid while it lasts.
+/// The objects that are lent for a call. The pointers are valid until it ends.
 #[derive(Default)]
 pub struct Lent {
     instant: Option<*const Instant<'static>>,
@@ -26,7 +27,7 @@ pub struct Lent {
     memories: Vec<Memory>,
     /// True if Python kept a view of a message that was to be sent. Nothing more is sent then.
     is_kept: bool,
-    /// Errors of the host's, each with the exception that carries it through Python.
+    /// Errors of the host, each with the exception that carries it through Python.
     errors: Vec<(Py<PyBaseException>, StageError)>,
 }
 
@@ -64,10 +65,10 @@ impl Lent {
         self
     }
 
-    /// Lends this during a call, and takes back what Python has seen of it.
+    /// Lends these objects for a call, and afterwards takes back the memory that Python has seen.
     ///
     /// # Errors
-    /// Those of the call; an error of the host's that the call passed on; and an error if Python keeps a view of a message.
+    /// Any error of the call, an error of the host that the call passed on, and an error if Python keeps a view of a message.
     pub fn during<R>(
         self,
         py: Python<'_>,
@@ -86,7 +87,8 @@ impl Lent {
         let lent = LENT.replace(before.0.take().unwrap_or_default());
         let value = match result {
             Ok(value) => value,
-            // What the exception refers to may look at messages until it is reported; the stage has failed, and with it the host.
+            // Objects that the exception refers to may view messages until it is reported. The stage has failed by then, and with
+            // it the host.
             Err(exception) => {
                 let mut errors = lent.errors.into_iter();
                 let passed_on = errors.find(|(carrier, _)| carrier.is(exception.value(py)));
@@ -127,13 +129,13 @@ pub fn with_instant<R>(use_it: impl FnOnce(&Instant<'_>) -> R) -> PyResult<R> {
     Ok(use_it(instant()?))
 }
 
-/// Passes the outbox to a function. It is not there for others meanwhile.
+/// Passes the outbox to a function. In the meantime, no other function can use it.
 pub fn with_out<R>(use_it: impl FnOnce(&mut Outbox<'_>) -> Result<R, StageError>) -> PyResult<R> {
     if LENT.with_borrow(|lent| lent.is_kept) {
         return Err(memory::kept());
     }
     let out = LENT.with_borrow_mut(|lent| lent.out.take()).ok_or_else(|| missing("an outbox"))?;
-    // SAFETY: the pointer is valid during the call, and was taken, so that this is the only reference.
+    // SAFETY: the pointer is valid during the call, and was taken, so this is the only reference.
     let result = use_it(unsafe { &mut *out });
     LENT.with_borrow_mut(|lent| lent.out = Some(out));
     result.map_err(passed_on)
@@ -146,7 +148,8 @@ pub fn with_remains<R>(use_it: impl FnOnce(&dyn Remains) -> R) -> PyResult<R> {
     Ok(use_it(unsafe { &*remains }))
 }
 
-/// Returns an exception as it is. Keeps an error of the host's, and returns the exception that carries it through Python.
+/// Returns the exception if the error is one. Otherwise stores the host's error, and returns an exception that carries it through
+/// Python.
 fn passed_on(error: StageError) -> PyErr {
     let error = match error.downcast::<PyErr>() {
         Ok(exception) => return *exception,
@@ -170,7 +173,8 @@ fn view<'py>(py: Python<'py>, bytes: &[u8]) -> PyResult<Bound<'py, PyAny>> {
     Ok(view)
 }
 
-/// Has Python fill a message and its cells in place. If Python keeps a view of them, that is noted in `LENT`.
+/// Lets Python fill a message and its cells in place. If Python keeps a view of them, that is noted in
+/// `LENT`.
 fn fill(fill: &Bound<'_, PyAny>, message: &mut [u8], cells: &mut [u8]) -> PyResult<()> {
     let py = fill.py();
     // SAFETY: the slices are used by nothing else. If a memory cannot be taken back, the message is not sent, and neither is
@@ -190,7 +194,7 @@ fn fill(fill: &Bound<'_, PyAny>, message: &mut [u8], cells: &mut [u8]) -> PyResu
     taken.into_iter().fold(filled, Result::and)
 }
 
-/// Clears the local variables of the calls that an exception, and those before it, came from. They may be views of a message.
+/// Clears the local variables in the frames of an exception and of those that led to it, since they may be views of a message.
 fn clear_frames(py: Python<'_>, exception: &PyErr) -> PyResult<()> {
     let module = py.import(intern!(py, "traceback"))?;
     let clear = |calls| module.call_method1(intern!(py, "clear_frames"), (calls,)).map(drop);

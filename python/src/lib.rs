@@ -1,12 +1,12 @@
-//! The package `sketchnav` for Python: the whole program as a library, and navigators that are written in Python.
+//! The package `sketchnav` for Python: the whole program as a library, and navigators written in Python.
 //!
 //! `sketchnav.main([navigator])` is the command line with those navigators (`navigator`). Its processes are Python processes, each
-//! of which hosts one stage (`stage`). Python sees messages where they lie in memory (`memory`), by the functions of `lent`,
-//! which work only while a stage is called. Classes, fields and documentation are in `python/sketchnav/navigator.py`.
+//! of which hosts one stage (`stage`). Python accesses messages in place (`memory`), through the functions of `lent`, which only
+//! work while a stage is called. The classes, the fields and their documentation are in `python/sketchnav/navigator.py`.
 //!
-//! `sketchnav.drive` lets a robot, or a simulator of others, take the world's place (`driver`).
+//! `sketchnav.drive` lets a robot or another simulator take the world's place (`driver`).
 //!
-//! PyO3 is used without its macros, because these would have most of the program's crates compiled with other features.
+//! PyO3 is used without its macros, because they would have most of the program's crates compiled with other features.
 
 mod account;
 mod agenda;

@@ -1,7 +1,7 @@
-//! Messages in memory as Python sees them: `memoryview`s without a copy, which end with the call of the stage.
+//! Messages in memory as Python sees them: `memoryview`s without a copy, which become invalid when the call of the stage ends.
 //!
-//! An object of the type `Memory` exports the bytes and counts who looks at them: `memoryview`s, their slices, NumPy arrays. When
-//! the call ends, nobody may look any more, because the memory belongs to the host.
+//! An object of the type `Memory` exports the bytes and counts its views: `memoryview`s, their slices, NumPy arrays. When the call
+//! ends, there must not be any views left, because the memory belongs to the host.
 
 use std::ffi::c_int;
 use std::sync::OnceLock;
@@ -17,7 +17,7 @@ struct Object {
     start: *mut u8,
     length: ffi::Py_ssize_t,
     is_readonly: c_int,
-    /// Number of views that were not given back.
+    /// Number of views that have not been released.
     views: usize,
 }
 
@@ -34,7 +34,7 @@ unsafe extern "C" fn get_buffer(
     flags: c_int,
 ) -> c_int {
     let object = exporter.cast::<Object>();
-    // SAFETY: only `type_object` uses this function, so that `exporter` is an `Object`, and the interpreter calls it from an
+    // SAFETY: only `type_object` uses this function, so `exporter` is an `Object`, and the interpreter calls it from an
     // attached thread. A memory that has been taken back is empty.
     unsafe {
         let (start, length) = ((*object).start, (*object).length);
@@ -73,7 +73,7 @@ fn type_object(py: Python<'_>) -> PyResult<*mut ffi::PyTypeObject> {
     Ok(TYPE.get_or_init(|| TypeOf(found.unbind())).0.as_ptr().cast())
 }
 
-/// The error that Python still has a view of a message.
+/// Returns the error for a view of a message that Python still has.
 pub fn kept() -> PyErr {
     PyRuntimeError::new_err(
         "a message, or an array of one, was kept beyond the call that it belongs to: expected a copy, as from message.copy() or \
@@ -110,7 +110,7 @@ impl Memory {
     /// Takes the memory back.
     ///
     /// # Errors
-    /// If something in Python still looks at it, even after a collection of garbage.
+    /// If something in Python still has a view of it, even after a garbage collection.
     pub fn take_back(self, py: Python<'_>) -> PyResult<()> {
         let object = self.0.as_ptr().cast::<Object>();
         // SAFETY: the object is of this type, and the thread is attached.

@@ -1,7 +1,7 @@
 //! Qualitative relations for Python: arrays of positions in, arrays of relations out.
 //!
-//! A calculus with its parameters is a capsule (`calculi`). Its functions read arrays where they are (`arrays`), and relations are
-//! numbers, in the order of the calculus. Classes and documentation are in `python/sketchnav/relations`.
+//! A calculus with its parameters is a capsule (`calculi`). Its functions read arrays in place (`arrays`), and relations are
+//! numbers, in the order of the calculus. The classes and their documentation are in `python/sketchnav/relations`.
 
 mod arrays;
 mod calculi;
@@ -37,7 +37,7 @@ fn rejected(error: Error) -> PyErr {
     PyValueError::new_err(error.to_string())
 }
 
-/// Looks at arrays of the same shape.
+/// Opens arrays of the same shape.
 fn given(
     names: Vec<String>,
     arrays: Vec<Bound<'_, PyAny>>,
@@ -91,7 +91,7 @@ fn task(word: &str) -> PyResult<Task> {
     }
 }
 
-/// Returns the objects that show that a network has no model: two, three with the second one between, or none.
+/// Returns the objects that show that a network has no model: two, three with the second one in between, or none.
 fn contradiction(found: Inconsistent) -> Vec<usize> {
     match found {
         Inconsistent::Pair { first, second } => vec![first, second],

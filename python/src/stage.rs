@@ -30,10 +30,10 @@ impl PythonStage {
     }
 }
 
-/// Calls a method of an object by the author, which may use what is lent.
+/// Calls a method of an author's object, which may use the lent objects.
 ///
 /// # Errors
-/// [`failure`] for an exception, or the error of the host's that it passed on.
+/// [`failure`] for an exception, or the host's error that it passed on.
 pub fn call_on<R>(
     object: &Py<PyAny>,
     lent: Lent,
@@ -70,7 +70,7 @@ pub fn failure(py: Python<'_>, place: &str, error: PyErr) -> StageError {
             innermost.trim_end()
         ))
     })();
-    // An exception that comes from no line of Python has no calls.
+    // An exception that does not come from a line of Python has no calls.
     format!("{place}: {error}{}", calls.unwrap_or_default()).into()
 }
 

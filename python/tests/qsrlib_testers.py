@@ -39,7 +39,7 @@ def provide(name, **contents):
 
 
 def provide_modules(folder):
-    """Puts the modules in place that the testers import."""
+    """Provides the modules that the testers import."""
     own = {name: getattr(qsrlib, name) for name in qsrlib.__all__}
     for package in ("qsrlib", "qsrlib_io", "qsrlib_ros", "roslib"):
         provide(package, __path__=[])
@@ -73,7 +73,7 @@ def main():
     sys.path.insert(0, str(folder))
     # Its name in Python 2.
     unittest.TestCase.assertItemsEqual = unittest.TestCase.assertCountEqual
-    # Each test reads all worlds, which takes most of the time: they are read once.
+    # Each test reads all worlds, which takes most of the time, so they are read only once.
     loaders = importlib.import_module("unittests_data_loaders")
     for name in [name for name in vars(loaders) if name.startswith("load_input")]:
         setattr(loaders, name, functools.cache(getattr(loaders, name)))

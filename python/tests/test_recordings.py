@@ -36,7 +36,7 @@ def test_a_recording_of_several_files_says_how_to_make_one(tmp_path):
 
 
 def test_a_folder_stands_for_its_only_recording(tmp_path):
-    """Every command takes the folder of a run, and this function did not."""
+    """Every command accepts the folder of a run, but this function did not."""
     (tmp_path / "run.mcap").symlink_to(os.path.abspath(RECORDING))
     assert sketchnav.open(tmp_path).topics == sketchnav.open(RECORDING).topics
     (tmp_path / "other.mcap").touch()

@@ -1,4 +1,4 @@
-"""Relations of arrays. Run by `tests/missions/relations.py` with the wheel, and by pytest."""
+"""Relations of arrays. Run by `tests/tools/relations.rs` with the wheel, and by pytest."""
 
 import copy
 import itertools

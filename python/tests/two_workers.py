@@ -18,7 +18,7 @@ import distributed
 
 def worker(address):
     command = [sys.executable, "-m", "distributed.cli.dask_worker", address, "--nworkers", "1", "--nthreads", "1"]
-    # Without a nanny nobody starts it anew.
+    # Without a nanny, nobody restarts it.
     command += ["--no-nanny", "--no-dashboard"]
     return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
 

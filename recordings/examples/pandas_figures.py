@@ -1,4 +1,4 @@
-"""A recording in pandas: estimates beside the truth, and how the localizer did.
+"""A recording in pandas: estimates next to the truth, and how the localizer did.
 
     pip install pandas mcap-ros2-support
     python recordings/examples/pandas_figures.py out/demo-001/building-a.mcap

@@ -81,8 +81,8 @@ impl Copied {
 pub struct Held {
     /// Number of messages that can be read, plus those that the file says are in the parts that cannot.
     pub messages: u64,
-    /// True if the file says for each damaged part how many messages are in it, so that there cannot be any
-    /// other messages.
+    /// True if the file says how many messages each damaged part contains, so that there cannot be any
+    /// others.
     pub is_known: bool,
 }
 
@@ -393,7 +393,7 @@ impl Salvage {
         }
     }
 
-    /// Continues after the damage. Returns false if nothing after it makes sense.
+    /// Continues after the damage. Returns false if there is nothing readable after it.
     fn pass_over(&mut self, at: u64, damage: &Damage) -> Result<bool, RecordingError> {
         let was_inside = self.open.abandon_chunk();
         let end = self.open.file.at();

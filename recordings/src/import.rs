@@ -36,7 +36,7 @@ impl Default for Rules {
     }
 }
 
-/// What was imported from a log, and what was left out.
+/// A summary of an import: what was imported, and what was left out.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Imported {
     /// Number of scans.
@@ -176,7 +176,7 @@ impl Clock {
 pub struct Messages {
     truth: Option<GroundTruth>,
     odometry: Odometry,
-    /// What the laser measured.
+    /// The laser scan.
     pub scan: Box<LaserScan>,
     tick: Tick,
 }
@@ -322,7 +322,7 @@ mod tests {
         assert_eq!((clock.goes_back, clock.stands), (1, 1));
     }
 
-    /// In a log in millimetres nothing was near enough to be seen, and the user was not told.
+    /// In a log in millimetres, nothing was near enough to be detected, and the user got no warning.
     #[test]
     fn a_scan_without_any_distance_is_blind() {
         let header = Header { seq: 1, stamp_ns: 5, source_seq: 1 };

@@ -1,4 +1,4 @@
-//! The index of a recording: where its chunks are and which times they cover. It comes from the summary at the end of the
+//! The index of a recording: the positions of its chunks and the times that they cover. It comes from the summary at the end of the
 //! file or, if a kill left none, from one pass over the file.
 
 use std::collections::BTreeMap;
@@ -193,7 +193,7 @@ impl Index {
         self.metadata.keys().map(String::as_str)
     }
 
-    /// Reads an attachment from where the index says it is.
+    /// Reads an attachment at the position that the index gives.
     pub(crate) fn attachment(
         &self,
         path: &Path,
@@ -208,7 +208,7 @@ impl Index {
         found.ok_or_else(|| open.stopped(Damage::NoIndex.into()))
     }
 
-    /// Reads the metadata of a name from where the index says it is.
+    /// Reads the metadata of a name at the position that the index gives.
     pub(crate) fn metadata(
         &self,
         path: &Path,

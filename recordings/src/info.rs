@@ -33,7 +33,8 @@ pub struct Info {
     pub library: String,
     /// Notes on a recording by other software.
     pub notes: Vec<String>,
-    /// True if the writer finished. Otherwise the file is cut off, and what it contains is intact.
+    /// True if the writer finished. Otherwise the file is cut off, but its content up to that point is
+    /// intact.
     pub clean_end: bool,
     /// How often the recorder was killed and restarted.
     pub restarts: u64,
@@ -160,7 +161,7 @@ fn duration_s(topics: &[TopicInfo]) -> f64 {
     first.zip(last).map_or(0.0, |(first, last)| last - first)
 }
 
-/// Explains what kind of recording this is if other software wrote it, and what follows from that.
+/// Explains what kind of recording this is if other software wrote it, and the consequences.
 fn notes(recording: &Recording, packed: u64, damaged: u64) -> Result<Vec<String>, RecordingError> {
     let mut notes = Vec::new();
     if !recording.is_ours()? {

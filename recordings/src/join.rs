@@ -51,8 +51,8 @@ fn sources_of(parts: &[impl AsRef<Path>]) -> Vec<Attachment> {
     files.into_values().collect()
 }
 
-/// How many messages of channels with many writers are remembered. A part begins with the histories of these channels, which
-/// are 8 messages of each process (`HEALTH`). Most of these messages are also at the end of the previous part.
+/// Number of messages of channels with many writers that are remembered. A part begins with the histories of these channels, which
+/// are 8 messages of each process (`HEALTH`). Most of them are also at the end of the previous part.
 const REMEMBERED: usize = 1024;
 
 struct Joined<W: Write> {

@@ -236,7 +236,7 @@ impl Open {
         Ok(is_wanted.then(|| Piece::Part(Part::Message(RawMessage::new(topic, head, data)))))
     }
 
-    /// Takes over what the rest of the chunk declares and skips its messages. Returns their earliest and latest time, in
+    /// Takes over the declarations in the rest of the chunk and skips its messages. Returns their earliest and latest time, in
     /// nanoseconds.
     pub(crate) fn skip_chunk(&mut self) -> Result<Option<(u64, u64)>, RecordingError> {
         let mut times: Option<(u64, u64)> = None;
@@ -283,7 +283,7 @@ impl Open {
 }
 
 impl Directory {
-    /// Remembers what a record declares. Returns the record as a part, if it is one.
+    /// Takes over the declaration in a record. Returns the record as a part, if it is one.
     fn take(&mut self, record: Record<'_>) -> Option<Part> {
         match record {
             Record::Header(header) => {

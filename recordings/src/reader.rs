@@ -172,7 +172,7 @@ impl Recording {
         Some(self.metadata.get(name)?.get(key)?.as_str())
     }
 
-    /// All metadata by name. For a recording by other software, only what precedes the first message.
+    /// All metadata by name. For a recording by other software, only the metadata before the first message.
     pub fn metadata(&self) -> &BTreeMap<String, BTreeMap<String, String>> {
         &self.metadata
     }
@@ -202,7 +202,7 @@ impl Recording {
             serde_json::from_slice(&file.data).map_err(|error| wrong(error.to_string()))?;
         // A recording may come from anywhere, so its robot has not necessarily been parsed from a robot file.
         run.robot.check_numbers().map_err(|error| wrong(format!("robot: {error}")))?;
-        // The place from which the system took its files says nothing about what it did.
+        // Where the system took its files from does not matter for what it did.
         run.files_of = None;
         if run.method.is_empty() {
             // Earlier versions wrote the method only into the metadata.
@@ -211,7 +211,7 @@ impl Recording {
         Ok(run)
     }
 
-    /// The index of the recording: where its chunks are and which times they cover. Read once and then cached.
+    /// The index of the recording: the positions of its chunks and the times that they cover. Read once and then cached.
     ///
     /// # Errors
     /// [`RecordingError::File`], or [`RecordingError::Damaged`] if a file without an index of its own is damaged.

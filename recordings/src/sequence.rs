@@ -55,7 +55,7 @@ impl Sequence {
         self.last
     }
 
-    /// How many numbers below the largest were never seen.
+    /// Number of sequence numbers below the largest that were never seen.
     pub fn missing(&self) -> u64 {
         self.missing
     }

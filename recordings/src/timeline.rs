@@ -2,7 +2,7 @@
 //!
 //! A recorder drains one channel after another, so in the file, a scan may precede the odometry of the same
 //! instant. Here, the messages of each instant are in the order of the table of channels: the readings, the
-//! tick, and then what follows from it. Only the chunks whose times overlap are kept in memory.
+//! tick, and then the messages that follow from it. Only the chunks whose times overlap are kept in memory.
 
 use std::cmp::Ordering;
 use std::collections::{BinaryHeap, VecDeque};

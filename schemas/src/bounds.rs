@@ -1,7 +1,7 @@
 //! Bounds of the numbers in robot, mission and floor files.
 //!
 //! Messages and physics store many numbers as `f32`. A number within its bounds stays finite in single
-//! precision, and nonzero if it must not be 0. Without bounds, numbers far from anything that drives indoors
+//! precision, and nonzero if it must not be 0. Without bounds, numbers far beyond those of any indoor robot
 //! have led to invalid messages, panics in the physics, and simulations that never reached the next instant.
 
 /// The minimum and maximum of a number, both inclusive.
@@ -99,8 +99,7 @@ bounds! {
     SLANT_DEG: 1 to 89 " degrees";
     /// Standard deviation of an angle.
     ANGLE_NOISE_DEG: 0 to 90 " degrees";
-    /// A direction. An angle of more than a full turn is a mistake, and a huge one would take forever to
-    /// wrap.
+    /// A direction. More than a full turn is a mistake, and a huge angle would take forever to wrap.
     ANGLE_DEG: -360 to 360 " degrees";
     /// A coefficient of the velocity motion model.
     MOTION_NOISE: 0 to 100 "";
@@ -134,10 +133,9 @@ bounds! {
     ROTATION_NOISE_RAD: 0 to 10 " rad";
     /// Side of a plane of dots, or the spread of a cluster.
     PLANE_SIDE_M: 0.001 to 10000 " m";
-    /// A coordinate of a point in a drawing. It may lie off the sheet, where a pen has slipped, but not far
-    /// from it.
+    /// Scale of a picture.
     PICTURE_PXPM: 0.01 to 1000000 " px/m";
-    /// A coordinate of a point in a drawing. A pen may slip off the sheet, but not by much more than that.
+    /// A coordinate of a point in a drawing. A pen may slip off the sheet, but not far.
     COORDINATE_PX: -100000 to 100000 " px";
 }
 

@@ -216,7 +216,7 @@ impl<T: Message> Channel<T> {
 }
 
 channels! {
-    /// What a person draws.
+    /// Drawings that people make.
     DRAWING: Request Drawing = "drawing", Pad => [Sketcher], behind it up to MAX_DRAWING_BYTES;
     /// The sketcher's reply to a drawing.
     UNDERSTOOD: Reply Understood = "understood", Sketcher => [Pad];
@@ -242,11 +242,11 @@ channels! {
     VIEW: Sensor DotView = "view", World => [Localizer, Pad];
     /// The heartbeat, which is the last message of the world in an instant.
     TICK: Tick Tick = "tick", World => [Localizer, Planner, Pad];
-    /// The velocity that the robot is to drive.
+    /// Velocities for the robot to drive.
     COMMAND: Command VelocityCommand = "command", Planner => [World];
     /// The state of the mission, which is the last message of an instant.
     STATUS: Status MissionStatus = "status", Planner => [Supervisor, Pad];
-    /// How long each step took by the clock.
+    /// The duration of each step by the clock.
     LATENCY: Report Latency = "latency", Recorder => [];
     /// Signs of life, from every process.
     HEALTH: Report Health = "health", every => [Supervisor, Pad];
@@ -421,7 +421,7 @@ pub fn read_by(process: Process, kind: &str) -> impl Iterator<Item = &'static Ch
     of_kind(kind).filter(move |spec| spec.readers.contains(&process))
 }
 
-/// The channel each message of which `process` answers with a step, or `None` if the process has no steps.
+/// The channel whose messages trigger the steps of `process`, or `None` if the process has no steps.
 pub fn trigger_of(process: Process, kind: &str) -> Option<&'static ChannelSpec> {
     let role = match process {
         Process::World => Role::Command,
@@ -555,7 +555,7 @@ mod tests {
         assert_eq!(error.to_string(), expected);
     }
 
-    /// The limit applied to the channels of all navigators together, so each new navigator left less room for the others.
+    /// The limit used to apply to the channels of all navigators together, so each new navigator left less room for the others.
     #[test]
     fn the_limit_of_channels_ignores_other_kinds() {
         static OWN: ChannelSpec = ChannelSpec { kind: Some("own"), ..*example::MAP.spec };

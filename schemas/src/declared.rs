@@ -390,7 +390,8 @@ fn alignment(kind: &Kind) -> usize {
     }
 }
 
-/// Returns a comment as the macro has it, in which each line begins with the space after the slashes.
+/// Returns a comment in the form that the macro sees, in which each line begins with the space after the
+/// slashes.
 fn docs(doc: &[String]) -> &'static [&'static str] {
     let line = |line: &String| leaked(format!(" {}", line.trim()).trim_end().to_owned());
     Vec::leak(doc.iter().map(line).collect())

@@ -509,7 +509,7 @@ parts! {
     }
 }
 
-/// Where a person has placed the robot in the sketch.
+/// The pose in the sketch at which a person has placed the robot.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Here {
     /// Position.
@@ -519,8 +519,8 @@ pub struct Here {
 }
 
 impl MissionCommand {
-    /// Returns where a person has placed the robot, or `None` if the order is not `here` or a number is not
-    /// finite.
+    /// Returns the pose at which a person has placed the robot, or `None` if the order is not `here` or a
+    /// number is not finite.
     pub fn here(&self) -> Option<Here> {
         let is_finite = self.here_px.iter().chain([&self.here_yaw_rad]).all(|number| number.is_finite());
         (self.order == Order::Here.code() && is_finite).then(|| Here {

@@ -26,8 +26,8 @@ pub fn folded(name: &str) -> String {
     name.split_whitespace().collect::<Vec<_>>().join(" ").to_lowercase()
 }
 
-/// Returns the index of the name that was probably meant by an unknown one, as [`nearest`] does for words, or
-/// `None`. Case and spaces are ignored.
+/// Returns the index of the known name that was probably meant by an unknown one, or `None`. Names are
+/// compared like words in [`nearest`], ignoring case and spaces.
 pub fn nearest_name(name: &str, known: &[&str]) -> Option<usize> {
     let all: Vec<_> = known.iter().map(|known| folded(known)).collect();
     let meant = nearest(&folded(name), all.iter().map(String::as_str))?;

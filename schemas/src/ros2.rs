@@ -43,7 +43,7 @@ pub const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
 /// Tolerance for numbers that can only be 0 in this project's messages, such as the x and y of an
 /// orientation.
 pub const ROUNDING: f64 = 1e-9;
-/// What errors say was expected of such numbers.
+/// The expected value of such numbers, as used in errors.
 pub const PLANAR: &str = "0, as in a planar pose without tilt or covariance";
 
 /// A message with a ROS 2 form.
@@ -137,7 +137,7 @@ pub fn decode<F: DeserializeOwned>(bytes: &[u8]) -> Result<F, Ros2Error> {
     decode_by(PhantomData::<F>, bytes)
 }
 
-/// Like [`decode`], but by a value that knows how to read the form.
+/// Like [`decode`], but `seed` reads the form.
 pub(crate) fn decode_by<'a, S: DeserializeSeed<'a>>(seed: S, bytes: &'a [u8]) -> Result<S::Value, Ros2Error> {
     let found = bytes.get(..4).unwrap_or(bytes);
     if found != ENCAPSULATION {

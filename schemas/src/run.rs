@@ -107,7 +107,7 @@ pub struct RunConfig {
     /// driver replaces the world.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub without: Vec<Process>,
-    /// Planned faults of messages and processes of the run, each of which happens once.
+    /// Planned faults of the run's messages and processes. Each of them happens once.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub faults: Vec<PlannedFault>,
 }

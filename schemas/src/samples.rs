@@ -32,7 +32,7 @@ pub fn sample<T: Ros2>(random: &mut Pcg64Mcg, seq: u64) -> (T, Vec<u8>) {
     (message, cells)
 }
 
-/// Makes the values valid that do not depend on others, which are the texts.
+/// Makes texts valid, whose values do not depend on others.
 fn settle(kind: &Kind, bytes: &mut [u8], random: &mut Pcg64Mcg) {
     match kind {
         Kind::Text(_) => write_text(bytes, random),
@@ -60,7 +60,7 @@ fn write_text(bytes: &mut [u8], random: &mut Pcg64Mcg) {
     }
 }
 
-/// Makes the values valid that depend on others: counts, sizes, zeros.
+/// Makes the values valid that depend on others: counts, sizes and zeros.
 fn settle_roles(layout: &Layout, bytes: &mut [u8], random: &mut Pcg64Mcg) -> Vec<u8> {
     let place = |name: &str| layout.fields.iter().find(|f| f.name == name);
     for field in &layout.fields {
@@ -98,7 +98,7 @@ pub type Spoil<T> = fn(&mut T);
 /// Asserts that a message is valid, and that each of these changes makes it invalid.
 ///
 /// # Panics
-/// Panics if that is not so.
+/// Panics if either is not the case.
 pub fn rejected<T: Message>(valid: T, spoils: &[Spoil<T>]) {
     assert!(valid.is_valid());
     for (i, spoil) in spoils.iter().enumerate() {

@@ -1,9 +1,9 @@
 //! Makes text from outside safe to show on a terminal, on a page or in a picture.
 //!
-//! Names of files and tasks, keys of a mission and words inside a recording may come from anyone. A terminal
-//! obeys the control characters in such text, bidirectional controls and zero-width characters make it read
-//! as something else, and a line break inside a name starts what looks like a line of our own output. All of
-//! these are shown as JSON escapes (`\u001b`), so that a JSON object keeps its meaning when it is filtered.
+//! File names, task names, mission keys and text in recordings may come from anyone. A terminal obeys the
+//! control characters in such text, bidirectional controls and zero-width characters make it read as
+//! something else, and a line break inside a name starts a line that looks like our own output. All of these
+//! are shown as JSON escapes (`\u001b`), so that a JSON object keeps its meaning when it is filtered.
 //!
 //! All output is filtered here as it is written: [`say!`](crate::say) and the printing macros of the command
 //! line use [`one_line`]. Our own styles are added afterwards.

@@ -2,7 +2,7 @@
 
 use serde::de::DeserializeOwned;
 
-/// Rust's names for numbers in messages of serde, and what people call them.
+/// Rust's names for numbers, as used in serde's messages, and what people call them.
 const NUMBERS: [(&[&str], &str); 3] = [
     (&["f32", "f64"], "a number"),
     (&["u8", "u16", "u32", "u64", "usize"], "a whole number, 0 or more"),

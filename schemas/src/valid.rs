@@ -81,7 +81,7 @@ pub fn within(
     ensure(range.contains(&found), field, expected, found)
 }
 
-/// Checks that there are as many ranges as are counted, and that the sensor is a possible one.
+/// Checks that the number of ranges matches the count, and that the sensor is physically possible.
 pub(crate) fn scan(scan: &LaserScan) -> Checked {
     timely(&scan.header)?;
     near("angle_min_rad, angle_max_rad", [scan.angle_min_rad, scan.angle_max_rad])?;
@@ -92,7 +92,7 @@ pub(crate) fn scan(scan: &LaserScan) -> Checked {
     ranges(&scan.ranges_m, scan.beam_count)
 }
 
-/// As many ranges as are counted, with possible cones.
+/// Checks that the number of ranges matches the count, and that the cones are physically possible.
 pub(crate) fn sonar(scan: &SonarScan) -> Checked {
     timely(&scan.header)?;
     near("angle_min_rad, angle_increment_rad", [scan.angle_min_rad, scan.angle_increment_rad])?;
@@ -107,7 +107,7 @@ pub(crate) fn sonar(scan: &SonarScan) -> Checked {
     ranges(&scan.ranges_m, scan.sonar_count)
 }
 
-/// Checks that there are as many markers as are counted, in the order of their numbers, and that the camera is a possible one.
+/// Checks that the markers match the count and are ordered by number, and that the camera is physically possible.
 pub(crate) fn markers(view: &MarkerView) -> Checked {
     count("marker_count", view.marker_count, MAX_MARKERS)?;
     timely(&view.header)?;
@@ -121,7 +121,7 @@ pub(crate) fn markers(view: &MarkerView) -> Checked {
     in_order(view.markers().iter().map(|marker| marker.id))
 }
 
-/// Checks that there are as many dots as are counted, and that the window is a possible one.
+/// Checks that the dots match the count, and that the window is physically possible.
 pub(crate) fn view(view: &DotView) -> Checked {
     count("dot_count", view.dot_count, MAX_DOTS)?;
     timely(&view.header)?;
@@ -131,8 +131,8 @@ pub(crate) fn view(view: &DotView) -> Checked {
     within("margin_m", 0.0..FAR, "a length, 0 or above", view.margin_m)
 }
 
-/// Checks that a driver can have reached these numbers by this tick. Wrong numbers would do harm, because a
-/// reader of a tick waits for the messages that it refers to.
+/// Checks that a driver can have reached these numbers by this tick. Readers wait for the messages that a
+/// tick refers to, so wrong numbers would do harm.
 pub(crate) fn tick(tick: &Tick) -> Checked {
     timely(&tick.header)?;
     let most = tick.header.seq.saturating_mul(MOST_READINGS);

@@ -3,8 +3,8 @@
 //! ```text
 //! cargo run -p sketchnav-sim --example global_camera -- x.plane.toml x.png
 //! ```
-//! The known points are given to half a pixel, as people read them off a picture. Positions measured with
-//! this calibration therefore have errors, like those of Park and Kender 1995 (7.1.1).
+//! The known points are accurate to half a pixel, like points that people measure in a picture. Positions
+//! measured with this calibration therefore have errors, like those of Park and Kender 1995 (7.1.1).
 
 use sketchnav_dots::camera::{Camera, Known};
 use sketchnav_dots::picture;

@@ -1,8 +1,9 @@
 //! Corridors with markers on their walls: straight ones as in Patil 2019, 5.3, and ones with corners, a junction and closed
 //! ends. A [`Corridor`] generates the floor plan, and [`Corridor::drives`] lists the drives through it.
 //!
-//! Lengths that the thesis does not give are chosen here: how far the walls extend beyond a drive, and where
-//! the markers hang. [`Corridor::published`] derives them from the description of the corridor in the thesis.
+//! Some lengths are not given in the thesis and are chosen here: how far the walls extend beyond a drive, and
+//! where the markers hang. [`Corridor::published`] derives them from the description of the corridor in the
+//! thesis.
 
 use sketchnav_schemas::floor_plan::{FloorPlan, Marker, Wall};
 use sketchnav_schemas::geometry::{Pose, World};
@@ -22,10 +23,10 @@ const FROM_END_M: f64 = 1.5;
 const WALL_THICKNESS_M: f64 = 0.1;
 /// Distance between neighbouring markers on the same wall, in metres.
 const SPACING_M: f64 = 1.0;
-/// Distance between neighbouring markers on the same wall in the corridor of the thesis, in metres. The thesis does not give
-/// it. "At least two markers in the environment at any given point of time" are its "core assumption" (3.3), and figure 5.1
-/// shows two sets at once. Staggered rows fail because of the distance between markers (figures 5.2 to 5.7). So this is the
-/// largest spacing with which opposite markers are in view everywhere along the middle, which a test confirms.
+/// Distance between neighbouring markers on the same wall in the corridor of the thesis, in metres. The thesis does not give it.
+/// "At least two markers in the environment at any given point of time" are its "core assumption" (3.3), figure 5.1 shows two sets
+/// at once, and staggered rows fail because of the distance between markers (figures 5.2 to 5.7). This is therefore the largest
+/// spacing with which opposite markers are in view everywhere along the middle, which a test confirms.
 const PUBLISHED_SPACING_M: f64 = 1.2;
 /// Width of the corridor of the thesis, in metres. The thesis does not give it, so this is our choice.
 pub const PUBLISHED_WIDTH_M: f64 = 2.0;
@@ -161,7 +162,7 @@ impl Corridor {
         format!("{shape} {:.1} m, {placement}, {numbers}", self.width_m)
     }
 
-    /// Returns the words for the corridor's shape, and for the placement and the numbers of its markers.
+    /// Returns the words for the shape of the corridor, the placement of its markers, and their numbers.
     fn words(&self) -> [&'static str; 3] {
         let shape = match self.shape {
             Shape::Straight => "straight",

@@ -27,7 +27,7 @@ pub struct WorldDescription {
     /// Markers, each with a unique number.
     #[serde(default)]
     pub markers: Vec<Marker>,
-    /// The map that the floor was made from, if any. Its walls are solid only near free cells, so the map is needed to look up
+    /// The map that the floor was made from, if any. The walls are solid only near free cells, so the map is needed to look up
     /// other points.
     #[serde(skip)]
     pub map: Option<OccupancyMap>,
@@ -196,7 +196,7 @@ fn distance_m([a, b]: &Segment, at: [f64; 2]) -> f64 {
     (at - a - along * share).norm()
 }
 
-/// Returns what covers an area, or `None` if any of its floor is free.
+/// Describes what covers an area, or returns `None` if any of its floor is free.
 fn without_floor(map: &OccupancyMap, there: &Place, around: &Extent) -> Option<&'static str> {
     let steps = [0, 1].map(|axis| {
         let length_m = around.high[axis] - around.low[axis];

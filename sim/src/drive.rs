@@ -1,4 +1,4 @@
-//! How a drive follows a command: it approaches the commanded velocity as fast as its limits allow, while
+//! How a drive follows a command. It approaches the commanded velocity as fast as its limits allow, while
 //! wheel slip makes the robot deviate from it.
 
 use nalgebra::{Rotation2, Vector2};

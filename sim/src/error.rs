@@ -77,7 +77,7 @@ impl SimError {
     }
 }
 
-/// Returns an error with what was expected of `key`, unless `holds` is true.
+/// Returns an error that gives the expected value of `key`, unless `holds` is true.
 pub(crate) fn check(
     holds: bool,
     key: impl Into<String>,
@@ -91,7 +91,7 @@ pub(crate) fn check(
     }
 }
 
-/// Returns an error with the first of `values` that is not within `bound`, if there is one.
+/// Returns an error for the first of `values` that is not within `bound`, if there is one.
 pub(crate) fn check_within(key: impl Into<String>, bound: Bound, values: &[f64]) -> Result<(), SimError> {
     let wrong = values.iter().find(|value| !bound.holds(**value));
     wrong.map_or(Ok(()), |value| {

@@ -80,7 +80,7 @@ struct Reading {
     moment: usize,
 }
 
-/// What a ranging sensor needs to know about the moment of a reading.
+/// The moment of a reading, as far as a ranging sensor depends on it.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Moment {
     stamp_ns: u64,
@@ -128,7 +128,7 @@ impl<S> Sensor<S> {
         Self { model, schedule, readings: Vec::with_capacity(capacity) }
     }
 
-    /// Takes a reading if one is due after this many physics steps, and returns whether it was.
+    /// Takes a reading if one is due after this many physics steps. Returns true if it was.
     fn takes(&mut self, physics_steps: u64, moment: usize) -> bool {
         let number = self.schedule.take(physics_steps);
         self.readings.extend(number.map(|number| Reading { number, moment }));
@@ -274,9 +274,9 @@ impl Floor {
         self.body.slip.map_or(commanded, |slip| slip.motion(&commanded))
     }
 
-    /// Collects the contacts that begin or end. A contact begins with the first step in which it is seen, and ends with the
-    /// first in which it is not. Contacts that come and go within a step count as one. Events beyond what a step can hold wait
-    /// for the next one.
+    /// Collects the contacts that begin or end. A contact begins with the first step in which it is detected, and ends with the
+    /// first in which it is not. Contacts that come and go within a step count as one. Events that do not fit into a step wait for
+    /// the next one.
     fn collect_events(&mut self) {
         self.events.clear();
         for (body, touch) in self.touches.iter_mut().enumerate() {

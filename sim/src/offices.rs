@@ -21,7 +21,7 @@ const CORNER_CM: i32 = 90;
 const COLUMN_M: f64 = 0.3;
 const BETWEEN_COLUMNS_M: f64 = 4.0;
 
-/// What the corridors of a floor look like from above.
+/// The layout of a floor's corridors, as seen from above.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shape {
     /// One corridor turns a corner into another.
@@ -42,7 +42,7 @@ impl Shape {
     /// All shapes. Their floors ship in `sim/missions/offices`.
     pub const ALL: [Self; 6] = [Self::L, Self::T, Self::Ring, Self::Double, Self::Hall, Self::Comb];
 
-    /// Returns the name, which is also that of the file that ships.
+    /// Returns the name, which is also that of the shipped file.
     pub fn name(self) -> &'static str {
         match self {
             Self::L => "l",
@@ -54,7 +54,7 @@ impl Shape {
         }
     }
 
-    /// Returns the floor of this shape with this number. The number determines the sizes of its rooms and where their doors are.
+    /// Returns the floor with this shape and number. The number determines the sizes of its rooms and the positions of their doors.
     pub fn plan(self, number: u64) -> FloorPlan {
         let mut rng = seed::stream(number, &format!("offices/{}", self.name()));
         let corridors = self.corridors();
@@ -165,7 +165,7 @@ struct Floor {
 impl Floor {
     /// Adds rooms along a corridor wherever they overlap nothing.
     fn add_rooms(&mut self, corridor: &Area, rng: &mut Pcg64Mcg) {
-        // No rooms at the ends of a corridor: its long sides are those along its longer axis.
+        // There are no rooms at the ends of a corridor. Its long sides are those along its longer axis.
         let length = |axis: usize| corridor.high[axis] - corridor.low[axis];
         let long = usize::from(length(1) > length(0));
         for is_above in [true, false] {
@@ -177,7 +177,8 @@ impl Floor {
                 if left < ROOM_CM[0] {
                     break;
                 }
-                // A rest in which no other room fits goes to this one, as far as it may be so wide.
+                // If the remaining space is too narrow for another room, this one gets it, up to the maximum
+                // width.
                 let width = if left - width < ROOM_CM[0] { left.min(ROOM_CM[1]) } else { width };
                 let room = corridor.beside(long, is_above, from, width, depth);
                 if self.areas.iter().any(|area| area.overlaps(&room)) {

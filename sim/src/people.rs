@@ -1,4 +1,4 @@
-//! People, which are discs that walk back and forth along their waypoints. They pause at each waypoint, and
+//! People, who are discs that walk back and forth along their waypoints. They pause at each waypoint, and
 //! wait for a robot in their way.
 
 use nalgebra::Vector2;
@@ -21,8 +21,8 @@ pub struct Walker {
 }
 
 impl Walker {
-    /// Creates a walker at the first waypoint of `person`, at the beginning of the pause there. `person` must
-    /// have at least one waypoint.
+    /// Creates a walker at the first waypoint of `person`, beginning with the pause there. `person` must have
+    /// at least one waypoint.
     pub fn new(person: &Person) -> Self {
         let at = person.waypoints[0].into();
         Self { at, next: 0, backwards: false, pause_left_s: person.pause_s, person: person.clone() }

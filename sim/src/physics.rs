@@ -131,7 +131,7 @@ impl Physics {
         self.rapier.step();
     }
 
-    /// Returns what the robot touches after a step.
+    /// Returns the robot's contacts after a step.
     pub fn touching(&self) -> impl Iterator<Item = Touching> + '_ {
         let pairs = self.rapier.narrow_phase.contact_pairs_with(self.robot_collider);
         pairs.filter_map(|pair| self.touch(pair))

@@ -178,7 +178,7 @@ mod tests {
                 "clustered = { dots = 10, side_m = 1.0, clusters = 9000000000000000000, spread_m = 0.1, seed = 1 }",
                 "clustered.clusters: expected 1 to 20000 clusters",
             ),
-            // Without a spread, all dots of a cluster coincide, and drawing them again never ended.
+            // Without a spread, all dots of a cluster coincided, and drawing them again never ended.
             (
                 "clustered = { dots = 10, side_m = 1.0, clusters = 1, spread_m = 1e-300, seed = 1 }",
                 "clustered.spread_m: expected 0.001 m to side_m",

@@ -1,7 +1,7 @@
 //! Converts the solid cells of a grid to a small number of line segments and rectangles. The unit is the cell, the origin is at
 //! the lower left, and y points up.
 
-/// How deep a solid has to be filled with rectangles below its surface, in cells.
+/// Depth below the surface of a solid that has to be filled with rectangles, in cells.
 const DEPTH: i64 = 2;
 
 /// A grid of solid and free cells, row by row from the bottom up. Everything beyond the grid is solid.

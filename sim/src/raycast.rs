@@ -1,4 +1,4 @@
-//! Finds what a ray hits first. Parry casts rays against the faces of everything static, which are in one
+//! Finds the first hit of a ray. Parry casts rays against the faces of everything static, which are in one
 //! bounding volume tree, and against moving discs. Coordinates are in metres, in frame `World`.
 //!
 //! Rapier's own query pipeline goes through its colliders solid by solid and takes two to three times as long for the same rays
@@ -71,7 +71,7 @@ impl Faces {
         self.tree.cast_local_ray(&ray, max_m as Real, true).map(f64::from)
     }
 
-    /// Returns at least the faces whose bounding boxes come within `reach_m` of a point.
+    /// Returns the faces whose bounding boxes come within `reach_m` of a point, and possibly more.
     fn near(&self, at: Vector2<f64>, reach_m: f64) -> impl Iterator<Item = &Segment> {
         let (at, reach) = (vector(at), reach_m as Real);
         let is_near = move |bounds: &Aabb| distance(bounds, at) <= reach;

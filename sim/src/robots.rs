@@ -1,4 +1,4 @@
-//! The robots that ship.
+//! The robots that ship with the project.
 
 use sketchnav_schemas::robot::{Robot, RobotError};
 

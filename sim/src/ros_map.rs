@@ -2,11 +2,11 @@
 //!
 //! The occupancy of a cell with the grey value v is p = (255 − v)/255, or v/255 if `negate` is set. The cell
 //! is occupied above `occupied_thresh`, free below `free_thresh`, and unknown in between (mode `trinary`).
-//! **Here, every cell that is not free is solid**, because it is uncertain whether the robot could drive
-//! through an unknown cell, and because furniture is often drawn with grey outlines. Everything outside the
-//! picture is solid. Anything drawn so lightly that it counts as free (the inside of a cupboard, the thin
-//! legs of a chair) stays free, but a grey outline still keeps the robot and the laser out of it. To make it
-//! solid, lower `free_thresh` in the YAML file.
+//! **Here, every cell that is not free is solid**, because the robot might not be able to drive through an
+//! unknown cell, and because furniture is often drawn with grey outlines. Everything outside the picture is
+//! solid. Anything drawn so lightly that it counts as free (the inside of a cupboard, the thin legs of a
+//! chair) stays free, but a grey outline still keeps the robot and the laser out of it. To make it solid,
+//! lower `free_thresh` in the YAML file.
 
 use std::io::Cursor;
 
@@ -196,7 +196,7 @@ impl OccupancyMap {
         inside && self.transparent.get(y as usize * width + x as usize).copied().unwrap_or(false)
     }
 
-    /// Describes what is at a position (in metres, frame `World`), or returns `None` if it is free.
+    /// Describes why a position (in metres, frame `World`) is solid, or returns `None` if it is free.
     pub(crate) fn solid_at(&self, at: [f64; 2]) -> Option<&'static str> {
         let [x, y] = [0, 1].map(|axis| ((at[axis] - self.origin_m[axis]) / self.resolution_m).floor() as i64);
         match (self.is_transparent(x, y), self.raster.is_solid(x, y)) {

@@ -3,7 +3,7 @@
 //! The figures of Chronis 2007 are lost. Scene A is reconstructed from the relations of figure 4.29, and
 //! scene B from its six commands. Both are in the pixels of the PDA, which are 5 inches each. A random scene
 //! is determined by a [`Kind`] and a number: yards, streets of blocks with crossings, halls of pillars and
-//! machines. The scenes for which results are reported were not looked at before robots had driven in them.
+//! machines. The scenes for which results are reported were never looked at before robots had driven in them.
 //! The walls are beyond the range of sonars.
 
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -21,8 +21,8 @@ const PIXEL_M: f64 = 0.127;
 const WALLS_M: f64 = 7.5;
 /// Half the side length of the open area, in metres.
 const OPEN_M: f64 = 70.0;
-/// The robot stops within this distance of its goal, in metres. It consists of 30 inches measured by its sensors, its radius,
-/// and a margin.
+/// The robot stops within this distance of its goal, in metres. It is the sum of 30 inches measured by the sensors, the robot's
+/// radius, and a margin.
 const THERE_M: f64 = 1.15;
 /// Minimum distance between the route and an object, and between two objects, in metres. A robot can pass with room to spare.
 const BESIDE_WAY_M: f64 = 0.9;
@@ -234,8 +234,8 @@ impl Scene {
         }
     }
 
-    /// Returns true if there are enough objects, the route is clear and neither too short nor too long, the route does not come
-    /// near itself, and the goal is apart from everything else.
+    /// Returns true if there are enough objects, the route is clear, neither too short nor too long, and never comes near itself,
+    /// and the goal is apart from everything else.
     fn holds(&self) -> bool {
         if self.objects.len() < LEAST_OBJECTS || !PATHS_M.contains(&self.path_m()) {
             return false;
@@ -362,7 +362,7 @@ impl Scene {
         self.way.windows(2).map(|pair| distance(pair[0], pair[1])).sum()
     }
 
-    /// Adds an object if there is room for it. Returns whether there is.
+    /// Adds an object and returns true if there is room for it.
     fn add(&mut self, object: Object) -> bool {
         let has_room = self.clearance(&object.outline) >= BESIDE_WAY_M
             && self.objects.iter().all(|other| apart(&other.outline, &object.outline) >= BETWEEN_M)

@@ -63,7 +63,7 @@ impl Schedule {
     }
 }
 
-/// Returns what a sensor reports for a measured range: +∞ above its maximum range, −∞ below its minimum (REP 117).
+/// Converts a measured range to the one that a sensor reports: +∞ above its maximum range, −∞ below its minimum (REP 117).
 fn within(range_m: f64, range_min_m: f64, range_max_m: f64) -> f64 {
     if range_m > range_max_m {
         f64::INFINITY

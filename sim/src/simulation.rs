@@ -1,9 +1,9 @@
 //! The interface of all simulations. A simulation advances by instants and yields the readings of the robot's
 //! sensors at each. Its state can be stored between any two instants.
 //!
-//! A host owns the channels, numbers the messages and sets the pace, and the simulation knows nothing about
-//! any of this. A simulation names the channel of a reading and writes the reading to wherever the host wants
-//! it, in shared memory or elsewhere.
+//! A host owns the channels, numbers the messages and sets the pace, and a simulation knows nothing about any
+//! of this. It names the channel of a reading and writes the reading to wherever the host wants it, in shared
+//! memory or elsewhere.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -44,7 +44,7 @@ pub trait Simulation: Serialize + DeserializeOwned {
     }
 }
 
-/// Receives what a simulation delivers, for example into a host's channels.
+/// Receives the readings of a simulation, for example into a host's channels.
 pub trait Senses {
     /// Error of a reading.
     type Error;

@@ -1,5 +1,5 @@
-//! The corridors that ship are those that [`sketchnav_sim::corridors`] generates. With the camera of `youbot-markers`, they
-//! meet the demands that the text of the thesis makes.
+//! The corridors that ship are those that [`sketchnav_sim::corridors`] generates. With the camera of `youbot-markers`, they meet
+//! the requirements in the text of the thesis.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use sketchnav_sim::corridors::{Corridor, Numbers, Placement, Shape};
 use sketchnav_sim::sensors::camera::Camera;
 use sketchnav_sim::{floor_plan, robots};
 
-const MADE_BY: &str = "# Made by sketchnav_sim::corridors; `SKETCHNAV_UPDATE_GOLDEN=1 cargo test -p sketchnav-sim` makes it anew.\n";
+const MADE_BY: &str = "# Made by sketchnav_sim::corridors; `SKETCHNAV_UPDATE_GOLDEN=1 cargo test -p sketchnav-sim` updates it.\n";
 
 #[test]
 fn golden_corridors_are_up_to_date() {

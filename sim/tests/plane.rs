@@ -1,4 +1,4 @@
-//! The plane of dots as a whole, as far as navigators rely on it.
+//! The plane of dots as a whole, in the respects on which navigators rely.
 
 mod support;
 

@@ -6,7 +6,8 @@ use std::path::Path;
 use sketchnav_sim::offices::Shape;
 use sketchnav_sim::scenes::Scene;
 
-const MADE_BY: &str = "# Made by sketchnav_sim::scenes; `SKETCHNAV_UPDATE_GOLDEN=1 cargo test -p sketchnav-sim` makes it anew.\n";
+const MADE_BY: &str =
+    "# Made by sketchnav_sim::scenes; `SKETCHNAV_UPDATE_GOLDEN=1 cargo test -p sketchnav-sim` updates it.\n";
 
 #[test]
 fn golden_scenes_are_up_to_date() {

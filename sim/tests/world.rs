@@ -1,4 +1,4 @@
-//! The world as a whole, as far as navigators rely on it.
+//! The world as a whole, in the respects on which navigators rely.
 
 mod support;
 

@@ -275,8 +275,8 @@ async function main() {
   const me = await visit(context);
   await inTurn([pictures, excalidraw, svgRunsNothing, badFilesSayWhatIsWrong, copiesToAnotherPage, savesPictures, byFingers], (step) => step(me, context), () => me.page, out);
   await context.close();
-  // The page's policy keeps the styles of a file that is parsed from applying, and says so.
-  assertNoFaults(/WebSocket|ERR_CONNECTION|404|^Applying inline style/);
+  // The page's policy keeps the styles and handlers of a parsed file from applying. The browser reports that.
+  assertNoFaults(/WebSocket|ERR_CONNECTION|404|^(Applying inline style|Executing inline event handler)/);
 }
 
 try {

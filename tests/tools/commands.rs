@@ -1,6 +1,8 @@
 //! Tests of the commands that people and programs use with a running system (`echo`, `hz`, `channels`, `logs`, `restart`,
 //! `send`, `graph`, `doctor` and `snapshot`), and of the program's own manual pages.
 
+use std::path::Path;
+
 use nix::sys::signal::Signal;
 use serde_json::Value;
 use sketchnav_recordings::Recording;
@@ -201,6 +203,7 @@ fn an_order_by_hand_pauses_the_mission_and_is_recorded() {
     let wrong = place.run("send fly");
     assert!(wrong.code == Some(2) && wrong.err.contains("pause"), "{wrong}");
     says_where_it_is(&place);
+    // The planner ends the mission, and with it the run.
     place.fine("send abort");
     let report = running.end().json();
     assert!(report["tasks"][0]["reason"].as_str().unwrap().contains("given up by a person"), "{report:#}");
@@ -298,12 +301,12 @@ fn a_process_is_restarted_and_nothing_is_lost() {
 }
 
 #[test]
-fn logs_are_shown_by_process_and_followed_to_the_end() {
+fn logs_are_shown_by_process_followed_to_the_end_and_kept() {
     let place = Place::new();
     let running = started(&place);
     let follow = place.start("logs --follow --json");
     place.fine("restart localizer --kill");
-    ended(running);
+    let report = ended(running).json();
     let output = follow.end();
     assert_eq!(output.code, Some(0), "{output}");
     let output = lines(&output);
@@ -313,6 +316,12 @@ fn logs_are_shown_by_process_and_followed_to_the_end() {
         line["process"] == "recorder" && words.contains("messages recorded, 0 missing")
     };
     assert!(output.iter().any(is_recorders), "{output:?}");
+    // They were once removed with the system, so nothing of what a process had printed remained.
+    let kept = Path::new(report["logs"].as_str().unwrap());
+    let of_recorder = output.iter().filter(|line| line["process"] == "recorder");
+    let printed: Vec<_> = of_recorder.map(|line| line["line"].as_str().unwrap()).collect();
+    let log = std::fs::read_to_string(kept.join("recorder.log")).unwrap();
+    assert_eq!(log.lines().collect::<Vec<_>>(), printed);
     let nothing = place.run("logs");
     assert!(nothing.code == Some(2) && nothing.err.contains("no system is running"), "{nothing}");
 }

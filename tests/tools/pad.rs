@@ -339,7 +339,7 @@ fn requests_are_taken_once_whichever_process_dies() {
         killer.join().unwrap();
         while answer.is_none() {
             wait_until("the pad", || std::net::TcpStream::connect(("127.0.0.1", stage.port)).is_ok());
-            let Some(back) = Page::try_open(stage.port, Some(&session)) else { continue };
+            let Ok(back) = Page::try_open(stage.port, Some(&session)) else { continue };
             page = back;
             answer = page.send(path, body, &name);
         }
@@ -348,7 +348,7 @@ fn requests_are_taken_once_whichever_process_dies() {
         // Sending the drawing again under the same name gives the same answer, and no second drawing. The pad may still
         // be about to die.
         page = loop {
-            if let Some(back) = Page::try_open(stage.port, Some(&session)) {
+            if let Ok(back) = Page::try_open(stage.port, Some(&session)) {
                 break back;
             }
         };
@@ -387,7 +387,7 @@ fn a_pad_without_its_state_stops_the_robot_and_continues() {
     before.iter().for_each(|&pid| kill_if_alive(pid));
     wait_until("the pad", || stage.place.serving(stage.name, "pad").iter().any(|pid| !before.contains(pid)));
     let mut page = loop {
-        if let Some(page) = Page::try_open(stage.port, None) {
+        if let Ok(page) = Page::try_open(stage.port, None) {
             break page;
         }
     };

@@ -38,7 +38,8 @@ impl Study {
         let mut found = None;
         wait_until("a page for the next participant", || {
             self.running.must_live();
-            found = Page::try_open(self.port, None).filter(|page| page.hello["study"]["stage"] == "welcome");
+            found =
+                Page::try_open(self.port, None).ok().filter(|page| page.hello["study"]["stage"] == "welcome");
             // A page that is opened too often is not let in.
             sleep(if found.is_some() { Duration::ZERO } else { PAUSE });
             found.is_some()

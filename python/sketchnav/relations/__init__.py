@@ -8,9 +8,9 @@
     qtc = relations.QtcB()
     qtc.words(qtc.relate(human, robot))  # ['', '-,-', '-,0', '0,-']
 
-A calculus relates arrays of objects, one row each, and gives an array of codes, which are indices into `calculus.relations`; -1
-stands for no relation. Arrays are read where they are, whatever their strides, as long as they hold aligned doubles; others are
-converted first. Anything with the buffer protocol will do, and so will lists.
+A calculus relates arrays of objects, one row each, and returns an array of codes, which are indices into `calculus.relations`;
+-1 stands for no relation. Arrays of aligned doubles are read in place, whatever their strides, and others are converted first.
+Anything with the buffer protocol will do, and so will lists.
 
     object          row                             unit
     point           x, y                            one length of your choice
@@ -19,9 +19,9 @@ converted first. Anything with the buffer protocol will do, and so will lists.
     rectangle       low x, low y, high x, high y    length
     interval        low, high                       any
 
-The axes x and y are right-handed: in image coordinates left and right swap. The first axis of an array is time. Others are
-tracks, which follow the rules of broadcasting: a track against all others is `relate(a[:, None], others)`, and a single row is
-an object that stands still. A row that contains NaN is an object that was not seen; no relation is inferred across it.
+The axes x and y are right-handed, so left and right swap in image coordinates. The first axis of an array is time. The others
+are tracks, which follow the rules of broadcasting: `relate(a[:, None], others)` relates a track to all others, and a single row
+is an object that stands still. A row that contains NaN is an object that was not seen, and no relation is inferred across it.
 
 Invalid values raise ValueError, which names the argument and the row.
 """

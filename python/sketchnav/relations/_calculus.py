@@ -1,4 +1,4 @@
-"""What all calculi have in common: arrays in, codes out, and what is known about the relations."""
+"""The common part of all calculi: arrays in, codes out, and the known properties of the relations."""
 
 import functools
 import json
@@ -97,7 +97,7 @@ def aligned(
 
 
 def times(value: ArrayLike, samples: int) -> NDArray[np.float64]:
-    """The times of samples, in seconds, that increase."""
+    """The times of samples, in seconds, which must increase."""
     array = np.ascontiguousarray(value, np.float64)
     if array.shape != (samples,):
         raise ValueError(f"time_s: expected a time for each of the {samples} samples, found the shape {array.shape}")
@@ -159,7 +159,7 @@ class Calculus:
         return _core.relations_code(self._opened, word)
 
     def neighbours(self, relation: str) -> frozenset[str]:
-        """The relations that continuous motion can lead to with no third one in between (Freksa 1991; Galton 2001)."""
+        """The relations that continuous motion can lead to without a third one in between (Freksa 1991; Galton 2001)."""
         return self._answer("neighbours", relation)
 
     def _answer(self, question: str, *relations: str) -> frozenset[str]:
@@ -206,16 +206,16 @@ class WithConverse(Calculus):
     """A calculus of two objects."""
 
     def converse(self, relation: str) -> frozenset[str]:
-        """What b may be to a, if a is this to b."""
+        """The relations that b may have to a, if a has this one to b."""
         return self._answer("converse", relation)
 
 
 class Composed(Calculus):
-    """A calculus with a composition, which is weak: what some objects show."""
+    """A calculus with a composition, which is weak: it has the relations that some objects show."""
 
     def compose(self, first: str, second: str) -> frozenset[str]:
-        """What a may be to c, if a is `first` to b, and b `second` to c. With three arguments: what a, b, d may be, if
-        a, b, c are `first` and b, c, d `second`."""
+        """The relations that a may have to c, if a has `first` to b, and b has `second` to c. With three arguments: those that
+        a, b, d may have, if a, b, c have `first` and b, c, d have `second`."""
         return self._answer("compose", first, second)
 
 
@@ -236,9 +236,9 @@ class OfTracks(WithConverse):
     ) -> Series:
         """The relations of two tracks over time.
 
-        `time_s` are the times of the samples, by default 0, 1, 2, ….  `collapse` merges equal relations that follow each other;
-        `validate` inserts those through which continuous motion must have passed. Objects are not followed across pauses of
-        more than `max_gap_s`.
+        `time_s` are the times of the samples, by default 0, 1, 2, …. `collapse` merges consecutive equal relations; `validate`
+        inserts those that continuous motion must have passed through. Objects are not followed across pauses of more than
+        `max_gap_s`.
         """
         return self._series((a, b), time_s, collapse, validate, max_gap_s)
 
@@ -247,17 +247,17 @@ class Pair(OfTracks):
     """A calculus of two objects at one time."""
 
     def relate(self, a: ArrayLike, b: ArrayLike) -> Codes:
-        """The relations of a to b, of the shape of the arrays without their last axis."""
+        """The relations of a to b, in the shape of the arrays without their last axis."""
         return self._relate((a, b), None)
 
 
 class MovingPair(OfTracks):
-    """A calculus of the motion of two objects between a sample and the next."""
+    """A calculus of the motion of two objects between one sample and the next."""
 
     def relate(self, a: ArrayLike, b: ArrayLike, *, time_s: ArrayLike | None = None) -> Codes:
         """The relations of a to b, each between the previous sample and this one. The first sample has none.
 
-        `time_s` are the times of the samples, which a quantisation by speed needs.
+        `time_s` are the times of the samples, which are needed for a quantisation by speed.
         """
         return self._relate((a, b), time_s)
 
@@ -290,7 +290,7 @@ class Triple(Calculus):
     arguments: ClassVar[tuple[str, ...]] = ("a", "b", "c")
 
     def relate(self, a: ArrayLike, b: ArrayLike, c: ArrayLike) -> Codes:
-        """The relations of a, b and c, of the shape of the arrays without their last axis."""
+        """The relations of a, b and c, in the shape of the arrays without their last axis."""
         return self._relate((a, b, c), None)
 
     def series(
@@ -308,6 +308,6 @@ class Triple(Calculus):
         return self._series((a, b, c), time_s, collapse, validate, max_gap_s)
 
     def permuted(self, relation: str, by: str) -> frozenset[str]:
-        """What the same objects may be in another order: "inverse" (b, a, c), "short cut" (a, c, b), "inverse short cut"
-        (c, a, b), "homing" (b, c, a) or "inverse homing" (c, b, a)."""
+        """The relations that the same objects may have in another order: "inverse" (b, a, c), "short cut" (a, c, b), "inverse
+        short cut" (c, a, b), "homing" (b, c, a) or "inverse homing" (c, b, a)."""
         return self._answer(by, relation)

@@ -1,4 +1,4 @@
-"""The calculi. Lengths are in the unit of the coordinates, whichever it is.
+"""The calculi. Lengths are in the unit of the coordinates.
 
 Each class says which objects it relates and who introduced it. Its fields are its parameters.
 """
@@ -20,8 +20,8 @@ from ._calculus import Timed as Timed
 
 @dataclass(frozen=True)
 class Quantised(Calculus):
-    """A calculus of motion. Motion counts if it is longer than `quantisation` between two samples or, if that is given, faster
-    than `quantisation_per_s`, in lengths per second. The latter does not depend on how often samples are taken."""
+    """A calculus of motion. Motion counts if it is longer than `quantisation` between two samples or, if `quantisation_per_s`
+    is given, faster than that, in lengths per second. The latter does not depend on the sampling rate."""
 
     quantisation: float = 0.0
     quantisation_per_s: float | None = field(default=None, kw_only=True)
@@ -43,8 +43,8 @@ class Quantised(Calculus):
 
 @dataclass(frozen=True)
 class QtcB(Quantised, MovingPair):
-    """QTC_B (Van de Weghe 2004): whether two points move towards each other, "-"; away, "+"; or neither, "0". The sign of a comes
-    first. What each refers to is where the other was at the earlier sample."""
+    """QTC_B (Van de Weghe 2004): whether two points move towards each other, "-"; away, "+"; or neither, "0". The sign of a
+    comes first. Each sign refers to the position of the other point at the earlier sample."""
 
     name = "qtc-b"
     objects = "point"
@@ -99,8 +99,8 @@ class Mos(Quantised, Single):
 
 @dataclass(frozen=True)
 class Qrpc(Pair):
-    """Rectilinear projections (Glez-Cabrera et al. 2013; Patil 2019): how the lines along the headings of two oriented points run.
-    Directions that differ by at most `tolerance_rad` are parallel, and points within `tolerance` of a line on it."""
+    """Rectilinear projections (Glez-Cabrera et al. 2013; Patil 2019): how the lines along the headings of two oriented points
+    run. Directions that differ by at most `tolerance_rad` are parallel, and points within `tolerance` of a line are on it."""
 
     name = "qrpc"
     objects = "oriented point"
@@ -110,8 +110,8 @@ class Qrpc(Pair):
 
 @dataclass(frozen=True)
 class Opra(Composed, Pair):
-    """OPRA_m (Moratz 2006), m from 1 to 4: in which of 4m segments two oriented points see each other. Rays are even and sectors
-    odd, counter-clockwise from the heading. Directions within `tolerance_rad` of a ray are on it."""
+    """OPRA_m (Moratz 2006), m from 1 to 4: the segments, out of 4m, in which two oriented points see each other. Rays are even
+    and sectors odd, counter-clockwise from the heading. Directions within `tolerance_rad` of a ray are on it."""
 
     name = "opra"
     objects = "oriented point"
@@ -121,10 +121,10 @@ class Opra(Composed, Pair):
 
 @dataclass(frozen=True)
 class Argd(Composed, Pair):
-    """Distances by named thresholds (QSRlib; Patil 2019). `labels` has the threshold of each label.
+    """Distances by named thresholds (QSRlib; Patil 2019). `labels` gives the threshold of each label.
 
-    With the bound "upper" (QSRlib) a threshold is the greatest distance of its label, and the last label also means anything
-    beyond. With "lower" (Patil 2019) it is the least, and the first label also means anything nearer.
+    With the bound "upper" (QSRlib), a threshold is the greatest distance of its label, and the last label also covers anything
+    beyond. With "lower" (Patil 2019), it is the least distance, and the first label also covers anything nearer.
     """
 
     name = "argd"
@@ -141,7 +141,7 @@ class Argd(Composed, Pair):
 
 @dataclass(frozen=True)
 class Cardinal(Composed, Pair):
-    """Cardinal directions (Frank 1991): where a is as seen from b, in cones of 45°. North is along y, east along x."""
+    """Cardinal directions (Frank 1991): the direction of a as seen from b, in cones of 45°. North is along y, east along x."""
 
     name = "cardinal"
     objects = "point"
@@ -188,7 +188,7 @@ class Rcc8(Tolerant, Composed, Pair):
 
 @dataclass(frozen=True)
 class Rcc5(Tolerant, Composed, Pair):
-    """RCC8 without what depends on borders."""
+    """RCC8 without the distinctions that depend on borders."""
 
     name = "rcc5"
     objects = "rectangle"
@@ -196,7 +196,7 @@ class Rcc5(Tolerant, Composed, Pair):
 
 @dataclass(frozen=True)
 class Rcc4(Tolerant, Composed, Pair):
-    """QSRlib's RCC4. Its `pp` includes equal regions, so that a converse may be a set."""
+    """QSRlib's RCC4. Its `pp` includes equal regions, so a converse may be a set."""
 
     name = "rcc4"
     objects = "rectangle"
@@ -220,8 +220,8 @@ class Rcc2(Tolerant, Composed, Pair):
 
 @dataclass(frozen=True)
 class Tpcc(Triple):
-    """Ternary point configurations (Moratz, Nebel and Freksa 2003): where the referent c is as seen from the origin a on the way to
-    the relatum b. Positions within `tolerance_rad` of straight are straight."""
+    """Ternary point configurations (Moratz, Nebel and Freksa 2003): the position of the referent c as seen from the origin a on
+    the way to the relatum b. Positions within `tolerance_rad` of straight are straight."""
 
     name = "tpcc"
     objects = "point"
@@ -230,9 +230,9 @@ class Tpcc(Triple):
 
 @dataclass(frozen=True)
 class DraF(Composed, Pair):
-    """The fine-grained dipole calculus (Moratz, Renz and Wolter 2000): where the start and the end of b are as seen along a, then
-    those of a as seen along b, each a letter of flip-flop. Points within `tolerance` of each other coincide, and points within
-    0.866 of it from a line are on it."""
+    """The fine-grained dipole calculus (Moratz, Renz and Wolter 2000): the positions of the start and the end of b as seen
+    along a, then those of a as seen along b, each as a letter of flip-flop. Points within `tolerance` of each other coincide,
+    and points within 0.866 times `tolerance` of a line are on it."""
 
     name = "dra-f"
     objects = "dipole"
@@ -241,8 +241,8 @@ class DraF(Composed, Pair):
 
 @dataclass(frozen=True)
 class DraC(Composed, Pair):
-    """The coarse dipole calculus: the relations of `DraF` with no point on the line of the other dipole except at its ends. Others are
-    -1, no relation."""
+    """The coarse dipole calculus: the relations of `DraF` in which no point is on the line of the other dipole except at its
+    ends. All others are -1, no relation."""
 
     name = "dra-c"
     objects = "dipole"
@@ -251,9 +251,10 @@ class DraC(Composed, Pair):
 
 @dataclass(frozen=True)
 class DoubleCross(Composed, Triple):
-    """The double cross (Freksa 1992): where c is as seen on the way from a to b, by side and by the perpendiculars at both ends: "lf"
-    left front, "lp" left beside b, "lc" between, "ll" beside a, "lb" behind; "sf", "if", "sc", "ib", "sb" on the way, "rf" and so on
-    on the right. Points within `tolerance` of each other coincide, and points within half of it from a line are on it."""
+    """The double cross (Freksa 1992): the position of c as seen on the way from a to b, by side and by the perpendiculars at
+    both ends: "lf" left front, "lp" left beside b, "lc" between, "ll" beside a, "lb" behind; "sf", "if", "sc", "ib", "sb" on
+    the way, "rf" and so on on the right. Points within `tolerance` of each other coincide, and points within half of it of a
+    line are on the line."""
 
     name = "double-cross"
     objects = "point"
@@ -262,8 +263,8 @@ class DoubleCross(Composed, Triple):
 
 @dataclass(frozen=True)
 class FlipFlop(Composed, Triple):
-    """Flip-flop, refined to LR (Ligozat 1993; Scivos and Nebel 2004): where c is as seen on the way from a to b. Points within
-    `tolerance` of each other coincide, and a point within 0.866 of it from the line is on the line."""
+    """Flip-flop, refined to LR (Ligozat 1993; Scivos and Nebel 2004): the position of c as seen on the way from a to b. Points
+    within `tolerance` of each other coincide, and a point within 0.866 times `tolerance` of the line is on it."""
 
     name = "flipflop"
     objects = "point"

@@ -5,8 +5,8 @@
     assess(forces_0, 16)  # direction 2 of 16, which is 45° from the heading
 
 A polygon is an array of corners, or several, its rings: a point is inside if an odd number of rings surround it. Directions are
-in radians, counter-clockwise from x, those of a histogram evenly spaced from 0. An infinite force, of objects that touch or
-overlap, is an infinity.
+in radians, counter-clockwise from x, and those of a histogram are evenly spaced from 0. An infinite force, between objects that
+touch or overlap, is an infinity.
 """
 
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ from ._calculus import rows
 
 
 class Assessment(NamedTuple):
-    """The direction that describes best where the argument is."""
+    """The direction that best describes the position of the argument."""
 
     #: The index of the direction, counter-clockwise from 0 at the heading.
     direction: int
@@ -57,8 +57,9 @@ def histogram(
     exponent: float = 0.0,
     directions: int = 180,
 ) -> NDArray[np.float64]:
-    """The force F_r(θ) of the argument on the referent in each direction, r being the exponent of the distance, from 0 (constant
-    forces) by 2 (gravitational ones) to 16. It is large in the direction of the argument as seen from the referent."""
+    """The force F_r(θ) of the argument on the referent in each direction, where r is the exponent of the distance, from 0
+    (constant forces) through 2 (gravitational ones) to 16. It is large in the direction of the argument as seen from the
+    referent."""
     found = _core.forces_histogram(_rings("argument", argument), _rings("referent", referent), exponent, directions)
     return np.frombuffer(found, np.float64)
 
@@ -85,8 +86,8 @@ def assess(
     heading_rad: float = 0.0,
     gravitational: ArrayLike | None = None,
 ) -> Assessment | None:
-    """The best of so many directions from the heading, or None if no degree is known. With a second histogram, of gravitational
-    forces, the lesser degree counts; if its forces are infinite, it does not."""
+    """The best of this many directions from the heading, or None if no degree is known. With a second histogram, of
+    gravitational forces, the lesser degree counts, unless its forces are infinite."""
     other = None if gravitational is None else _forces(gravitational)
     found = _core.forces_assess(_forces(histogram), other, heading_rad, directions)
     return None if found is None else Assessment(*found)

@@ -1,4 +1,4 @@
-"""Reasoning about what is known of several objects: path consistency, scenarios, minimal networks.
+"""Reasoning about the known relations of several objects: path consistency, scenarios, minimal networks.
 
     network = Network(Rcc8(), ["cup", "table", "kitchen"])
     network.constrain("cup", "table", "ntpp")
@@ -6,8 +6,8 @@
     network.close()
     network.relations("cup", "kitchen")  # {'ntpp'}
 
-A network without a model may still be closed; see the README of the library `qualitative` for the calculi in which a closed
-network with one relation for each pair has one.
+A network without a model may still be closed. The README of the library `qualitative` lists the calculi in which a closed
+network with one relation for each pair has a model.
 """
 
 from collections.abc import Iterable
@@ -56,9 +56,9 @@ class Network:
         return frozenset(self.calculus.relations[code] for code in self._sets[self._at(first, second)])
 
     def close(self) -> None:
-        """Removes what the relations to some third object rule out: makes the network path-consistent.
+        """Removes the relations that those to some third object rule out, which makes the network path-consistent.
 
-        Raises Inconsistent if no relation is left for a pair. The network is then as before.
+        Raises Inconsistent if no relation is left for a pair. The network is then left unchanged.
         """
         self._sets = self._reasoned("close")
 

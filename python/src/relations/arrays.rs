@@ -1,4 +1,4 @@
-//! Arrays of objects as Python passes them: doubles with any strides, which are read where they are.
+//! Arrays of objects as Python passes them: doubles with any strides, which are read in place.
 
 use pyo3::buffer::PyBuffer;
 use pyo3::exceptions::PyValueError;
@@ -15,7 +15,7 @@ pub trait Row: Copy {
     /// Creates the object.
     ///
     /// # Errors
-    /// If the numbers are none of an object.
+    /// If the numbers do not describe an object.
     fn of(numbers: Self::Numbers) -> Result<Self, Error>;
 }
 
@@ -77,7 +77,7 @@ pub trait Scene: Copy {
     /// Reads the objects at a time of a track, or `None` if one of them is missing.
     ///
     /// # Errors
-    /// If a row is none of an object. The error names the argument and the row.
+    /// If a row does not describe an object. The error names the argument and the row.
     fn read(arrays: &[Array], time: usize, track: usize) -> PyResult<Option<Self>>;
 }
 
@@ -111,7 +111,7 @@ pub struct Array {
 }
 
 impl Array {
-    /// Looks at an array with three dimensions.
+    /// Opens an array with three dimensions.
     ///
     /// # Errors
     /// If it does not have three dimensions of doubles.
@@ -125,7 +125,7 @@ impl Array {
         Ok(Self { name, buffer, shape, strides })
     }
 
-    /// Returns the numbers of times, of tracks and of the numbers in a row.
+    /// Returns the number of times, the number of tracks, and the length of a row.
     pub fn shape(&self) -> [usize; 3] {
         self.shape
     }
@@ -133,7 +133,7 @@ impl Array {
     /// Reads an object, or `None` if one of its numbers is NaN.
     ///
     /// # Errors
-    /// If the row is none of an object.
+    /// If the row does not describe an object.
     pub fn object<T: Row>(&self, time: usize, track: usize) -> PyResult<Option<T>> {
         let mut numbers = T::Numbers::default();
         let row = numbers.as_mut();
@@ -144,7 +144,7 @@ impl Array {
         for (i, number) in row.iter_mut().enumerate() {
             let offset = start + i as isize * by_number;
             // SAFETY: the buffer has this shape and these strides, and the indices are within the shape. The interpreter is
-            // attached, so that no other thread of Python writes to the buffer meanwhile.
+            // attached, so no other thread of Python writes to the buffer meanwhile.
             *number = unsafe { self.buffer.buf_ptr().byte_offset(offset).cast::<f64>().read_unaligned() };
             is_missing |= number.is_nan();
         }
@@ -157,7 +157,7 @@ impl Array {
     /// Reads an object of the first track that must not be missing.
     ///
     /// # Errors
-    /// If the row is none of an object, or one of its numbers is NaN.
+    /// If the row does not describe an object, or one of its numbers is NaN.
     pub fn present<T: Row>(&self, time: usize) -> PyResult<T> {
         self.object(time, 0)?.ok_or_else(|| {
             PyValueError::new_err(format!(

@@ -1,4 +1,4 @@
-//! QSRlib's relations for Python: what its calculi say of rows of numbers.
+//! QSRlib's relations for Python, computed from rows of numbers.
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -66,7 +66,8 @@ pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
         let given = given(names, arrays, None, arguments.py())?;
         words(which.parse().map_err(rejected)?, &given.arrays, quantisation)
     })?;
-    // The arrays are where the first object was before each step and after it, and the second one.
+    // The arrays are the positions of the first object before and after each step, followed by those of the
+    // second one.
     function(module, c"qsrlib_steps", |arguments| {
         let (which, names, arrays, (quantisation_factor, distance_threshold, no_collapse, validate)) =
             arguments.extract::<(String, Vec<String>, Vec<Bound<'_, PyAny>>, (f64, f64, bool, bool))>()?;

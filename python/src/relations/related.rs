@@ -1,4 +1,4 @@
-//! A calculus with its parameters, as Python uses it: relations are numbers, and which calculus it is does not matter.
+//! A calculus with its parameters, as Python uses it: relations are numbers, whatever the calculus is.
 
 use std::sync::OnceLock;
 
@@ -19,7 +19,7 @@ pub const NONE: i16 = -1;
 pub struct Given {
     /// The objects, in the order of the relation.
     pub arrays: Vec<Array>,
-    /// The times of the samples, in seconds, or `None` if a sample follows another by one unit of time.
+    /// The times of the samples, in seconds, or `None` if samples are one unit of time apart.
     pub times_s: Option<Vec<f64>>,
 }
 
@@ -35,33 +35,33 @@ impl Given {
 pub struct Series {
     /// When each relation began to hold, in seconds.
     pub from_s: Vec<f64>,
-    /// When it was last seen, in seconds.
+    /// When each relation was last seen, in seconds.
     pub to_s: Vec<f64>,
     /// The relations.
     pub relations: Vec<i16>,
-    /// How each follows from the previous one, by the order of [`Change`].
+    /// How each relation follows from the previous one, by the order of [`Change`].
     pub changes: Vec<i8>,
 }
 
-/// What is asked about relations.
+/// A question about relations.
 pub enum Question {
-    /// What b may be to a.
+    /// The relations that b may have to a.
     Converse,
-    /// What may follow.
+    /// The relations that may follow.
     Neighbours,
-    /// What a may be to c.
+    /// The relations that a may have to c.
     Compose,
-    /// What the same objects in another order may be.
+    /// The relations that the same objects may have in another order.
     Permuted(Permutation),
 }
 
-/// What is asked about a network.
+/// A question about a network.
 pub enum Task {
     /// Path consistency.
     Close,
     /// A relation for each pair.
     Scenario,
-    /// What occurs in some scenario.
+    /// The relations that occur in some scenario.
     Minimal,
 }
 
@@ -82,13 +82,13 @@ pub trait Related: Send + Sync {
     /// Computes the relations of all samples of all tracks.
     ///
     /// # Errors
-    /// If a row is none of an object.
+    /// If a row does not describe an object.
     fn relate(&self, given: &Given, out: &mut [i16]) -> PyResult<()>;
 
     /// Computes the series of one track.
     ///
     /// # Errors
-    /// If a row is none of an object, or the times do not increase.
+    /// If a row does not describe an object, or the times do not increase.
     fn series(&self, given: &Given, options: Options) -> PyResult<Series>;
 
     /// Answers a question, or returns `None` if the calculus has no answer.
@@ -102,7 +102,7 @@ type Unary<R> = Box<dyn Fn(R) -> RelationSet<R> + Send + Sync>;
 type Permuted<R> = fn(R, Permutation) -> RelationSet<R>;
 type Binary<R> = Box<dyn Fn(R, R) -> RelationSet<R> + Send + Sync>;
 
-/// A calculus, with what is known about its relations.
+/// A calculus, and the known properties of its relations.
 pub struct Of<C: Calculus> {
     calculus: C,
     /// The words, in the order of the relations. Their number may be below that of the calculus.
@@ -117,19 +117,19 @@ pub struct Of<C: Calculus> {
 }
 
 impl<C: Calculus> Of<C> {
-    /// Creates a calculus of whose relations nothing else is known.
+    /// Creates a calculus without any known properties of its relations.
     pub fn new(calculus: C) -> Self {
         let words = C::Relation::all().map(|relation| relation.to_string()).collect();
         let (converse, compose, permuted, make_table, table) = (None, None, None, None, OnceLock::new());
         Self { calculus, words, has_own_words: false, converse, compose, permuted, make_table, table }
     }
 
-    /// Takes these words instead of those of the calculus.
+    /// Uses these words instead of those of the calculus.
     pub fn named(self, words: Vec<String>) -> Self {
         Self { words, has_own_words: true, ..self }
     }
 
-    /// Takes the converses of the relations.
+    /// Adds the converses of the relations.
     pub fn converses(
         self,
         converse: impl Fn(C::Relation) -> RelationSet<C::Relation> + Send + Sync + 'static,
@@ -137,7 +137,7 @@ impl<C: Calculus> Of<C> {
         Self { converse: Some(Box::new(converse)), ..self }
     }
 
-    /// Takes the compositions of the relations.
+    /// Adds the compositions of the relations.
     pub fn composed(
         self,
         compose: impl Fn(C::Relation, C::Relation) -> RelationSet<C::Relation> + Send + Sync + 'static,
@@ -145,17 +145,17 @@ impl<C: Calculus> Of<C> {
         Self { compose: Some(Box::new(compose)), ..self }
     }
 
-    /// Takes what the same objects are in another order.
+    /// Adds the relations of the same objects in another order.
     pub fn permuted(self, permuted: Permuted<C::Relation>) -> Self {
         Self { permuted: Some(permuted), ..self }
     }
 
-    /// Takes the table for networks.
+    /// Adds the table for networks.
     pub fn with_table(self, table: impl Fn() -> Table<C::Relation> + Send + Sync + 'static) -> Self {
         Self { make_table: Some(Box::new(table)), ..self }
     }
 
-    /// Takes converses that are relations.
+    /// Adds converses that are single relations.
     pub fn with_converse(self) -> Self
     where
         C::Relation: Converse,
@@ -163,7 +163,7 @@ impl<C: Calculus> Of<C> {
         self.converses(|relation| relation.converse().into())
     }
 
-    /// Takes converses, compositions and the table of the calculus.
+    /// Adds the converses, the compositions and the table of the calculus.
     pub fn with_algebra(self) -> Self
     where
         C::Relation: Converse + Compose,

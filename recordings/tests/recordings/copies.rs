@@ -374,7 +374,7 @@ fn the_run_is_found_wherever_another_tool_wrote_it() {
     }
 }
 
-/// Damage counts as what it is. An attachment is not a chunk.
+/// Each kind of damage is counted as such. An attachment is not a chunk.
 #[test]
 fn a_damaged_attachment_counts_as_lost_bytes() {
     let folder = tempfile::tempdir().unwrap();

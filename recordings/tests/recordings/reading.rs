@@ -1,4 +1,4 @@
-//! Reading part of a recording: a range of times, some topics, in order of time, and how little of the file that takes.
+//! Reading part of a recording: a range of times, some topics, or in order of time, and how little of the file is read for that.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,5 @@
-//! What was written is read back: every message type, files that a kill cut off, gaps and repetitions.
+//! Recordings are read back as they were written: every message type, files that a kill cut off, gaps and
+//! repetitions.
 
 use std::io::{self, Write};
 use std::path::Path;

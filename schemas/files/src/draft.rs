@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use crate::open::O_NONBLOCK;
 
-/// The error of opening a pipe that no process reads (open(2)), the same on all Linux platforms.
+/// The error number of open(2) for a pipe that no process reads, the same on all Linux platforms.
 const ENXIO: i32 = 6;
 
 /// The writer of a draft.
@@ -50,7 +50,7 @@ impl Draft {
         &self.path
     }
 
-    /// Path of what has been written so far, so that the caller can check it before the file gets its final
+    /// Path of the unfinished file, so that the caller can check the content before the file gets its final
     /// name. `None` for a pipe or a device.
     pub fn written(&self) -> Option<&Path> {
         self.draft.as_deref()
@@ -101,7 +101,7 @@ fn open_pipe(path: &Path) -> io::Result<File> {
     open_to_write(path)
 }
 
-/// Creates a new file beside `path`. An existing file with the draft's name may be someone's, so it is kept and the next
+/// Creates a new file next to `path`. If a file with the draft's name exists, it may belong to someone, so it is kept and the next
 /// number is tried.
 fn create_beside(path: &Path) -> io::Result<(PathBuf, File)> {
     for number in 1..=MAX_DRAFTS {
@@ -132,7 +132,7 @@ pub fn is_same(a: &Path, b: &Path) -> bool {
     a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b))
 }
 
-/// Refuses to overwrite one of the sources of a result.
+/// Refuses to overwrite an input with the output made from it.
 ///
 /// # Errors
 /// [`ErrorKind::AlreadyExists`] if `output` is one of `inputs`.

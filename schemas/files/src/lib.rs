@@ -1,10 +1,10 @@
 //! Reads the files that people provide, such as missions, robots, floors, drawings and tables, each up to a
 //! [`Limit`]. Files are written by [`draft`], which never replaces a file with an incomplete one.
 //!
-//! The size of a file is checked before the file is read, and if the file grows meanwhile, reading stops one
-//! byte beyond the limit. If you name an 8 GB file by mistake, it is therefore not loaded into memory, and
-//! the error gives the limit. [`open`] refuses anything but a plain file, such as a named pipe or a device,
-//! before it can block.
+//! The size of a file is checked before the file is read. If the file grows in the meantime, reading stops
+//! one byte past the limit. An 8 GB file that is named by mistake is therefore never loaded into memory, and
+//! the error gives the limit. [`open`] refuses named pipes, devices and anything else that is not a plain
+//! file, before they can block.
 
 pub mod draft;
 mod open;
@@ -58,10 +58,10 @@ pub const PAGE: Limit = Limit { what: "a page or its figures", bytes: 16 * MIB }
 pub const PART: Limit = Limit { what: "a part of an experiment", bytes: 16 * MIB };
 
 impl Limit {
-    /// Checks that this many bytes are within the limit.
+    /// Checks that a file of this size is within the limit.
     ///
     /// # Errors
-    /// [`ErrorKind::FileTooLarge`], which gives the limit, if there are more.
+    /// [`ErrorKind::FileTooLarge`], which gives the limit, if it is not.
     pub fn check(&self, bytes: u64) -> io::Result<()> {
         if bytes > self.bytes { Err(self.error(bytes)) } else { Ok(()) }
     }

@@ -1,14 +1,13 @@
-//! Opens a file named by a person, which may be anything. Opening a named pipe waits for its writer, opening
-//! a device may have side effects, and reading either of them may never end.
+//! Opens files that people name, which can be anything. Opening a named pipe waits for its writer, opening a
+//! device may have side effects, and reading either of them may never end.
 
 use std::fs::{self, File, FileType, Metadata};
 use std::io::{self, ErrorKind};
 use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
 use std::path::Path;
 
-/// Flag that keeps the opening of a pipe from waiting for the other end (open(2)). The value is the same on
-/// all Linux platforms on which Rust's standard library is tested, except MIPS and SPARC. A test compares it
-/// with the C library's.
+/// Keeps open(2) from waiting for the other end of a pipe. The value is the same on all Linux platforms on
+/// which Rust's standard library is tested, except MIPS and SPARC. A test compares it with the C library's.
 pub(crate) const O_NONBLOCK: i32 = 0o4000;
 
 /// Opens a plain file for reading, without ever blocking. `what` is the expected kind of file, as used in

@@ -69,7 +69,7 @@ macro_rules! with_standard {
     };
 }
 
-/// Returns the type of a field in the `.msg`, or `None` if the field does not travel.
+/// Returns the type of a field in the `.msg`, or `None` if the field is not transmitted.
 pub(super) fn msg(kind: &Kind, role: Role, place: &str) -> Result<Option<String>, DeclareError> {
     Ok(match (role, kind) {
         (Role::Count | Role::Zero, _) => None,
@@ -178,7 +178,7 @@ impl Declared {
     }
 }
 
-/// Checks that reading back what is written yields the same bytes.
+/// Checks that decoding the encoded message yields the same bytes.
 fn verify(layout: &Layout, bytes: &[u8]) -> Result<(), Ros2Error> {
     for field in &layout.fields {
         let (name, value) = (field.name, within(field, bytes));
@@ -231,7 +231,7 @@ fn travels(field: &&Field) -> bool {
     !matches!(field.role, Role::Count | Role::Zero)
 }
 
-/// A message with its cells, as it travels.
+/// A message with its cells, as it is transmitted.
 struct Form<'a> {
     header: HeaderForm,
     declared: &'a Declared,

@@ -223,7 +223,9 @@ pub enum Command {
         options: HzOptions,
     },
     /// Print the output of a running system's processes.
-    #[command(after_help = "Example: sketchnav logs --follow localizer planner")]
+    #[command(
+        after_help = "When a run has ended, the folder `logs` beside its recording contains the same lines.\nExample: sketchnav logs --follow localizer planner"
+    )]
     Logs {
         #[command(flatten)]
         options: LogsOptions,

@@ -185,6 +185,9 @@ fn follow(
                 return Err(classify(error));
             }
             say!("the recording so far: {}", run.recording.as_deref().unwrap_or_default());
+            if let Some(logs) = supervisor.logs() {
+                say!("what the processes printed: {}", logs.display());
+            }
             return Err(classify(error));
         }
     };

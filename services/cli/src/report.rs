@@ -53,6 +53,9 @@ pub struct Report {
     #[serde(skip_serializing_if = "Option::is_none")]
     incomplete: Option<String>,
     pictures: Vec<PathBuf>,
+    /// The folder with what the processes have printed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    logs: Option<PathBuf>,
     /// Why there are fewer pictures than expected.
     #[serde(skip_serializing_if = "Option::is_none")]
     not_drawn: Option<String>,
@@ -157,6 +160,7 @@ impl Report {
             recording: recording.display().to_string(),
             incomplete: incomplete.map(|gap| gap.words),
             pictures,
+            logs: supervisor.and_then(Supervisor::logs).map(Path::to_owned),
             not_drawn: drawn.err().map(|error| format!("{error:#}")),
             processes,
         })
@@ -207,6 +211,9 @@ impl Report {
         for picture in &self.pictures {
             out!("picture    {}", picture.display())?;
         }
+        if let Some(logs) = &self.logs {
+            out!("logs       {}", logs.display())?;
+        }
         if let Some(why) = &self.not_drawn {
             out!("not drawn  {why}")?;
         }
@@ -225,10 +232,7 @@ impl Report {
         }
         let rejecting = self.processes.iter().filter(|process| process.refused_messages > 0);
         let words = |one: &ProcessFigures| {
-            format!(
-                "{} messages by the {}; `sketchnav logs` names the reasons while a run lasts",
-                one.refused_messages, one.process
-            )
+            format!("{} messages by the {}; its log names the reasons", one.refused_messages, one.process)
         };
         rejecting.map(words).collect()
     }

@@ -22,7 +22,7 @@ const SECOND: Duration = Duration::from_secs(1);
 /// Maximum time for which a simulator waits for the first command.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// Whose time it is.
+/// The clock that determines the mission time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Clock {
     /// Time passes by itself.
@@ -61,7 +61,7 @@ pub struct Driver {
     node: Node,
 }
 
-/// What joins a robot's odometry to that of an earlier driver.
+/// The link between a robot's odometry and that of an earlier driver.
 enum Joint {
     /// There was no earlier driver.
     None,
@@ -357,7 +357,7 @@ impl Driver {
         Ok(self.orders.in_force_at(tick_ns))
     }
 
-    /// Sleeps until a message arrives, and receives what there is.
+    /// Sleeps until a message arrives, and receives all that have arrived.
     fn wait(&mut self, timeout: Duration) -> Result<(), DriverError> {
         self.is_over |= self.node.wait(timeout) == Wake::Terminate || self.is_gone();
         self.orders.receive()?;

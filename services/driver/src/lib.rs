@@ -1,8 +1,8 @@
 //! Drives a robot, or another simulator, in place of the simulated world.
 //!
 //! A [`Driver`] joins a system that runs without a world. It implements what all drivers have in common:
-//! numbering and checking readings, ending instants, continuing where an earlier driver stopped, and telling
-//! the robot how fast to drive.
+//! numbering and checking readings, ending instants, continuing where an earlier driver stopped, and
+//! returning the velocity at which to drive.
 //!
 //! ```text
 //! let mut driver = Driver::join("lab", Clock::Robot)?;

@@ -85,7 +85,7 @@ impl Outlet {
             filled(spec, loan.parts_mut().0, (header, before_ns), fill)?;
             loan.send_quietly().map_err(DriverError::from)?;
         } else {
-            // The reading that is held stays if this one turns out to be wrong.
+            // The held reading stays if this one turns out to be invalid.
             filled(spec, self.spare.blank(spec.message.size, 0).0, (header, before_ns), fill)?;
             std::mem::swap(&mut self.held, &mut self.spare);
         }
@@ -208,7 +208,7 @@ mod tests {
                     (0..readings_hz / 10).map(|i| tick * period_ns + i * 1_000_000_000 / readings_hz);
                 let sent = sent(&mut thinning, stamps);
                 assert_eq!(sent.len(), sent_a_tick, "{readings_hz} Hz");
-                // How fast the wheels are is known from the second tick on.
+                // The rate of the odometry is known from the second tick on.
                 let is_even = sent.windows(2).all(|pair| pair[1] - pair[0] <= longest_gap_ns);
                 assert!(is_even || tick == 0, "{readings_hz} Hz: {sent:?}");
                 thinning.ticked();

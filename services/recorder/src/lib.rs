@@ -157,7 +157,7 @@ impl<'a> Recorder<'a> {
         Ok(recorder)
     }
 
-    /// Takes the messages that the predecessor had not made safe.
+    /// Takes the messages after those that the predecessor had made safe.
     fn catch_up(&mut self) -> anyhow::Result<()> {
         for (input, position) in self.inputs.iter_mut().zip(self.state.positions) {
             for error in input.catch_up(self.node, position, &mut self.core)? {

@@ -95,7 +95,7 @@ fn files_of_four_seconds_form_one_recording_despite_three_kills() {
 fn a_file_ends_at_the_size_limit_of_the_run() {
     const LIMIT: u64 = 60_000;
     let folder = tempfile::tempdir().unwrap();
-    // What every file holds besides its messages: the description of the run, the definitions and the index.
+    // The rest of a file besides its messages: the description of the run, the definitions and the index.
     let rest: u64 =
         record_ticks("series-nothing", &folder.path().join("nothing.mcap"), 0)[0].metadata().unwrap().len();
     let files = record_ticks("series-size", &folder.path().join("test.mcap"), 1600);

@@ -134,7 +134,7 @@ pub fn rerun<W: std::io::Write>(
     if process == Process::World && run.pace != Pace::Lockstep {
         return Err(RerunError::RealTime);
     }
-    // People who only watch may give orders, too. The sketcher depends on no order, the localizer only on `here`.
+    // People who only watch may give orders, too. The sketcher does not depend on any order, and the localizer only on `here`.
     // Without a pad, a person may still say where the robot is, from the command line.
     let is_told = |order: &MissionCommand| order.here().is_some();
     let depends_on_people = match process {
@@ -217,7 +217,7 @@ fn answered(
     Ok(Some(ticks?).filter(|ticks| !ticks.is_empty()))
 }
 
-/// Receives what the core sends.
+/// Receives the messages that the core sends.
 struct Sent<'a, W: std::io::Write> {
     comparison: Comparison,
     copy: Option<&'a mut Writer<W>>,

@@ -42,7 +42,7 @@ impl Witness {
         let path =
             Path::new(env!("CARGO_MANIFEST_DIR")).join("../../sim/missions/laboratory/laboratory-a.toml");
         let (mut mission, robot) = sketchnav_sim::mission_file::load(&path).unwrap();
-        // With `outline`, a robot that is lost among rooms goes on by the outline.
+        // With `outline`, a robot that is lost among rooms continues by the outline.
         mission.navigator.given.insert("method".into(), "beam".into());
         for (key, value) in parameters {
             mission.parameters.of_mut(Process::Planner).insert((*key).into(), (*value).into());

@@ -5,9 +5,10 @@
 //! observers have no bell. They poll every few milliseconds, at no cost to the writers.
 //!
 //! A bell is a word in a page that all processes map, and a futex (`man 2 futex`). It cannot overflow, block
-//! the writer or be left over by a killed process, and ringing a process that is awake takes no system call.
-//! The alternative was iceoryx2's event service, which uses a Unix socket per listener. The path of such a
-//! socket must be short, stopping the process interrupts its wait, and the listener must be cleaned up.
+//! the writer or be left behind by a killed process, and ringing a process that is awake takes no system
+//! call. The alternative was iceoryx2's event service, which uses a Unix socket per listener. The path of
+//! such a socket must be short, stopping the process interrupts its wait, and the listener must be cleaned
+//! up.
 
 use std::fs::OpenOptions;
 use std::num::NonZeroUsize;

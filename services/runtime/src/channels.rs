@@ -21,14 +21,14 @@ use sketchnav_schemas::codes::Process;
 use crate::node::Node;
 use crate::{Error, Result};
 
-/// Maximum number of observers that may read a channel at the same time. They share the places that are left; those of the
+/// Maximum number of observers that may read a channel at the same time. They share the remaining places, since those of the
 /// table's readers and of the recorder are reserved.
 const MAX_OBSERVERS: usize = 5;
 /// Number of places for observers that join at the same moment.
 const SPARE: usize = 2;
 /// Maximum number of writers of a channel with many writers.
 const MAX_WRITERS: usize = 16;
-/// Maximum time that an observer spends clearing up after dead ones.
+/// Maximum time that an observer spends cleaning up after dead ones.
 const CLEARING: Duration = Duration::from_millis(500);
 /// Maximum number of processes that may have a channel open at the same time.
 const MAX_NODES: usize = 32;

@@ -42,9 +42,9 @@ pub(crate) const NUMBER_AT: u64 = (NUMBER * WORD) as u64;
 pub(crate) const STATE_AT: u64 = (HEAD * WORD) as u64;
 /// Initial length of a slot for the state, in words. A slot grows as needed.
 const FIRST_LENGTH: usize = 1 << 13;
-/// Initial size, in words, of the buffer in which a state is written before it is copied to a slot. The state
-/// of a planner that remembers the maximum number of obstacles fits in. For a larger state, the buffer grows
-/// once.
+/// Initial size, in words, of the buffer in which a state is written before it is copied to a slot. It is
+/// large enough for a planner that remembers the maximum number of obstacles. For a larger state, the buffer
+/// grows once.
 const FIRST_ROOM: usize = 1 << 15;
 
 /// The two slots of a process, for a state that is written as a `T` or as a view of one.
@@ -61,7 +61,7 @@ pub struct Checkpoints<T> {
     state: PhantomData<fn() -> T>,
 }
 
-/// What an earlier instance of the process has left in its slots.
+/// The checkpoints that an earlier instance of the process has left.
 #[derive(Debug)]
 pub struct Found<T> {
     /// The newest good checkpoint, or `None` if there is none.

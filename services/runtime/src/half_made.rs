@@ -24,8 +24,8 @@ const LOOK_EVERY: Duration = Duration::from_millis(50);
 const UNFINISHED: u32 = 0o200;
 const PERMISSIONS: u32 = 0o777;
 
-/// Time after which an unfinished file counts as abandoned. Creating one takes microseconds. (There is no way to find out what
-/// a maker in another container has open.)
+/// Time after which an unfinished file counts as abandoned. Creating one takes microseconds. (There is no way to find out which
+/// files a maker in another container has open.)
 const MAKING: Duration = Duration::from_millis(100);
 /// Time without a request for complaints after which the supervisor must be hanging in shared memory. Normally, it asks several
 /// times a second.

@@ -1,4 +1,4 @@
-//! Health: what a process reports about itself, once a second and when it ends.
+//! Health reports, which a process publishes once a second and when it ends.
 
 use std::rc::Rc;
 use std::time::{Duration, Instant};

@@ -79,7 +79,7 @@ pub fn host(node: &Node, stage: &mut dyn Hosted) -> Result<(), HostError> {
 struct Head {
     inputs: inputs::Positions,
     outputs: outputs::Positions,
-    /// Positions of the outputs before the stage last spoke. After a restart, it speaks once more.
+    /// Positions of the outputs before the stage's last announcement, which it repeats after a restart.
     spoken_from: outputs::Positions,
     /// How often the stage began to handle the next request without completing it.
     attempts: u32,
@@ -114,7 +114,7 @@ struct Host<'a> {
     outputs: Outputs,
     health: HealthReporter,
     checkpoints: Checkpoints<Saved>,
-    /// Positions of the outputs before the stage last spoke.
+    /// Positions of the outputs before the stage's last announcement.
     spoken_from: outputs::Positions,
     /// How often the process has already died while handling the next request.
     attempts: u32,
@@ -275,8 +275,8 @@ impl Host<'_> {
         last_word.and_then(|spec| self.outputs.last_sent(spec)).map_or(0, |header| header.source_seq)
     }
 
-    /// Starts from scratch with what was sent before the kill, because no checkpoint can be used. Earlier
-    /// requests from people are outdated by now, and must not make the robot drive off.
+    /// Starts from scratch with the last messages sent before the kill, because no checkpoint can be used.
+    /// Earlier requests from people are outdated by now, and must not make the robot drive off.
     fn start_over(&mut self, kind: &str) -> Result<(), HostError> {
         self.outputs.resume_after_history();
         let (process, answered) = (self.node.process(), self.last_answered(kind));

@@ -6,13 +6,12 @@
 //! - [`host()`]: runs a stage of a navigator as a process, using everything below.
 //! - [`Checkpoints`]: the state of a process, from which it resumes after a kill.
 //! - [`SendTimes`]: when the last messages of a channel were sent, by the clock.
-//! - [`Notices`]: what processes and tools ask the supervisor to publish.
+//! - [`Notices`]: reports that processes and tools ask the supervisor to publish.
 //! - Planned faults are applied by the writers (`trap.rs`). Without a plan, there is no overhead.
 //! - [`provide_files`], [`provide_stack`]: raise the process limits that a system needs.
 //! - [`Room`], [`Peer`]: whether the machine has room for a system, and which processes are connected, for
 //!   tools.
-//! - [`HealthReporter`], [`CountingAllocator`], [`Pacer`]: what a process reports about itself, and pacing by
-//!   the wall clock.
+//! - [`HealthReporter`], [`CountingAllocator`], [`Pacer`]: health reports, and pacing by the wall clock.
 //!
 //! A message is written once, in shared memory, and read there: [`Loan`] and [`Sample`] are references into
 //! the same file of `/dev/shm`. Receiving does not allocate, and sending only allocates iceoryx2's own handle
@@ -20,8 +19,8 @@
 //!
 //! Any process may be killed at any moment. Its writers keep their last messages, and its checkpoint contains
 //! its position in each channel. The restarted process takes the inputs that it missed from the channels'
-//! histories, computes again what may already have been sent, and sends only what is new, so each message is
-//! sent exactly once.
+//! histories, recomputes messages that may already have been sent, and sends only the new ones, so each
+//! message is sent exactly once.
 //!
 //! Apart from the tick, this crate does not know what messages mean. Only the supervisor creates channels,
 //! because a process that died while creating one would block it for good (iceoryx2 0.10).

@@ -1,8 +1,8 @@
 //! Process limits (getrlimit(2)) that some shells set lower than a system needs.
 //!
 //! A soft limit is raised as far as the hard limit allows, and children inherit it. If the hard limit is too
-//! low, the process reports that when it starts, instead of failing later at whatever first exceeds the
-//! limit.
+//! low, the process reports that when it starts, instead of failing later at the first operation that exceeds
+//! the limit.
 
 use std::fs;
 
@@ -20,7 +20,7 @@ const USUAL_FILES: u64 = 1024;
 const NEEDED_STACK: u64 = 2 << 20;
 /// The usual soft limit on the stack, in bytes.
 const USUAL_STACK: u64 = 8 << 20;
-/// Number of files that a failed call may have had open, but which are closed by the time its error is explained.
+/// Number of files that a failed call may have had open and that are closed by the time its error is explained.
 const CLOSED_AGAIN: usize = 8;
 
 /// Ensures that this process may open as many files as a process of a system needs.

@@ -1,4 +1,4 @@
-//! The names of a system's files in shared memory, kept up to date without reading the folder again and
+//! The names of a system's files in shared memory, kept up to date without reading the folder over and over
 //! again.
 //!
 //! `/dev/shm` belongs to all users, and another user may have put any number of files there. The folder is
@@ -18,7 +18,7 @@ use crate::shared::{Seen, look, names_that};
 
 /// Interval at which the folder is read while reports are missing. Reading 200,000 names takes about 50 ms.
 const READ_EVERY: Duration = Duration::from_secs(2);
-/// Maximum number of reads of reports per look, which is more than the kernel queues. Any rest is read at the next look.
+/// Maximum number of reads of reports per look, which is more than the kernel queues. The rest, if any, is read at the next look.
 const READS: usize = 1024;
 
 /// The names in a folder that begin with a prefix.

@@ -282,8 +282,8 @@ impl Node {
         self.counters.count_invalid(channel, seq, why);
     }
 
-    /// Clears what dead processes of the system have left in shared memory, which is their samples, and their
-    /// places as writers or readers. The supervisor calls this after it has waited for a dead child.
+    /// Frees the samples that dead processes of the system left in shared memory, and their places as writers
+    /// or readers. The supervisor calls this after it has waited for a dead child.
     pub fn clear_dead(&self, timeout: Duration) {
         self.inner.blocking_cleanup_dead_nodes(timeout);
     }

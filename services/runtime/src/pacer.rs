@@ -11,7 +11,7 @@ pub struct Pacer {
 }
 
 impl Pacer {
-    /// Starts at the simulated time `now_ns`. Per second of real time, `speed` seconds (more than 0) of simulated time pass.
+    /// Starts at the simulated time `now_ns`, which then advances by `speed` seconds (more than 0) per second of real time.
     pub fn start(now_ns: u64, speed: f64) -> Self {
         Self { started: Instant::now(), started_ns: now_ns, speed }
     }

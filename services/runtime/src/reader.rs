@@ -28,9 +28,9 @@ struct Tally {
 
 impl Tally {
     /// Starts counting. Numbers begin at 1, so a process of the mission has missed everything that was sent
-    /// before it joined. An observer may join at any time, and the pad shows only the present. For these two,
-    /// the first message may therefore have any number, and a restarted pad has not lost what was shown
-    /// before.
+    /// before it joined. An observer may join at any time, and the pad only shows the present, so for these
+    /// two the first message may have any number. A restarted pad does not count the messages that its
+    /// predecessor showed as lost.
     fn new(spec: &ChannelSpec, process: Process) -> Self {
         let comes_late = matches!(process, Process::Observer | Process::Pad);
         let last = (!comes_late).then_some(0);
@@ -130,7 +130,7 @@ impl RawReader {
         self.tally.last = Some(seq);
     }
 
-    /// Resumes with whatever message comes first. Messages before it count as seen rather than as lost.
+    /// Resumes with whichever message comes first. Messages before it count as seen rather than as lost.
     pub fn resume_anywhere(&mut self) {
         self.tally.last = None;
     }
@@ -282,8 +282,8 @@ mod tests {
         assert_eq!(accepted(tally, &[40, 41, 43]), (vec![40, 41, 43], 1));
     }
 
-    /// A pad was killed in the middle of a mission, and its successor reported all the 1675 messages that had been sent until
-    /// then as lost.
+    /// A pad was killed in the middle of a mission, and its successor reported all 1675 messages that had been sent until then as
+    /// lost.
     #[test]
     fn a_restarted_pad_does_not_count_earlier_messages_as_lost() {
         let tally = Tally::new(SCAN.spec, Process::Pad);

@@ -18,8 +18,8 @@ const GUARDED: Duration = Duration::from_secs(15);
 
 /// Returns the folder, which is `$XDG_RUNTIME_DIR/sketchnav` or `/dev/shm/sketchnav-<uid>`. It is created if it is missing.
 ///
-/// Both are in memory. iceoryx2 syncs every file that describes a channel, along with its folder, so a system that starts syncs
-/// about 300 times. On a disk, this would take longer than everything else at the start.
+/// Both are in memory. iceoryx2 syncs every file that describes a channel, along with its folder, so starting a system takes about
+/// 300 syncs. On a disk, this would take longer than the rest of the start.
 pub(crate) fn of_this_user() -> Result<PathBuf> {
     let root = match std::env::var_os("XDG_RUNTIME_DIR").filter(|v| !v.is_empty()) {
         Some(runtime) => PathBuf::from(runtime).join("sketchnav"),

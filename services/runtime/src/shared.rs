@@ -63,7 +63,7 @@ impl SharedFiles {
         Ok(Self::with_token(name, &token))
     }
 
-    /// Returns the files of the system in `folder`, or `None` if it has no token (yet, or any more).
+    /// Returns the files of the system in `folder`, or `None` if the folder does not contain a token.
     pub(crate) fn of(name: &str, folder: &Path) -> Result<Option<Self>> {
         Ok(token(folder)?.map(|token| Self::with_token(name, &token)))
     }

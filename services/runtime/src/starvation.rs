@@ -21,8 +21,8 @@ use sketchnav_schemas::fault_plan::Starvation;
 /// In each period, the process runs for its share and is stopped for the rest. The period is as long as the time slices of a
 /// busy scheduler, and shorter than the time without commands after which a robot stops.
 const PERIOD: Duration = Duration::from_millis(100);
-/// How long after the end of a stop the process is continued, once more each time. On a busy machine, the stop itself may be
-/// delayed until after the first timer, which then has no effect.
+/// Delays, counted from the end of a stop, after which the process is continued. On a busy machine, the stop itself may be delayed
+/// until after the first timer, which then has no effect.
 const BACKUPS: [Duration; 3] = [Duration::ZERO, Duration::from_secs(1), Duration::from_secs(30)];
 
 /// Begins at once with a stop, and continues in a separate thread.

@@ -1,4 +1,4 @@
-//! Reports what a system needs of its machine, and which processes are connected to its channels, for
+//! Reports what a system needs from its machine, and which processes are connected to its channels, for
 //! diagnostic tools. Nothing is changed.
 
 use std::path::PathBuf;
@@ -64,7 +64,8 @@ impl System {
         Ok(system::longest_name(&root::of_this_user()?))
     }
 
-    /// Returns what dead systems have left, named as by [`System::sweep_dead`], without removing anything.
+    /// Lists what dead systems have left behind, named as by [`System::sweep_dead`], without removing
+    /// anything.
     ///
     /// # Errors
     /// [`Error::File`] if the folders cannot be read.

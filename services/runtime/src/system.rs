@@ -57,8 +57,8 @@ pub struct System {
 }
 
 impl System {
-    /// Creates the system `run.system`, owned by this process until [`System::remove`] or its death. First, it clears what dead
-    /// systems of any name have left.
+    /// Creates the system `run.system`, owned by this process until [`System::remove`] or its death. First clears what dead
+    /// systems, whatever their names, have left behind.
     ///
     /// # Errors
     /// If the name is invalid, a system with that name is running, or the root does not belong to this user.
@@ -92,7 +92,7 @@ impl System {
     }
 
     /// Takes over the dead system whose recording is in `folder`. From now on, it is owned by this process.
-    /// Whatever its processes need in order to resume is kept, and everything else is cleared.
+    /// Anything that its processes need in order to resume is kept, and the rest is cleared.
     ///
     /// # Errors
     /// - [`Error::NothingToResume`] if there is no such system, or if another system cleared it when it
@@ -161,7 +161,7 @@ impl System {
         Ok(found)
     }
 
-    /// Clears what systems with a dead supervisor have left: processes, folders and shared memory. This user's shared memory
+    /// Clears what systems with a dead supervisor have left behind: processes, folders and shared memory. This user's shared memory
     /// that no longer belongs to any folder is cleared as well. Returns the names of the systems, and then the prefixes of the
     /// files.
     ///
@@ -458,7 +458,7 @@ impl Swept {
     }
 }
 
-/// Clears what systems with a dead supervisor have left. Returns the guard, which stays locked. Shared memory is surveyed
+/// Clears what systems with a dead supervisor have left behind. Returns the guard, which stays locked. Shared memory is surveyed
 /// before the guard is taken, since another user may have filled it, and no other process should have to wait for that.
 fn sweep(root: &Path) -> Result<(Swept, Lock)> {
     let survey = shared::Survey::now()?;

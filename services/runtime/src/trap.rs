@@ -1,7 +1,7 @@
 //! Planned faults, which are applied by the writers of channels. See [`sketchnav_schemas::fault_plan`].
 //!
-//! A writer for whose channel no fault is planned has no trap and no overhead. Each fault happens once across all lives of the
-//! writer: once it has happened, a file in the system's folder records that.
+//! If no fault is planned for a channel, its writer has no trap and no overhead. Each fault happens only once, even if the writer
+//! is restarted, because a file in the system's folder records that it has happened.
 
 use std::fs::{File, OpenOptions};
 use std::io::ErrorKind;

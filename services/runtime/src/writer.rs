@@ -31,10 +31,10 @@ type Loaned = SampleMut<ipc::Service, [u64], u64>;
 
 /// The writing end of a channel, whatever its message type.
 ///
-/// A writer stores its last messages for its successor. The successor sends them again, for readers that have not received
-/// them. When it computes one of them again, it recognizes by the number that the message is stored, and does not send it. (A
-/// channel that every process writes has no consistent numbers, so nothing is stored for it. A message with cells is too large
-/// to be stored. A process that computes such a message again also sends it again, and readers drop it if they have it.)
+/// A writer stores its last messages for its successor, which sends them again for readers that have not received them. When the
+/// successor computes a stored message again, it recognizes the number and does not send the message a second time. (A channel that
+/// every process writes has no consistent numbers, so nothing is stored for it. A message with cells is too large to be stored. A
+/// process that computes such a message again also sends it again, and readers drop it if they have it.)
 pub struct RawWriter {
     port: Rc<Port>,
     spec: &'static ChannelSpec,
@@ -68,7 +68,7 @@ impl RawWriter {
         self.spec
     }
 
-    /// Sends the messages again that the last writer stored.
+    /// Resends the messages that the last writer stored.
     fn send_kept(&mut self) -> Result<()> {
         let whole = |history: &&History| history.last_seq() > 0 && self.spec.max_cells == 0;
         let Some(history) = self.history.as_ref().filter(whole) else { return Ok(()) };
@@ -99,8 +99,7 @@ impl RawWriter {
         self.history.as_ref().and_then(History::last)
     }
 
-    /// Resumes after everything that has been sent so far. This is for a process that has lost the state from which it was
-    /// sent.
+    /// Resumes after everything that has been sent so far. This is for a process that has lost the state that led to it.
     pub fn resume_after_history(&mut self) {
         self.last_seq.set(self.history.as_ref().map_or(0, History::last_seq));
     }
@@ -186,7 +185,7 @@ impl RawWriter {
         Ok(seq)
     }
 
-    /// Sends a message as the fault plan says. A message that gets lost is still stored in the history.
+    /// Sends a message according to the fault plan. A message that gets lost is still stored in the history.
     fn meet(&mut self, fate: Fate, sample: Loaned) -> Result<()> {
         let copy = (fate.is_doubled || fate.is_held).then(|| sample.payload().to_vec());
         if fate.is_dropped || fate.is_held {

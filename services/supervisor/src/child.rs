@@ -1,7 +1,7 @@
 //! A child process of the supervisor.
 
 use std::fs::{File, OpenOptions};
-use std::io::{self, Read, Seek, SeekFrom};
+use std::io::{self, ErrorKind, Read, Seek, SeekFrom};
 use std::os::fd::{AsRawFd, OwnedFd};
 use std::os::unix::fs::OpenOptionsExt;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
@@ -30,9 +30,9 @@ use crate::{Death, Error, Result};
 const LOOK_EVERY: Duration = Duration::from_millis(100);
 /// `F_SETSIG` of `fcntl.h` (Linux), which the libc crate lacks. It selects a signal other than SIGIO.
 const F_SETSIG: libc::c_int = 10;
-/// How much of the end of a log is shown in an error, in lines, or more if the program's own error begins before them.
+/// Number of lines from the end of a log that an error shows. If the program's own error begins earlier, the excerpt begins there.
 const LAST_LINES: usize = 12;
-/// Maximum of what is shown, in bytes.
+/// Maximum length of the excerpt, in bytes.
 const LAST_BYTES: u64 = 8000;
 /// Space that a log reserves for the last words of its process, in bytes: one page of shared memory.
 const RESERVED_BYTES: i64 = 4096;
@@ -108,6 +108,25 @@ impl Child {
         Ok(self.ended)
     }
 
+    /// Copies the output of the process to a file in `folder`, which is created if missing, and returns true. If the process has
+    /// printed nothing, returns false.
+    pub(crate) fn keep_log(&self, folder: &Path) -> Result<bool> {
+        let path = folder.join(format!("{}.log", self.process.word()));
+        let keep = || {
+            let mut log = match File::open(&self.log) {
+                Err(error) if error.kind() == ErrorKind::NotFound => return Ok(false),
+                opened => opened?,
+            };
+            let has_lines = log.metadata()?.len() > 0;
+            if has_lines {
+                std::fs::create_dir_all(folder)?;
+                io::copy(&mut log, &mut File::create(&path)?)?;
+            }
+            Ok(has_lines)
+        };
+        keep().map_err(|source| Error::Log { process: self.process, path: path.clone(), source })
+    }
+
     /// Returns true if the process resumes from where it was when it is restarted.
     pub(crate) fn resumes(&self) -> bool {
         self.line.resumes
@@ -148,7 +167,7 @@ impl Child {
         }
     }
 
-    /// Restarts the process if that is due. Returns whether it did.
+    /// Restarts the process if that is due. Returns true if it did.
     pub(crate) fn start_if_due(&mut self, signs_of_life: u32) -> Result<bool> {
         let is_due = self.due.is_some_and(|due| due <= Instant::now());
         if is_due {
@@ -241,7 +260,7 @@ impl Child {
     }
 }
 
-/// Sets everything that is the same for each start of the process.
+/// Sets everything that does not change from one start of the process to the next.
 fn prepare(line: &mut ProcessLine) -> Result<()> {
     let (supervisor, process) = (getpid(), line.process);
     // The recorder may still close its file, while the other processes have nothing to save.
@@ -296,8 +315,8 @@ fn spawn(line: &mut ProcessLine, log: &Path) -> Result<StdChild> {
     })
 }
 
-/// Reserves space after the end of a log. Logs are often in shared memory themselves, so this lets a process that dies of full
-/// shared memory still say so. If there is no space, or the file system cannot reserve any, the process starts without it.
+/// Reserves space after the end of a log. Logs are often in shared memory themselves, so a process that dies because shared memory
+/// is full can still report that. If there is no space, or the file system cannot reserve any, the process starts without it.
 fn reserve(log: &File) {
     if let Ok(length) = log.metadata().map(|found| found.len()) {
         let _ = fallocate(log, FallocateFlags::FALLOC_FL_KEEP_SIZE, length as i64, RESERVED_BYTES);
@@ -345,7 +364,8 @@ mod tests {
         assert_eq!(last_lines(&log).lines().count(), LAST_LINES);
     }
 
-    /// A process that had died of full shared memory was said to have "printed nothing", because its log was in that memory.
+    /// A process that had died because shared memory was full was said to have "printed nothing", because its log was in that
+    /// memory.
     #[test]
     fn a_full_log_keeps_space_for_the_final_lines() {
         let folder = tempfile::tempdir_in("/dev/shm").unwrap();

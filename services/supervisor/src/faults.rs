@@ -51,7 +51,7 @@ impl Faults {
         })
     }
 
-    /// Stamps reports from now on with the header of the mission's last status.
+    /// Stamps further reports with the header of the mission's last status.
     pub(crate) fn is_now(&mut self, header: Header) {
         self.now = header;
     }
@@ -61,7 +61,7 @@ impl Faults {
         self.recording_stands
     }
 
-    /// Returns what the recorder reported about files that it could not write, if it has.
+    /// Returns the recorder's report about files that it could not write, if there is one.
     pub(crate) fn take_recording_failure(&mut self) -> Option<RecordingFailure> {
         self.recording_failure.take()
     }

@@ -106,8 +106,8 @@ mod tests {
         assert_eq!(restarts.pause_after_death(KILLED, 1000), Some(Duration::ZERO));
     }
 
-    /// A life of ten seconds used to count as healthy, but a hanging process is killed only after thirty. So a process that
-    /// hung at the same drawing each time was restarted forever.
+    /// A life of ten seconds used to count as healthy, but a hanging process is killed only after thirty, so a process that hung on
+    /// the same drawing each time was restarted forever.
     #[test]
     fn a_process_that_hangs_after_every_restart_is_given_up() {
         let mut restarts = Restarts::default();

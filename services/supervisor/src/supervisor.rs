@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::os::unix::process::ExitStatusExt;
+use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
@@ -62,9 +63,9 @@ impl Default for Grace {
 /// The channels of the supervisor that a player of a recording writes instead, through [`Supervisor::node`].
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Ceded {
-    /// Whether orders are ceded. If so, the supervisor gives none.
+    /// Whether orders are ceded. If so, the supervisor does not give any.
     pub mission: bool,
-    /// Whether fault reports are ceded. If so, the supervisor publishes none.
+    /// Whether fault reports are ceded. If so, the supervisor does not publish any.
     pub faults: bool,
 }
 
@@ -98,6 +99,10 @@ pub struct Supervisor {
     survived: Vec<Death>,
     outstanding_faults: Vec<(usize, PlannedFault)>,
     recording_failure: Option<RecordingFailure>,
+    /// The recording of the run, if there is one.
+    recording: Option<PathBuf>,
+    /// The folder next to the recording that contains the output of the processes.
+    logs: Option<PathBuf>,
     /// Detects a stuck lockstep. `None` unless the processes are paced only by each other.
     stall: Option<Stall>,
     /// The processes that the user runs by hand.
@@ -113,11 +118,12 @@ struct Ports {
 }
 
 impl Supervisor {
-    /// Creates the system `run.system`, starts its processes, and orders the mission to start unless people do that from the
-    /// pad. First, it clears what dead systems have left behind.
+    /// Creates the system `run.system`, starts its processes, and orders the mission to start unless people do that from the pad.
+    /// First clears what dead systems have left behind.
     ///
     /// # Errors
-    /// If the system is running already, or if a process cannot be started. In either case, nothing of the new system is left.
+    /// If the system is running already, or if a process cannot be started. In either case, nothing of the new system is left
+    /// behind.
     pub fn start(run: &RunConfig, lines: Vec<ProcessLine>, grace: Grace) -> Result<Self> {
         let mut supervisor = Self::start_without_order(run, lines, grace)?;
         supervisor.order_start()?;
@@ -258,8 +264,8 @@ impl Supervisor {
         &self.outstanding_faults
     }
 
-    /// Returns what the recorder reported about files that it could not write. Available after shutdown. If its disk had space
-    /// again in time, the recording may still be complete.
+    /// Returns the recorder's report about files that it could not write. Available after shutdown. If its disk had space again in
+    /// time, the recording may still be complete.
     pub fn recording_failure(&self) -> Option<&RecordingFailure> {
         self.recording_failure.as_ref()
     }
@@ -280,6 +286,12 @@ impl Supervisor {
         self.survived.iter().filter(|death| death.process == process).count() as u64
     }
 
+    /// Returns the folder `logs` next to the recording, which contains `PROCESS.log` for each process that has printed something.
+    /// `None` until [`Supervisor::shut_down`], and without a recording.
+    pub fn logs(&self) -> Option<&Path> {
+        self.logs.as_deref()
+    }
+
     /// Ends the services, and then the recorder, which by then has received everything that was sent. Finally, the channels and
     /// the system are removed, even if an earlier step fails.
     ///
@@ -290,12 +302,14 @@ impl Supervisor {
     /// # Errors
     /// - [`Error::Died`] if a process failed while it was ending.
     /// - [`Error::Killed`] if a process did not end.
+    /// - [`Error::Log`] if the output of a process could not be copied to the folder of the recording.
     pub fn shut_down(&mut self) -> Result<()> {
         let met = self.await_recorder();
         let services = self.end_children(|process| process != Process::Recorder, self.grace.services);
         let recorder = self.end_recorder();
         let received = self.receive();
         let recorder = self.take_recording_failure_from(recorder);
+        let kept = self.keep_logs();
         self.children.clear();
         if let Some(node) = &self.node {
             node.clear_dead(CLEARING);
@@ -306,11 +320,22 @@ impl Supervisor {
         let outstanding = outstanding.map(|found| self.outstanding_faults = found);
         let removed = self.system.take().and_then(Rc::into_inner).map_or(Ok(()), System::remove);
         let removed = outstanding.and(removed).map_err(Error::from);
-        met.and(services).and(recorder).and(received).and(removed)
+        met.and(services).and(recorder).and(received).and(kept).and(removed)
     }
 
-    /// Stores what the recorder reported about its files. A recorder that ended because they are incomplete has done what it
-    /// could.
+    /// Copies the output of the processes to the folder of the recording, since their logs are removed with the system.
+    fn keep_logs(&mut self) -> Result<()> {
+        let Some(recording) = &self.recording else { return Ok(()) };
+        let folder = recording.with_file_name("logs");
+        for child in &self.children {
+            if child.keep_log(&folder)? {
+                self.logs = Some(folder.clone());
+            }
+        }
+        Ok(())
+    }
+
+    /// Stores the recorder's report about its files. A recorder that ended because they are incomplete has done all it could.
     fn take_recording_failure_from(&mut self, ended: Result<()>) -> Result<()> {
         if let Some(ports) = &mut self.ports {
             self.recording_failure = ports.faults.take_recording_failure();
@@ -325,8 +350,8 @@ impl Supervisor {
         }
     }
 
-    /// Waits until the recorder has connected, as its first health report shows. A mission of a few instants may end before
-    /// that, and then everything sent would be lost together with the processes that sent it.
+    /// Waits until the recorder has connected, which its first health report shows. A mission of a few instants may end before
+    /// that, and everything it sent would then be lost.
     fn await_recorder(&mut self) -> Result<()> {
         let (begun, asked) = (Instant::now(), self.end_requests());
         loop {
@@ -344,6 +369,7 @@ impl Supervisor {
     }
 
     fn prepare(system: System, pad: Pad, grace: Grace, ceded: Ceded) -> Result<Self> {
+        let recording = system.run_config()?.recording.map(PathBuf::from);
         let system = Rc::new(system);
         let mut supervisor = Self {
             grace,
@@ -359,6 +385,8 @@ impl Supervisor {
             survived: Vec::new(),
             outstanding_faults: Vec::new(),
             recording_failure: None,
+            recording,
+            logs: None,
             stall: None,
             by_hand: Vec::new(),
         };

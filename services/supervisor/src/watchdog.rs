@@ -1,10 +1,10 @@
 //! Watches whether a process shows signs of life.
 //!
 //! Every process gives a heartbeat at least every quarter of a second. A process that does not is either
-//! stopped (SIGSTOP), hanging, or taking long over something. The kernel reports whether it is stopped or
-//! computing. Time in which the supervisor itself did not run does not count, since the processes may not
-//! have run either. While a plan starves the process, only its share of the time counts, and a stop counts as
-//! part of the starvation. Afterwards, the count starts again from zero.
+//! stopped (SIGSTOP), hanging, or busy with something that takes long. The kernel reports whether it is
+//! stopped or computing. Time in which the supervisor itself did not run does not count, since the processes
+//! may not have run either. While a plan starves the process, only its share of the time counts, and a stop
+//! counts as part of the starvation. Afterwards, the count starts again from zero.
 
 use std::time::{Duration, Instant};
 

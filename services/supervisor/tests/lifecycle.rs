@@ -1,4 +1,4 @@
-//! Whole systems of small processes: how they end, and that nothing is left of them.
+//! Whole systems of small processes: how they end, and that they leave nothing behind.
 //!
 //! A test starts this same binary again as a supervisor, which starts it again as world, planner and recorder. Each test has
 //! its own root.

@@ -13,8 +13,8 @@
 //!   messages derived from ours (`sketchnav_navigators::derived`).
 //! - `server` is the socket.
 //!
-//! The view does not write to any channel, and viewers can only send what they want to see. The socket is
-//! bound to loopback, because the protocol has no token. A viewer that is too slow loses the oldest messages.
+//! The view does not write to any channel, and viewers can only choose what they see. The socket is bound to
+//! loopback, because the protocol has no token. A viewer that is too slow loses the oldest messages.
 
 // `say!` prints, and escapes characters that could control a terminal.
 #![deny(clippy::print_stdout, clippy::print_stderr)]

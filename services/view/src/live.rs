@@ -28,7 +28,7 @@ const SECOND: Duration = Duration::from_secs(1);
 /// Why the view ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
-    /// The process was asked to end, by a person who has seen enough.
+    /// A person or a program has asked the process to end.
     Asked,
     /// The system or the recording has ended.
     Over,
@@ -68,7 +68,7 @@ pub fn show(node: &Node, port: Port, ready: impl FnOnce()) -> Result<End> {
     }
 }
 
-/// Everything that is shown of a system.
+/// The parts of a system that are shown.
 struct View {
     sources: Vec<Source>,
     /// The transform from the robot to its laser. `None` if the robot has no laser.

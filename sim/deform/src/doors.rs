@@ -1,4 +1,5 @@
-//! How people misremember doors and rooms: a door moves along its wall, or a room is left out.
+//! The errors that people make in remembering doors and rooms: a door moves along its wall, or a room is left
+//! out.
 
 use nalgebra::Vector2;
 use rand::RngExt;
@@ -17,11 +18,11 @@ const JAMB_M: f64 = 0.45;
 const STRAIGHT: f64 = 0.3;
 /// Maximum width of the opening of a room that can be forgotten, in metres.
 const DOOR_M: f64 = 1.6;
-/// Probability at degree 1 that a room is forgotten, if it is one that can be.
+/// Probability at degree 1 that a room that can be forgotten is forgotten.
 const FORGET: f64 = 0.05;
 /// Maximum share of the floor that can be forgotten.
 const FORGETTABLE: f64 = 0.15;
-/// Distances from a wall's line at which the rooms on its sides are looked for, in metres.
+/// Distances from a wall's line at which to look for the rooms on its sides, in metres.
 const BESIDE_M: [f64; 4] = [0.12, 0.2, 0.3, 0.4];
 const STEP_M: f64 = 0.1;
 
@@ -129,7 +130,7 @@ fn shift_door(walls: &mut [Wall], regions: &Regions, ends: [WallEnd; 2], rooms: 
     points[last] += moved;
 }
 
-/// Returns the length, from an end of a wall, over which the wall has the two rooms on its sides.
+/// Returns the length, from an end of a wall, along which the wall separates the two rooms.
 fn stretch_between(wall: &Wall, end: usize, regions: &Regions, rooms: [usize; 2]) -> f64 {
     let mut steps = samples(&wall.points);
     if end == 1 {
@@ -182,8 +183,8 @@ pub(crate) fn shorten(points: &mut Vec<Vector2<f64>>, end: usize, by: f64) {
     }
 }
 
-/// Chooses the rooms to forget. These are small rooms with a single neighbour and only doors as openings, each chosen by
-/// chance. If the walls have no ends (as with the outline of something massive), every narrow opening counts as a door.
+/// Chooses the rooms to forget at random among small rooms with a single neighbour whose only openings are doors. If the walls have
+/// no ends (as with the outline of something massive), every narrow opening counts as a door.
 fn forget(floor: &Floor, in_line: &[bool], degree: f64, rng: &mut Pcg64Mcg) -> Vec<usize> {
     let massive = !in_line.contains(&true);
     let is_door = |k: usize| {

@@ -57,8 +57,8 @@ impl Floor {
         Self::checked(plan.name.clone(), walls, regions, furniture)
     }
 
-    /// Creates the floor of a map. Anything free-standing within a room that is smaller than two metres
-    /// counts as furniture and is left out.
+    /// Creates the floor of a map. Anything smaller than two metres that stands free within a room counts as
+    /// furniture and is left out.
     ///
     /// # Errors
     /// [`DeformError::NoRegions`] if the map has no enclosed room.
@@ -96,7 +96,7 @@ impl Floor {
         &self.regions.list
     }
 
-    /// Returns what drawings leave out, which is the furniture of a plan, or anything in a map that counts as
+    /// Returns the furniture, which drawings leave out: that of a plan, or anything in a map that counts as
     /// furniture.
     pub fn furniture(&self) -> &[Furnishing] {
         &self.furniture

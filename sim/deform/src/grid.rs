@@ -37,7 +37,7 @@ impl Grid {
         (within && x < self.width && y < self.height).then_some(y * self.width + x)
     }
 
-    /// Returns the middle of a cell.
+    /// Returns the centre of a cell.
     pub fn middle(&self, i: usize) -> Vector2<f64> {
         let cell = Vector2::new((i % self.width) as f64 + 0.5, (i / self.width) as f64 + 0.5);
         self.origin + cell * self.cell_m

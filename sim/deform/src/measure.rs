@@ -21,10 +21,10 @@ const ANNOTATED: usize = 7;
 /// annotators for the same region are 0.21 of it apart (37 pairs).
 const MARK_SCATTER: f64 = 0.15;
 
-/// The deformations of people's drawings, as [`Deformation::as_annotated`] measures them. These are means over the seven
-/// annotated drawings that have at least six matched places, and include the scatter of the annotators. Depending on which of
-/// an annotator's several marks for one place is used, the first figure is 0.31 to 0.36 and the fourth 0.41 to 0.51.
-/// `tests/people.rs` compares synthetic drawings with these figures.
+/// The deformations of people's drawings, as measured by [`Deformation::as_annotated`]. They are means over the seven annotated
+/// drawings that have at least six matched places, and include the scatter of the annotators. Depending on which of an annotator's
+/// several marks for one place is used, the first figure is 0.31 to 0.36 and the fourth 0.41 to 0.51. `tests/people.rs` compares
+/// synthetic drawings with these figures.
 pub const PEOPLE: Deformation = Deformation {
     places: 7,
     similarity_residual: 0.34,
@@ -93,7 +93,8 @@ impl Deformation {
     }
 }
 
-/// Chooses seven of the places: one by chance, and then always the one farthest from those chosen.
+/// Chooses seven of the places: a random one first, and then repeatedly the one farthest from those already
+/// chosen.
 fn well_spread(
     pairs: &[(Point<World>, Point<Sketch>)],
     rng: &mut impl Rng,

@@ -1,11 +1,11 @@
 //! Sketches of scenes of objects, with the kinds of deformations that people make. The sketches are not to
-//! scale, and objects are shifted, turned, too large, too small, or forgotten. The route is redrawn past the
-//! objects as they are drawn, bent and smoothed.
+//! scale, and objects are shifted, turned, too large, too small, or forgotten. The route is redrawn so that
+//! it passes the objects as they are drawn, bent and smoothed.
 //!
 //! Degree 0 traces the scene. At degree 1, objects are about 0.5 m out of place, and other degrees are in
-//! proportion. If outlines meet, or the route enters one, the scene is drawn again, because nobody draws that
-//! on purpose. After several attempts, all shifts become smaller. The same scene, degree and seed give the
-//! same sketch.
+//! proportion. If outlines touch, or the route enters one, the scene is drawn again, because people would not
+//! draw that on purpose. After several attempts, all shifts become smaller. The same scene, degree and seed
+//! give the same sketch.
 //!
 //! [`hasty`] draws like a person in a hurry, who cuts corners, and [`SceneSketch::on_a_pda`] converts a
 //! sketch to whole pixels of a PDA.
@@ -28,7 +28,7 @@ const TURN_RAD: f64 = 0.2;
 /// Probability that an object is forgotten, and minimum number of objects that are drawn.
 const FORGOTTEN: f64 = 0.12;
 const LEAST_OBJECTS: usize = 4;
-/// How far the route strays, and length over which its corners are smoothed, in metres.
+/// Distance by which the route strays, and length over which its corners are smoothed, in metres.
 const BEND_M: f64 = 0.2;
 const SMOOTH_M: f64 = 0.8;
 /// Length over which people in a hurry smooth the corners of a route: its median, in metres, and the standard deviation of its
@@ -72,8 +72,8 @@ pub fn sketch(scene: &Scene, degree: f64, mission_seed: u64) -> SceneSketch {
     drawn(scene, &Hand { degree, smooth_m: SMOOTH_M * degree }, mission_seed, &mut rng)
 }
 
-/// Draws a scene like a person in a hurry, who cuts corners. If much is cut, two turns to the same side merge
-/// into one.
+/// Draws a scene like a person in a hurry, who cuts corners. If corners are cut a lot, two turns to the same
+/// side merge into one.
 pub fn hasty(scene: &Scene, degree: f64, mission_seed: u64) -> SceneSketch {
     let mut rng = seed::stream(mission_seed, "deform/hasty scene");
     let smooth_m = HASTE_M * (HASTE_SPREAD * normal(&mut rng)).exp();
@@ -188,7 +188,7 @@ impl SceneSketch {
         })
     }
 
-    /// Returns the root mean square distance, in metres, of the drawn objects from where the best similarity puts them.
+    /// Returns the root mean square distance, in metres, between the drawn objects and their positions under the best similarity.
     pub fn shift_m(&self, scene: &Scene) -> f64 {
         let pairs: Vec<_> = self
             .objects
@@ -214,8 +214,7 @@ impl SceneSketch {
         (left.sum::<f64>() / pairs.len() as f64).sqrt()
     }
 
-    /// Returns the length, in metres, that the longer side of the file's canvas stands for, if the sketch is at the scale of
-    /// the scene.
+    /// Returns the length, in metres, of the longer side of the file's canvas, if the sketch is at the scale of the scene.
     pub fn canvas_m(&self) -> f64 {
         let [low, high] = self.bounds();
         (high[0] - low[0]).max(high[1] - low[1])

@@ -24,7 +24,8 @@ const ROUND_CELLS: usize = 3;
 const SLANT_CELLS: f64 = 2.0;
 /// Maximum distance between a corner and the point where the two pieces next to it meet, in cells.
 const MEET_CELLS: f64 = 4.0;
-/// Maximum size of furniture, in metres: anything solid that is smaller in both directions and stands within a single region.
+/// Maximum size of furniture, in metres. Anything solid that is smaller than this in both directions and stands within a single
+/// region is furniture.
 const FURNITURE_M: f64 = 2.0;
 
 /// Returns the centre lines of the walls around the regions.
@@ -200,8 +201,8 @@ fn follow(grid: &Grid, ink: &[bool], begin: usize, next: usize, used: &mut [bool
     }
 }
 
-/// Returns the line with its corners where the straight pieces between them meet. Thinning rounds corners off by a cell. If the
-/// corner cells themselves were used, a straight wall would be drawn slanted by that much.
+/// Returns the line with its corners at the points where the straight pieces between them meet. Thinning rounds corners off by a
+/// cell, so with the corner cells themselves, a straight wall would be drawn slanted by that much.
 fn fitted(line: &[Vector2<f64>], slack: f64, cell_m: f64) -> Vec<Vector2<f64>> {
     let corners = corners(line, slack);
     let pieces: Vec<_> =
@@ -259,7 +260,8 @@ impl Piece {
         self.at + self.along * self.along.dot(&(place - self.at))
     }
 
-    /// Returns where the piece meets another one near a point, or the point halfway between both if they do not meet near it.
+    /// Returns the point near `near` at which the piece meets another one, or the point halfway between both if they do not meet
+    /// near it.
     fn meets(&self, other: &Self, near: Vector2<f64>, within: f64) -> Vector2<f64> {
         let across = self.along.perp(&other.along);
         let meeting = self.at + self.along * ((other.at - self.at).perp(&other.along) / across);

@@ -1,4 +1,4 @@
-//! Where people draw things: the map from the floor to the drawing.
+//! The map from the floor to a drawing, which determines where people draw things.
 //!
 //! People draw rectangles as rectangles, in the right order but out of proportion. The map is therefore monotone along each of
 //! the two wall directions, while the logarithm of its local scale varies from patch to patch and from one part of the floor to
@@ -27,7 +27,7 @@ const TURN_RAD: f64 = 0.03;
 /// Maximum deviation of the logarithm of the scale at degree 1. People leave enough space for a door, and do not draw any room
 /// too small or too large.
 const FARTHEST: f64 = 1.1;
-/// Range of sizes of patches with one scale, in metres. Patches that shift together have the size [`SHIFT_PATCH_M`].
+/// Range of sizes of patches that share one scale, in metres. Patches that shift together have the size [`SHIFT_PATCH_M`].
 const PATCH_M: [f64; 2] = [2.5, 6.0];
 /// Range of sizes of the parts of the floor that are drawn larger or smaller than others, as shares of its length.
 const PARTS: [f64; 2] = [0.3, 0.6];
@@ -97,7 +97,7 @@ impl Warp {
         Vector2::new(self.axes[0].at(p.x, p.y, self.shift), self.axes[1].at(p.y, p.x, self.shift))
     }
 
-    /// Returns true if no point is folded over another, that is, if a minimum stretch remains everywhere in both directions.
+    /// Returns true if no point is folded over another: everywhere, a minimum stretch remains in both directions.
     fn is_one_to_one(&self, low: Vector2<f64>, high: Vector2<f64>) -> bool {
         if self.shift == 0.0 {
             return true;

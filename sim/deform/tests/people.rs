@@ -1,4 +1,4 @@
-//! At degree 1, drawings are deformed as much as people's, and at degree 0 not at all. The sketcher can read them.
+//! At degree 1, drawings are as deformed as those of people, and at degree 0 not at all. The sketcher can read them.
 
 use std::path::{Path, PathBuf};
 

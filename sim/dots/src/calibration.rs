@@ -1,9 +1,9 @@
 //! Finds the known points of a calibration that disagree with the others.
 //!
-//! A least-squares fit hides a wrong point, because the point pulls the camera towards itself and makes the others look wrong
-//! too. Instead, cameras fitted to four points each are tried, and the camera that most of the remaining points agree with
-//! shows which points are off (random sample consensus, Fischler and Bolles 1981). Four points always fit exactly. Five may
-//! disagree, but don't show which of them is wrong.
+//! A least-squares fit hides a wrong point, because the point pulls the camera towards itself and makes the others look wrong too.
+//! Instead, cameras are fitted to four points each, and the one with which most of the remaining points agree shows which points
+//! are off (random sample consensus, Fischler and Bolles 1981). Four points always fit exactly. Five may disagree, but don't show
+//! which of them is wrong.
 
 use std::fmt;
 
@@ -23,7 +23,7 @@ const FAR: f64 = 4.0;
 const FEWEST: usize = 5;
 /// Maximum number of cameras of four points that are tried.
 const MOST_CAMERAS: usize = 3000;
-/// Maximum number of points for which all pairs are tried as exchanged.
+/// Maximum number of points for which an exchange of every pair is tried.
 const MOST_EXCHANGED: usize = 12;
 
 /// A known point that disagrees with the others.
@@ -51,8 +51,7 @@ pub struct Review {
 }
 
 impl Review {
-    /// Reviews known points. For fewer than five points, it only finds out whether the picture is mirrored, because four always
-    /// agree.
+    /// Reviews known points. For fewer than five points, it only checks whether the picture is mirrored, because four always agree.
     pub fn of(points: &[Known]) -> Self {
         let everybody: Vec<usize> = (0..points.len()).collect();
         let plain =
@@ -102,7 +101,7 @@ impl Review {
     }
 }
 
-/// Prints which points are off, by how much, and what would correct them.
+/// Describes which points are off, by how much, and how to correct them.
 impl fmt::Display for Review {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { off, agreeing, agreement_px, .. } = self;
@@ -177,8 +176,7 @@ fn furthest(off_px: &[f64]) -> f64 {
     off_px.iter().copied().fold(0.0, f64::max)
 }
 
-/// Iterates over choices of four of `count` points. These are either all choices or a large pseudo-random sample, which is the
-/// same each time.
+/// Iterates over choices of four of `count` points: either all choices, or a large pseudo-random sample that is always the same.
 fn fours(count: usize) -> impl Iterator<Item = Vec<usize>> {
     let all = count * (count - 1) * (count - 2) * (count - 3) / 24;
     let mut rng = Pcg64Mcg::seed_from_u64(1984);

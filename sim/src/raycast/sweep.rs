@@ -1,10 +1,10 @@
 //! Casts many rays from one point, with results that are bit-identical to [`Faces::cast`] for each ray, but
 //! several times as fast.
 //!
-//! The tree finds what is in the way ray by ray. A sweep instead goes from face to face, near ones first. For
-//! each face, it determines which rays may hit it, and intersects those with it. Because the rays are
-//! consecutive in memory, the compiler can use vector instructions. A face is skipped if it is farther away
-//! than everything that its rays have already hit.
+//! The tree finds the hits ray by ray. A sweep instead goes from face to face, near ones first. For each
+//! face, it determines which rays may hit it, and intersects those with it. Because the rays are consecutive
+//! in memory, the compiler can use vector instructions. A face is skipped if it is farther away than
+//! everything that its rays have already hit.
 //!
 //! **Bit-identical results.** Each intersection is computed in the same way as by parry. Nevertheless, the tree's result can
 //! differ from the nearest intersection: the tree skips a face whose bounding box begins after the best hit so far, and because
@@ -263,8 +263,8 @@ impl<'a> Seen<'a> {
         is_doubtful
     }
 
-    /// Returns the ranges of some rays, +∞ for those without a hit, and whether any is doubtful. Written such that the compiler
-    /// uses vector instructions.
+    /// Returns the ranges of some rays, +∞ for those without a hit, and whether any is doubtful. Written so that the compiler uses
+    /// vector instructions.
     #[inline(always)]
     #[expect(clippy::manual_range_contains, reason = "a branch, which vector instructions do not have")]
     fn ranges(

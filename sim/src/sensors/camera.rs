@@ -1,4 +1,4 @@
-//! A camera that detects fiducial markers: which markers it sees, and with what errors.
+//! A camera that detects fiducial markers: which markers it sees, and how accurately.
 //!
 //! The camera sees a marker that is within its field of view and its range, is not turned away too far, and
 //! is not hidden. The errors of distance and facing grow with the distance. All errors in an image are
@@ -24,7 +24,8 @@ use crate::convex::Convex;
 use crate::description::WorldDescription;
 use crate::raycast::{Faces, cast_disc};
 
-/// How far in front of a marker a line of sight ends, in metres. The marker may be slightly inside its wall.
+/// Distance in front of a marker at which a line of sight ends, in metres. The marker may be slightly inside
+/// its wall.
 const BEFORE_M: f64 = 0.025;
 
 /// A camera in a world with markers.
@@ -98,7 +99,7 @@ impl Camera {
         view.marker_count = count as u32;
     }
 
-    /// Returns how the camera sees a marker, or `None` if it does not.
+    /// Returns a marker as the camera sees it, without errors, or `None` if the camera does not see it.
     fn sight(&self, scene: &Scene<'_>, camera: &Pose<World>, marker: &Marker) -> Option<Sight> {
         let (from, at) = (camera.position().coords(), Vector2::from(marker.at));
         let (distance_m, facing) = ((at - from).norm(), marker.facing_deg.to_radians());

@@ -82,7 +82,7 @@ impl Scanner {
         scan.beam_count = beams as u32;
     }
 
-    /// Returns what the sensor reports for a true range, with Gaussian noise that has a constant and a proportional part.
+    /// Returns the reported range for a true range, with Gaussian noise that has a constant and a proportional part.
     fn measure(&self, true_m: f64, stream: &mut Pcg64Mcg) -> f64 {
         let lost = stream.random::<f64>() < self.model.dropout;
         let noise: f64 = stream.sample(StandardNormal);

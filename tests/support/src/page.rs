@@ -1,8 +1,11 @@
 //! A stand-in for the pad's page that needs no browser but uses the same HTTP and WebSocket messages, over real
 //! sockets.
 
+use std::error::Error;
 use std::io::{ErrorKind, Read, Write};
 use std::net::{TcpListener, TcpStream};
+use std::ops::Range;
+use std::sync::atomic::{AtomicU16, Ordering};
 use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
@@ -16,9 +19,22 @@ const LIMIT: Duration = Duration::from_secs(120);
 /// The token of every pad in a test. It is passed to the pad in the environment of its [`Place`](super::Place).
 pub const TOKEN: &str = "tokenoftests0123456789";
 
-/// Returns a port that was free a moment ago.
+/// Ports of tests. They lie below those that Linux uses for outgoing connections (32768 and up), so no connection takes a port
+/// between the moment at which it was found to be free and the moment at which a server binds it.
+const PORTS: Range<u16> = 20_000..32_000;
+
+/// Returns a port that nobody is using, and that no other test of this process gets.
 pub fn free_port() -> u16 {
-    TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port()
+    static GIVEN: AtomicU16 = AtomicU16::new(0);
+    // Processes that test at the same time begin at different ports.
+    let first = std::process::id().wrapping_mul(7_919);
+    loop {
+        let given = u32::from(GIVEN.fetch_add(1, Ordering::Relaxed));
+        let port = PORTS.start + (first.wrapping_add(given) % PORTS.len() as u32) as u16;
+        if TcpListener::bind(("127.0.0.1", port)).is_ok() {
+            return port;
+        }
+    }
 }
 
 /// Waits until a process listens on the port.
@@ -96,17 +112,17 @@ impl Page {
     }
 
     /// Like [`Page::open`], but for a server that may die in the meantime.
-    pub fn try_open(port: u16, session: Option<&str>) -> Option<Self> {
-        let stream = TcpStream::connect(("127.0.0.1", port)).ok()?;
-        stream.set_read_timeout(Some(LIMIT)).ok()?;
+    pub fn try_open(port: u16, session: Option<&str>) -> Result<Self, Box<dyn Error>> {
+        let stream = TcpStream::connect(("127.0.0.1", port))?;
+        stream.set_read_timeout(Some(LIMIT))?;
         let session = session.map_or_else(String::new, |session| format!("&session={session}"));
         let url = format!("ws://127.0.0.1:{port}/ws?token={TOKEN}{session}");
-        let (socket, _) = tungstenite::client(url, stream).ok()?;
+        let (socket, _) = tungstenite::client(url, stream)?;
         let mut page = Self { port, socket, hello: Value::Null, feed: Value::Null };
         while page.hello.is_null() {
-            page.try_read().ok()?;
+            page.try_read()?;
         }
-        Some(page)
+        Ok(page)
     }
 
     /// Returns the page's session.

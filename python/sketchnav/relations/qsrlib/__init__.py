@@ -7,8 +7,8 @@ instead of
     from qsrlib.qsrlib import QSRlib, QSRlib_Request_Message
     from qsrlib_io.world_trace import Object_State, World_Trace
 
-Worlds, keys and answers are QSRlib's, and so are what its calculi make of borders, times and quantisation. `docs/relations.md`
-lists the differences. For results without QSRlib's peculiarities, use the calculi of `sketchnav.relations`.
+Worlds, keys and answers are those of QSRlib, and its calculi treat borders, times and quantisation in the same way.
+`docs/relations.md` lists the differences. For results without QSRlib's peculiarities, use the calculi of `sketchnav.relations`.
 """
 
 from .library import QSRlib, QSRlib_Request_Message, QSRlib_Response_Message

@@ -1,4 +1,4 @@
-"""Requests and what answers them."""
+"""Requests and their answers."""
 
 import datetime
 import functools
@@ -156,7 +156,7 @@ def relate(which: str, world: World_Trace, arguments: Arguments) -> World_QSR_Tr
 
 
 def _asked(which: str, world: _World, arguments: Arguments) -> list[tuple[str, ...]]:
-    """The objects to relate: those of `qsrs_for` that exist and are as many as the calculus takes, or all permutations."""
+    """The objects to relate: those of `qsrs_for` that exist and whose number fits the calculus, or all permutations."""
     arity = ARITIES[which]
     for part in (which, "for_all_qsrs"):
         asked = (arguments.get(part) or {}).get("qsrs_for")
@@ -176,7 +176,7 @@ _Relation: TypeAlias = Callable[[Sequence[str], Sequence[Numbers], NDArray[np.in
 
 
 def _at_once(which: str, arguments: Arguments) -> _Relation:
-    """What gives the words of some objects at some times."""
+    """The function that returns the words of some objects at some times."""
     if which == "argd":
         return _distances(arguments)
     quantisation = 0.0
@@ -311,8 +311,8 @@ def apply_median_filter(qsr_world: World_QSR_Trace, params: Arguments) -> World_
 
 
 def median_filter(data: Sequence[str], n: int = 3) -> list[str]:
-    """The most frequent of the n filtered relations before, this one, and the n after. If several are as frequent, the previous one
-    stays. Series of up to 2n relations stay as they are."""
+    """The most frequent of the n filtered relations before, this one, and the n after. If several are equally frequent, the
+    previous one stays. Series of up to 2n relations are left unchanged."""
     if len(data) < 2 * n + 1:
         return list(data)
     filtered = [_most_frequent(data[:n]) or data[n - 1]] * n

@@ -1,8 +1,8 @@
 """Episodes, activity graphs and graphlets (Sridhar, Cohn and Hogg 2010; Duckworth et al. 2016), shaped as QSRlib's.
 
-An episode is a relation of some objects from a time to another. The activity graph (QSTAG) has a node for each object, for each
-episode, and for each pair of episodes, which holds Allen's relation of their times. Graphlets are the small activity graphs of
-episodes that follow each other; their counts describe what happened. Nothing but the standard library is needed.
+An episode is a relation of some objects from one time to another. The activity graph (QSTAG) has a node for each object, for
+each episode, and for each pair of episodes, which holds Allen's relation of their times. Graphlets are the small activity
+graphs of consecutive episodes, and their counts describe what happened. Only the standard library is needed.
 """
 
 import bisect
@@ -61,7 +61,7 @@ class Graph:
         return _hash(repr(sorted((seen[start], seen[end]) for start, end in self.edges)))
 
     def _distances(self, node: Node) -> Iterable[tuple[int, str]]:
-        """How far each node is along the edges, with its name."""
+        """The distance to each node along the edges, with its name."""
         distances, ring = {node.index: 0}, [node.index]
         while ring:
             ring = [end for start, end in self.edges if start in ring and end not in distances]
@@ -132,7 +132,7 @@ def allen(first: tuple[float, float], second: tuple[float, float]) -> str:
     return words[(a >= c) + (a > c)][(b >= d) + (b > d)]
 
 
-#: Temporal relations that are written as their converses, with the edges turned around.
+#: Temporal relations that are written as their converses, with the edges reversed.
 CONVERSES = {">": "<", "mi": "m", "oi": "o", "si": "s", "di": "d", "fi": "f"}
 
 
@@ -218,9 +218,9 @@ def _chords(episodes: Sequence[Episode], chosen: Sequence[int], times: Sequence[
 class Activity_Graph:
     """The activity graph of a world and its relations, with its graphlets.
 
-    `params` has "max_eps", the number of episodes that a graphlet has at most, and "min_rows" and "max_rows", the numbers of tuples
-    of objects in it, by default 1. `object_types` names the kinds of objects; others are those that the objects' states have as
-    `object_type`.
+    `params` has "max_eps", the maximum number of episodes in a graphlet, and "min_rows" and "max_rows", the numbers of tuples
+    of objects in it, by default 1. `object_types` names the kinds of objects; the kinds of all others are the `object_type` of
+    the objects' states.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""What goes into QSRlib and what comes out of it: worlds of objects, and worlds of relations, each over time."""
+"""The input and output of QSRlib: worlds of objects, and worlds of relations, each over time."""
 
 import copy
 import math
@@ -10,7 +10,7 @@ _T = TypeVar("_T", bound="_Trace[Any]")
 
 
 class Object_State:
-    """An object at one time. What is not known is NaN."""
+    """An object at one time. Unknown values are NaN."""
 
     def __init__(
         self,
@@ -40,7 +40,7 @@ class Object_State:
         self.args, self.kwargs = args, kwargs
 
     def return_bounding_box_2d(self, xsize_minimal: float = 0, ysize_minimal: float = 0) -> list[float]:
-        """The low x, low y, high x and high y. A size that is not known is the minimal one."""
+        """The low x, low y, high x and high y. An unknown size is the minimal one."""
         width = xsize_minimal if math.isnan(self.xsize) else self.xsize
         height = ysize_minimal if math.isnan(self.ysize) else self.ysize
         return [self.x - width / 2, self.y - height / 2, self.x + width / 2, self.y + height / 2]
@@ -100,7 +100,7 @@ class _Trace(Generic[_S]):
         copy_by_reference: bool = False,
         include_finish: bool = True,
     ) -> _T:
-        """The states from a time to another, or every `istep`th of them."""
+        """The states from one time to another, or every `istep`th of them."""
         times = self.get_sorted_timestamps()
         first = times[0] if start is None else start
         last = times[-1] if stop is None else stop

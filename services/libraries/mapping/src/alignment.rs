@@ -64,7 +64,7 @@ impl Default for Weights {
     }
 }
 
-/// What the drawing and the map are known to have in common: the robot's start, the rotation between the
+/// The known correspondence between the drawing and the map: the robot's start, the rotation between the
 /// frames, and the approximate scale of the drawing.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Anchor {
@@ -92,7 +92,7 @@ pub struct Forbidden {
 pub struct Problem<'a> {
     /// The outline of the drawing.
     pub drawn: &'a Outline,
-    /// The outline of what the robot has seen.
+    /// The outline that the robot has seen.
     pub seen: &'a SeenOutline,
     /// The robot's start in both frames, the rotation between them, and the scale.
     pub anchor: &'a Anchor,

@@ -1,4 +1,4 @@
-//! Builds a map of what a robot has seen on its drive, and locates places of a drawing in that map.
+//! Builds a map from a robot's scans on its drive, and locates places of a drawing in that map.
 //!
 //! - [`mapper`]: local mapping, which matches each laser scan with the map so far and then adds it.
 //! - [`occupancy`]: the map itself, with a bounded number of cells that are free, occupied or unknown.

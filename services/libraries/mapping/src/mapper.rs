@@ -4,7 +4,7 @@
 //! The mapper maintains a single pose and a single map, and does not close loops by moving what has been
 //! mapped. The map is therefore accurate over distances that can be seen at once, but drifts slowly beyond
 //! them. If the robot returns to a place and has drifted by less than the search window, its scans are
-//! matched with what it saw there first.
+//! matched with the first ones taken there.
 //!
 //! [`Parameters::max_tiles`] bounds the size of the state. An update does not allocate.
 
@@ -23,7 +23,7 @@ use crate::{Error, Map, Parameters};
 /// Distance, in metres, that the robot may drive before the field around it is redrawn.
 const FIELD_MARGIN_M: f64 = 1.5;
 
-/// What the mapper did with a scan.
+/// The outcome of updating the mapper with a scan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Outcome {
     /// The scan was ignored because the robot has hardly moved.

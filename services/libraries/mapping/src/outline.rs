@@ -64,7 +64,7 @@ impl Outline {
     }
 }
 
-/// A piece of the outline of what a robot has seen.
+/// A piece of the outline that a robot has seen.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Piece {
     /// A piece of wall.
@@ -78,7 +78,7 @@ pub enum Piece {
     Gap(u16),
 }
 
-/// The outline of what a robot has seen, in the map frame.
+/// The outline that a robot has seen, in the map frame.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct SeenOutline {
     /// Pieces in order around the region.

@@ -2,8 +2,9 @@
 //! on all of them.
 //!
 //! All planners of this project use an agenda, although a planner can do without one. The agenda receives
-//! orders, decides in each step what is due, and sends the command and the status of the step. It knows
-//! neither what a task is about nor how the robot moves.
+//! All planners of this project use an agenda, although a planner can do without one. The agenda receives
+//! orders, decides in each step what is due, and sends the command and the status of the step. It does not
+//! depend on the kind of task or on how the robot moves.
 
 use std::fmt::Display;
 
@@ -24,7 +25,7 @@ pub enum Phase {
     Waiting,
     /// A task is under way.
     Driving,
-    /// A task has ended and its end was reported. The next step begins the next task.
+    /// A task has ended, and its end has been reported. The next step begins the next task.
     Ended,
     /// No task is left.
     Over,
@@ -123,7 +124,7 @@ pub struct Standing {
     speed_mps: f64,
 }
 
-/// The tasks of a mission in their order.
+/// The tasks of a mission, in order.
 #[derive(Debug)]
 pub struct Agenda {
     pad: Pad,
@@ -268,7 +269,7 @@ impl Agenda {
                 (self.now.phase, self.now.held) = (Phase::Over, None);
                 self.report(TaskState::Aborted, ABORTED);
             }
-            // The supervisor's order to start may arrive after the abort. What a person orders on the pad takes precedence.
+            // The supervisor's order to start may arrive after the abort. The person's order on the pad takes precedence.
             Order::Abort if self.pad == Pad::Watches => self.now.held = Some(Hold::Aborted),
             Order::Abort => self.hold(Hold::Aborted),
             Order::Pause => self.hold(Hold::Paused),
@@ -358,7 +359,7 @@ impl Agenda {
         Due::Stand
     }
 
-    /// Returns true if the robot is held. The reason then goes into the status.
+    /// Returns true if the robot is held. In that case, the status gives the reason.
     fn is_held(&mut self) -> bool {
         let Some(hold) = self.now.held else { return false };
         if let Some((state, reason)) = hold.status() {
@@ -502,7 +503,7 @@ mod tests {
             let mut agenda = driving(pad);
             agenda.obey(Order::Abort);
             assert_eq!((agenda.now.held, agenda.is_driving()), (Some(Hold::Aborted), false));
-            // If the link breaks while the robot is held, what a person ordered stays in force.
+            // If the link breaks while the robot is held, the person's order stays in force.
             agenda.obey(Order::Unattended);
             assert_eq!(agenda.now.held, Some(Hold::Aborted));
             agenda.obey(Order::Resume);

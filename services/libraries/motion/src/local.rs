@@ -1,5 +1,4 @@
-//! The metric local planner (Boniardi et al. 2015, III-C), which runs Dijkstra's algorithm on a grid of what the laser saw
-//! recently.
+//! The metric local planner (Boniardi et al. 2015, III-C), which runs Dijkstra's algorithm on a grid of recent laser readings.
 //!
 //! A cell is impassable if it is closer to an obstacle than the robot's radius plus a margin. Cells within
 //! the inflation radius and cells that the laser has not seen cost more. A robot that stands too close to an
@@ -44,14 +43,16 @@ pub struct LocalPlanner {
     frontier: Frontier,
 }
 
-/// State that is kept from one plan to the next, as read back from a checkpoint. It says where there is room.
+/// State that is kept from one plan to the next, as read back from a checkpoint: the cells in which the robot
+/// has room.
 #[derive(Debug, Clone, Deserialize)]
 pub struct State {
     corner: Cell,
     weight: Vec<f32>,
 }
 
-/// A [`State`] by reference, for writing it without a copy. It has the same fields in the same order, so that it serializes alike.
+/// A [`State`] by reference, which is written without a copy. It has the same fields in the same order, so it serializes
+/// identically.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct StateView<'a> {
     corner: Cell,
@@ -228,7 +229,7 @@ mod tests {
 
     const ROOM: Room = Room { hard_m: 0.25, soft_m: 0.6 };
 
-    /// Returns what the laser sees of a wall at x = 1.5 m that has a gap `width_m` wide around y = 1 m.
+    /// Returns the obstacles seen by the laser: a wall at x = 1.5 m with a gap `width_m` wide around y = 1 m.
     fn wall_with_gap(width_m: f64) -> Obstacles {
         let mut obstacles = Obstacles::new(10.0);
         let mut scan = LaserScan {

@@ -1,9 +1,9 @@
 //! A rolling grid, in the odometry frame, of the obstacles that the laser saw recently.
 //!
 //! This is the local grid map of the scaled scan of Boniardi et al. 2015, but in metres and with a memory.
-//! Without the memory, a robot whose laser does not look backwards would forget the table into which it is
-//! about to turn. The end of a beam marks a cell as occupied, and the cells along the beam are cleared.
-//! Obstacles that have not been seen for some time are forgotten, because odometry drifts.
+//! Without the memory, a robot whose laser does not look backwards would forget a table just before turning
+//! into it. The end of a beam marks a cell as occupied, and the cells along the beam are cleared. Obstacles
+//! that have not been seen for some time are forgotten, because odometry drifts.
 //!
 //! The grid is fixed in the odometry frame, and a window onto it moves with the robot. Cell (x, y) is stored
 //! in slot (x mod [`SIDE`], y mod [`SIDE`]), so moving the window never moves any data. Because planning

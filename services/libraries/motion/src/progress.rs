@@ -1,7 +1,7 @@
 //! The progress checker detects that the robot is stuck, and counts how often this happens.
 //!
-//! A robot is stuck if it has not moved, if it keeps driving about one place, or if it drives around without getting closer to its
-//! goal.
+//! A robot is stuck if it has not moved, if it keeps driving around in one place, or if it drives around without getting closer to
+//! its goal.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Odom, Point};
@@ -10,7 +10,7 @@ use sketchnav_schemas::geometry::{Odom, Point};
 const JUMP_M: f64 = 1.0;
 /// Minimum decrease of the cost-to-go, in metres, that counts as progress.
 const NEARER_M: f64 = 0.1;
-/// Distance, in metres, from earlier places at which a robot that is stuck counts as stuck at a new place.
+/// Minimum distance, in metres, from all earlier places for a stuck robot to count as stuck at a new place.
 const ELSEWHERE_M: f64 = 2.0;
 /// Speed limit, in m/s, for which the time limits are meant. A robot with a lower limit needs longer for the same distance and gets
 /// proportionally more time.
@@ -27,12 +27,12 @@ pub struct ProgressParameters {
     pub stuck_radius_m: f64,
     /// Time without progress towards the goal, in seconds, after which the robot is stuck.
     pub no_progress_time_s: f64,
-    /// Length of a path, in metres. The robot is stuck when it has driven about one place for as long as this path takes at its
+    /// Length of a path, in metres. The robot is stuck when it has stayed around one place for as long as this path takes at its
     /// speed limit.
     pub circling_path_m: f64,
-    /// Radius, in metres, within which the robot counts as driving about one place.
+    /// Radius, in metres, within which the robot counts as staying around one place.
     pub circling_radius_m: f64,
-    /// Maximum number of recoveries at about one place.
+    /// Maximum number of recoveries around one place.
     pub recoveries: u32,
     /// Maximum number of recoveries during one task.
     pub recoveries_per_task: u32,

@@ -13,8 +13,7 @@ use super::obstacles::Obstacles;
 
 /// Look-ahead distance, in metres, within which the robot heads for the farthest point of the path.
 const LOOK_AHEAD_M: f64 = 0.7;
-/// Look-ahead distance, in metres, after obstacles have slowed the last command. It is short so that the robot then keeps to the
-/// path.
+/// Look-ahead distance, in metres, after obstacles have slowed the last command. It is short to keep the robot on the path.
 const SHORT_AHEAD_M: f64 = 0.15;
 /// Free space beyond the robot's radius, in metres, that a shortcut to a point of the path needs.
 const SHORTCUT_M: f64 = 0.06;
@@ -53,7 +52,7 @@ pub struct Pursuit {
     /// The last command, as vx and vy in m/s and the turn rate in rad/s.
     last: [f64; 3],
     turning: bool,
-    /// True if obstacles made the last command slower than wished for.
+    /// Whether obstacles slowed the last command down.
     cramped: bool,
 }
 

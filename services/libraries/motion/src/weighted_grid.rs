@@ -188,7 +188,7 @@ fn pass_row(from: &[f32], to: &mut [f32], side: f32, corner: f32) {
     }
 }
 
-/// Returns true if any cell is closer through its neighbour in the row than its distance so far.
+/// Returns true if the distance of any cell is shorter through its neighbour in the row.
 fn is_passed(beside: &[f32], cells: &[f32], side: f32) -> bool {
     beside.iter().zip(cells).fold(false, |any, (beside, cell)| any | (beside + side < *cell))
 }

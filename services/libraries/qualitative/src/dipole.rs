@@ -1,14 +1,15 @@
-//! The dipole calculus (Moratz, Renz and Wolter 2000), which relates two directed line segments: where each end of the one is as seen
-//! along the other, in the terms of flip-flop. The four letters of a word are the positions of the start and the end of b as seen by
-//! a, then of the start and the end of a as seen by b: `rrll` says that b is on the right of a, and a on the left of b.
+//! The dipole calculus (Moratz, Renz and Wolter 2000), which relates two directed line segments by the position of each end of one
+//! as seen along the other, in the terms of flip-flop. The four letters of a word are the positions of the start and the end of b
+//! as seen by a, followed by those of the start and the end of a as seen by b: `rrll` says that b is on the right of a, and a on
+//! the left of b.
 //!
-//! [`DraF`], the fine-grained calculus, has 72 relations. [`DraC`], the coarse one, has the 24 of them that need no point on the line
-//! of the other dipole except at its ends; for other dipoles, no relation of it holds.
+//! [`DraF`], the fine-grained calculus, has 72 relations. [`DraC`], the coarse one, has the 24 of them in which no point lies on
+//! the line of the other dipole except at its ends. For all other dipoles, none of its relations holds.
 //!
 //! # Composition
-//! The letters depend only on which sides and in which order the ends lie with respect to the points where the lines of the dipoles
-//! cross. Three lines can lie in seven ways, up to affine maps, and on each line the places between and at the crossings
-//! are finitely many (Moratz, Lücke and Mossakowski 2011). The table is computed from all of them and is exact.
+//! The letters depend only on the sides and the order of the ends with respect to the points where the lines of the dipoles cross.
+//! Up to affine maps, there are seven arrangements of three lines, and on each line there are finitely many places between and at
+//! the crossings (Moratz, Lücke and Mossakowski 2011). The table is computed from all of them and is exact.
 
 use std::array;
 use std::fmt;
@@ -57,7 +58,7 @@ const RELATIONS: [Letters; FINE] = {
     relations
 };
 
-/// The index of the relation with some letters, by their number with the base [`LETTERS`], or [`FINE`] if there is none.
+/// The index of the relation with these letters, by their number in base [`LETTERS`], or [`FINE`] if there is none.
 const PLACES: [u8; LETTERS.pow(4)] = {
     let mut places = [FINE as u8; LETTERS.pow(4)];
     let mut at = 0;
@@ -131,8 +132,9 @@ pub type DraC = Dra<COARSE>;
 pub type DraF = Dra<FINE>;
 
 impl<const N: usize> Dra<N> {
-    /// Returns the relation of a to b, or `None` if the calculus has none. Points within `tolerance` of each other count as in the
-    /// same position, and points within 0.866 of it from a line as on it, unless no dipoles would have these letters.
+    /// Returns the relation of a to b, or `None` if the calculus has none. Points within `tolerance` of each other count as
+    /// coincident, and points within 0.866 times the tolerance of a line count as on it, unless no dipoles would have these
+    /// letters.
     pub fn of(a: Dipole, b: Dipole, tolerance: f64) -> Option<Self> {
         let place = place(Self::letters_of(a, b, tolerance)).or_else(|| place(Self::letters_of(a, b, 0.0)));
         place.and_then(Self::from_index)
@@ -180,8 +182,8 @@ impl<const N: usize> Relation for Dra<N> {
         LIMITS[self.index()] >> instant.0 & 1 == 1
     }
 
-    /// In the coarse calculus, no relation holds at an instant at which a point is on the line of the other dipole, so that the
-    /// relations before and after it are neighbours.
+    /// In the coarse calculus, no relation holds at an instant at which a point is on the line of the other dipole, so the
+    /// relations before and after that instant are neighbours.
     fn is_neighbour(self, other: Self) -> bool {
         let passed = u128::MAX << N;
         let both = LIMITS[self.index()] & LIMITS[other.index()] & passed;
@@ -239,7 +241,8 @@ fn fine(a: Dipole, b: Dipole) -> DraF {
     DraF::of(a, b, 0.0).expect("whole numbers are exact")
 }
 
-/// What each relation limits to, as bits. A dipole of each relation is moved a little, relative to the other one, in all directions.
+/// The relations that each relation limits to, as bits. They are found by moving a dipole of each relation a little, relative to
+/// the other one, in all directions.
 static LIMITS: LazyLock<[u128; FINE]> = LazyLock::new(|| {
     // Whether a point near an end of a dipole is on its line depends on products of steps, which reach across small steps.
     const FAR: i32 = 10_000;
@@ -261,7 +264,7 @@ static LIMITS: LazyLock<[u128; FINE]> = LazyLock::new(|| {
         if std::mem::replace(&mut is_known[instant], true) {
             continue;
         }
-        // The same with the dipoles exchanged, since whole steps of the one reach the line of the other, but not the reverse.
+        // The same with the dipoles exchanged, since whole steps of one reach the line of the other, but not the reverse.
         let converse = |place: usize| Dra::<FINE>(place as u8).converse().index();
         for around in steps().flat_map(|start| steps().map(move |end| moved([start, end]))) {
             limits[around] |= u128::from(around != instant) << instant;
@@ -272,11 +275,11 @@ static LIMITS: LazyLock<[u128; FINE]> = LazyLock::new(|| {
     limits
 });
 
-/// A line through a point in a direction, in which the places of a dipole are counted.
+/// A line, given by a point and a direction, along which the places of a dipole are counted.
 type Line = [[i32; 2]; 2];
 
-/// The ways in which three lines can lie, with the places that are to be tried on them: two in each part of a line between crossings,
-/// and as many as there are ends on lines that coincide.
+/// The arrangements of three lines, each with the places to try: two in each part of a line between crossings, and as many as there
+/// are ends on lines that coincide.
 const ARRANGEMENTS: [([Line; 3], std::ops::RangeInclusive<i32>); 7] = {
     const X: Line = [[0, 0], [1, 0]];
     const Y: Line = [[0, 0], [0, 1]];
@@ -328,8 +331,8 @@ pub struct Dipoles<const N: usize> {
 }
 
 impl<const N: usize> Dipoles<N> {
-    /// Creates the calculus in which points within `tolerance` of each other are in the same position, and a point within 0.866 of it
-    /// from a line is on it.
+    /// Creates the calculus in which points within `tolerance` of each other coincide, and points within 0.866 times the tolerance
+    /// of a line are on it.
     ///
     /// # Errors
     /// [`Error::Parameter`] if the tolerance is negative or not finite.

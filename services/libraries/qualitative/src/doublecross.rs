@@ -1,9 +1,11 @@
-//! The double cross calculus (Freksa 1992; Zimmermann and Freksa 1996), which says where a third point is as seen on the way from a
-//! first to a second one: on which side of the line, and before or behind the perpendiculars at both ends.
+//! The double cross calculus (Freksa 1992; Zimmermann and Freksa 1996), which describes the position of a third point as seen on
+//! the way from a first point to a second: on which side of the line it is, and whether it is before or behind the perpendiculars
+//! at both ends.
 //!
-//! The words are abbreviations of the authors': `lf` is left front, `lp` left on the perpendicular at b, `lc` left centre, `ll` left on
-//! the line across a, `lb` left back. On the way itself, `sf` is straight front, `if` identical with the front (b), `sc` straight
-//! centre, `ib` identical with the back (a), `sb` straight back. If a and b coincide, the words are `dou` and `tri`, as in flip-flop.
+//! The words are the authors' abbreviations: `lf` is left front, `lp` left on the perpendicular at b, `lc` left centre, `ll` left
+//! on the line across a, and `lb` left back. On the way itself, `sf` is straight front, `if` identical with the front (b), `sc`
+//! straight centre, `ib` identical with the back (a), and `sb` straight back. If a and b coincide, the words are `dou` and `tri`,
+//! as in flip-flop.
 
 use std::cmp::Ordering;
 use std::sync::LazyLock;
@@ -57,13 +59,13 @@ words! {
 const COUNT: usize = 17;
 /// Number of zones along the way: ahead, at b, between, at a, behind.
 const ZONES: usize = 5;
-/// Distance from a line up to which a point is on it, in tolerances. Points on two lines are then within a tolerance of where these
-/// cross, and points that do not coincide have room between their perpendiculars.
+/// Distance from a line, in tolerances, up to which a point is on it. Points on two lines are then within a tolerance of the
+/// crossing, and points that do not coincide have room between their perpendiculars.
 const ON_LINE: f64 = 0.5;
 
 impl DoubleCross {
-    /// Returns the position of c as seen on the way from a to b. Points within `tolerance` of each other count as in the same
-    /// position, and a point within half of it from a line as on the line.
+    /// Returns the position of c as seen on the way from a to b. Points within `tolerance` of each other count as coincident, and a
+    /// point within half of it of a line counts as on the line.
     pub fn of(a: Point, b: Point, c: Point, tolerance: f64) -> Self {
         let (way, from_a, from_b) = (b - a, c - a, c - b);
         let is_near = [way, from_a, from_b].map(|between| between.length() <= tolerance);
@@ -134,8 +136,8 @@ struct Tables {
     permuted: [[RelationSet<DoubleCross>; COUNT]; 5],
 }
 
-/// The tables. Which relations exist together depends on the angles at b and on the order of lengths along them. Points on a grid
-/// around a way of six steps show all of it: a finer or wider one adds nothing.
+/// The tables. Which relations occur together depends on the angles at b and on the order of lengths along them. Points on a grid
+/// around a way of six steps cover all cases, and a finer or wider grid adds nothing.
 static TABLES: LazyLock<Tables> = LazyLock::new(|| {
     let mut tables = Tables {
         composition: [[RelationSet::EMPTY; COUNT]; COUNT],
@@ -167,8 +169,8 @@ pub struct Crosses {
 }
 
 impl Crosses {
-    /// Creates the calculus in which points within `tolerance` of each other are in the same position, and a point within half of it
-    /// from a line is on it.
+    /// Creates the calculus in which points within `tolerance` of each other coincide, and a point within half of it of a line is
+    /// on the line.
     ///
     /// # Errors
     /// [`Error::Parameter`] if the tolerance is negative or not finite.

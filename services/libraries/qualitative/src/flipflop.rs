@@ -1,8 +1,8 @@
-//! The flip-flop calculus (Ligozat 1993) as refined by Scivos and Nebel 2004 (LR), which says where a third point is as seen
-//! on the way from a first to a second one. The words are those of SparQ.
+//! The flip-flop calculus (Ligozat 1993) as refined by Scivos and Nebel 2004 (LR), which describes the position of a third point as
+//! seen on the way from a first point to a second. The words are those of SparQ.
 //!
-//! As all relations but those of coincident points are the same after an affine map that keeps left and right, one
-//! configuration stands for each. Permutations of the arguments and the composition are computed from these.
+//! All relations except those of coincident points are invariant under affine maps that keep left and right, so one configuration
+//! represents each of them. The permutations of the arguments and the composition are computed from these configurations.
 
 use std::sync::LazyLock;
 
@@ -37,13 +37,13 @@ words! {
 }
 
 const COUNT: usize = 9;
-/// Distance from the line up to which a point is on it, in tolerances. It is the greatest at which a point is near a or near b
-/// by the time that a and b are near each other, so that motion leads from `i` to `dou` by way of `s` or `e`.
+/// Distance from the line, in tolerances, up to which a point is on it. It is the greatest distance at which a point is near a or
+/// near b by the time that a and b are near each other, so that motion leads from `i` to `dou` by way of `s` or `e`.
 const ON_LINE: f64 = 0.866;
 
 impl FlipFlop {
-    /// Returns the position of c as seen on the way from a to b. Points within `tolerance` of each other count as in the same
-    /// position, and a point within 0.866 of it from the line as on it.
+    /// Returns the position of c as seen on the way from a to b. Points within `tolerance` of each other count as coincident, and a
+    /// point within 0.866 times the tolerance of the line counts as on it.
     pub fn of(a: Point, b: Point, c: Point, tolerance: f64) -> Self {
         let (way, away) = (b - a, c - a);
         let length = way.length();
@@ -80,7 +80,7 @@ impl FlipFlop {
         }
     }
 
-    /// Returns a configuration with this relation, which stands for all of them.
+    /// Returns a configuration with this relation, which represents all of them.
     fn points(self) -> [Point; 3] {
         let (a, b, left) = ([0.0, 0.0], [2.0, 0.0], [0.0, 2.0]);
         let points = match self {
@@ -120,8 +120,8 @@ impl FlipFlop {
     }
 }
 
-/// The composition table. What a fourth point can be depends on the lines through a, b and through b, c, and on these points,
-/// so that places on a grid around them show all of it.
+/// The composition table. The possible relations of a fourth point depend on the lines through a, b and through b, c, and on these
+/// points, so places on a grid around them cover all cases.
 static COMPOSITION: LazyLock<[[RelationSet<FlipFlop>; COUNT]; COUNT]> = LazyLock::new(|| {
     let mut table = [[RelationSet::EMPTY; COUNT]; COUNT];
     let steps = || (-12..=12).map(|half| f64::from(half) / 2.0);
@@ -143,8 +143,8 @@ pub struct Ways {
 }
 
 impl Ways {
-    /// Creates the calculus in which points within `tolerance` of each other are in the same position, and a point
-    /// within 0.866 of it from a line is on it.
+    /// Creates the calculus in which points within `tolerance` of each other coincide, and a point within 0.866 times the tolerance
+    /// of a line is on it.
     ///
     /// # Errors
     /// [`Error::Parameter`] if the tolerance is negative or not finite.

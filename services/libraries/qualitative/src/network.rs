@@ -1,14 +1,15 @@
 //! Reasoning over networks of relations: algebraic closure (path consistency), scenarios and minimal networks.
 //!
 //! A [`Network`] has a set of possible relations for each ordered pair of objects. A [`Table`] holds the converses and the
-//! compositions of a calculus. Closure removes from R(i, k) whatever is not in R(i, j) ∘ R(j, k), until nothing changes
+//! compositions of a calculus. Closure removes from R(i, k) every relation that is not in R(i, j) ∘ R(j, k), until nothing changes
 //! (Montanari 1974; Allen 1983). A queue holds the pairs whose neighbours have yet to be visited (van Beek and Manchak 1996).
-//! It takes O(n³) visits for n objects and is sound: what it removes cannot hold, and what it calls inconsistent is.
+//! Closure takes O(n³) visits for n objects and is sound: relations that it removes cannot hold, and networks that it calls
+//! inconsistent are inconsistent.
 //!
-//! The reverse depends on the calculus. In Allen's algebra, the rectangle algebra, the order of points, RCC8 and RCC5 a closed
+//! The reverse depends on the calculus. In Allen's algebra, the rectangle algebra, the order of points, RCC8 and RCC5, every closed
 //! network of base relations has a model (van Beek 1992; Balbiani et al. 1998; Renz 2002), and in RCC2 every network of base
-//! relations has one. Regions may have any number of pieces. There [`Table::scenario`] and [`Table::minimal`] are exact. In the
-//! other calculi each scenario is closed, but objects that realise it need not exist.
+//! relations has one. Regions may have any number of pieces. In these calculi, [`Table::scenario`] and [`Table::minimal`] are
+//! exact. In the others, each scenario is closed, but objects that realise it need not exist.
 
 use std::collections::VecDeque;
 
@@ -172,7 +173,7 @@ impl<R: Relation> Table<R> {
     /// Closes a network: removes all relations that the relations to some third object rule out.
     ///
     /// # Errors
-    /// [`Inconsistent`] if no relation is left for a pair. The network then has no model, and is left half closed.
+    /// [`Inconsistent`] if no relation is left for a pair. The network then has no model, and is left partially closed.
     pub fn close(&self, network: &mut Network<R>) -> Result<(), Inconsistent> {
         for (first, second) in network.pairs() {
             let both = network.at(first, second).intersection(self.universal);

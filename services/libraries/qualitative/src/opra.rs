@@ -1,4 +1,5 @@
-//! The oriented point relation algebra OPRA_m (Moratz 2006), which says where two oriented points see each other.
+//! The oriented point relation algebra OPRA_m (Moratz 2006), which describes the directions in which two oriented points see each
+//! other.
 //!
 //! Around each point, m lines through it make 2m rays and 2m sectors between them, at equal angles. These 4m segments are
 //! counted counter-clockwise from the heading, so that rays are even and sectors odd. A relation `i_j` says that b is in
@@ -44,7 +45,7 @@ pub enum Segments {
 
 use Segments::{Apart, Same};
 
-/// A set of angles, in multiples of the angle between a ray and the middle of the next sector: all that differ from `middle`
+/// A set of angles, in multiples of the angle between a ray and the middle of the next sector: all angles that differ from `middle`
 /// by less than `slack`, or only `middle` if `slack` is 0.
 #[derive(Debug, Clone, Copy)]
 struct Angles {
@@ -91,7 +92,7 @@ impl Angles {
     }
 }
 
-/// Returns true if a triangle, possibly a flat one, has inner angles from these sets. They are counter-clockwise, or all
+/// Returns true if a triangle, possibly a flat one, has inner angles from these sets. The angles are all counter-clockwise, or all
 /// clockwise and then below 0.
 fn is_triangle(angles: [Angles; 3], circle: i32) -> bool {
     let is_flat = (0..3)
@@ -167,7 +168,7 @@ impl<const M: usize> Opra<M> {
         })
     }
 
-    /// Returns true if three oriented points a, b and c exist of which a has the first relation to b, b the second to c, and a
+    /// Returns true if there are three oriented points a, b and c of which a has the first relation to b, b the second to c, and a
     /// the third to c.
     fn exist([first, next, last]: [Self; 3]) -> bool {
         let angles = Angles::of_segment;
@@ -227,12 +228,12 @@ impl<const M: usize> Relation for Opra<M> {
                 Self::turns(of_a, a) && Self::turns(of_b, b)
             }
             (Same { heading }, Same { heading: at }) => Self::turns(heading, at),
-            // As the points meet, their headings still differ by the angle from the one segment to the other.
+            // As the points meet, their headings still differ by the angle from one segment to the other.
             (Apart { of_a, of_b }, Same { heading }) => {
                 let half = Angles { middle: Self::CIRCLE / 2, slack: 0 };
                 let turn = Angles::of_segment(of_a).minus(Angles::of_segment(of_b)).plus(half);
-                // A ray may lie on the border of these angles, and an open sector must reach into them. As slacks are whole
-                // numbers, both say that the middle is no farther away than the slack.
+                // A ray may lie on the border of these angles, whereas an open sector must reach into them. Since slacks are whole
+                // numbers, both mean that the middle is no farther away than the slack.
                 turn.off_middle(heading as i32, Self::CIRCLE) <= turn.slack
             }
             (Same { .. }, Apart { .. }) => false,

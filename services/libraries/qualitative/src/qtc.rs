@@ -10,10 +10,10 @@
 //!   **+**.
 //! - The fourth sign says the same for l and the line from l to k.
 //!
-//! If the motion along or across the line that decides a sign is no longer than the quantisation, the sign is 0. QTC_B has
-//! the first two signs and QTC_C all four (after Zimmermann and Freksa's double cross). QTC_BC has all four if the points
-//! are near at t, and otherwise the first two (Dondrup et al. 2015). These are the simplified calculi, which leave out the
-//! relative speed. [`QtcB22`] and [`QtcC22`] have it, and the latter has the relative angle of the motions to the line.
+//! If the motion along or across the line that decides a sign is no longer than the quantisation, the sign is 0. QTC_B has the
+//! first two signs and QTC_C all four (after Zimmermann and Freksa's double cross). QTC_BC has all four if the points are near at
+//! t, and otherwise the first two (Dondrup et al. 2015). These are the simplified calculi, which leave out the relative speed.
+//! [`QtcB22`] and [`QtcC22`] include it, and the latter also includes the relative angle of the motions to the line.
 //!
 //! Patil 2019, 2.2.1, defines the signs in the same way. They are inverted in the rules of 3.1.3, because there the robot
 //! is at rest in its own frame and the markers move.

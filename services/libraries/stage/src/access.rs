@@ -10,8 +10,8 @@ pub struct Access {
     kind: String,
 }
 
-/// The error if a stage tries to receive from a channel that never delivers to it, or to send on a channel
-/// that it does not write.
+/// The error for receiving from a channel that never delivers to a stage, or sending on one that it does not
+/// write.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Denied {
     /// The process does not read the channel.
@@ -114,7 +114,7 @@ mod tests {
     use super::*;
     use crate::{InProcess, Incoming, Instant};
 
-    /// Lets a planner of this kind ask for the newest message of a channel before any has come.
+    /// Lets a planner of this kind ask for the newest message of a channel before any has arrived.
     fn newest<T: Message>(kind: &str, channel: channels::Channel<T>) -> Result<bool, String> {
         let (access, inputs) =
             (Access::new(Process::Planner, kind), InProcess::of_reader(Process::Planner, kind));

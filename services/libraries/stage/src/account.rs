@@ -1,8 +1,8 @@
 //! A navigator's own report about a finished run.
 //!
-//! An [`Account`] receives the recorded messages of a run and returns a [`Summary`], with named figures,
-//! which `judge` prints and a report lists, and charts over time for the report. Like a stage, an account is
-//! pure. It sees nothing but the recording.
+//! An [`Account`] receives the recorded messages of a run and fills in a [`Summary`]: named figures, which
+//! `judge` prints and a report lists, and charts over time for the report. Like a stage, an account is pure,
+//! and the recording is its only input.
 
 use sketchnav_schemas::message::Header;
 use sketchnav_schemas::time::seconds;

@@ -22,9 +22,10 @@ pub struct Planned {
     pub on: &'static ChannelSpec,
     /// Returns the doubts about a message of that channel.
     pub doubts: fn(&RunConfig, &[u8]) -> Vec<String>,
-    /// Returns why the robot should not start by a message of that channel, unless a person insists. `None` if it may.
+    /// Returns why the robot should not start on the plan in a message of that channel, unless a person insists. `None` if it may
+    /// start.
     pub objection: fn(&RunConfig, &[u8]) -> Option<String>,
-    /// Channel on which the sketcher sends the plan before that message, as text for people. A plan may have no text.
+    /// Channel on which the sketcher sends the plan as text for people, before that message. A plan may have no text.
     pub text: &'static ChannelSpec,
 }
 

@@ -78,8 +78,8 @@ pub struct Kept<'a> {
     pub marks: &'a Marks,
 }
 
-/// What a person marked in addition to the walls, in image pixels. The pad sends this after the drawing, as
-/// JSON with these keys.
+/// A person's marks in addition to the walls, in image pixels. The pad sends them after the drawing, as JSON
+/// with these keys.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Marks {

@@ -1,4 +1,4 @@
-//! What a page shows of a run in progress, as drawn by the navigator itself.
+//! A view of a run in progress for the page, drawn by the navigator itself.
 //!
 //! A [`Lookout`] receives messages and draws a [`Picture`]. Like a stage, it is pure: the pad reads the
 //! channels, fits the picture onto its canvas and sends it to the pages. If a navigator has no lookout, only
@@ -35,14 +35,14 @@ pub trait Lookout {
         None
     }
 
-    /// Returns true if the robot may set off. A robot that needs to be localized first is not ready until
-    /// then.
+    /// Returns true if the robot may set off. A robot that has to be localized first is not ready before
+    /// that.
     fn is_ready(&self) -> bool {
         true
     }
 
-    /// Returns the places among which a person is asked to choose where the robot is, the likeliest first.
-    /// The list is empty if the robot may be anywhere. Returns `None` if there is no question.
+    /// Returns the candidate positions of the robot for a person to choose from, the likeliest first. The
+    /// list is empty if the robot may be anywhere. Returns `None` if there is no question.
     fn question(&self) -> Option<Vec<[f64; 2]>> {
         None
     }
@@ -61,16 +61,16 @@ pub enum Sheet {
     Drawing(Option<[u32; 2]>),
 }
 
-/// What is shown at one moment.
+/// The picture at one moment.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Picture {
     /// Shapes, the lowest first.
     pub shapes: Vec<Shape>,
     /// Shapes that are drawn below the others and seldom change. Once given, they stay until replaced.
     pub lasting: Option<Vec<Shape>>,
-    /// Guesses of where the robot is. Once given, they move along with the robot until replaced.
+    /// Possible positions of the robot. Once given, they move along with the robot until replaced.
     pub particles: Option<Vec<[f64; 2]>>,
-    /// Where the robot believes it is in the drawing.
+    /// The robot's estimate of where it is in the drawing.
     pub robot: Option<Whereabouts>,
     /// Text that describes what is happening.
     pub words: Vec<String>,

@@ -23,7 +23,7 @@ pub type Make = fn(&RunConfig, &Files<'_>) -> Result<Box<dyn Hosted>, StageError
 /// Creates the view of a run that a page shows.
 pub type Watch = fn(&RunConfig) -> Box<dyn Lookout>;
 
-/// Creates the account of a run that is over.
+/// Creates the account of a finished run.
 pub type Review = fn(&RunConfig) -> Box<dyn Account>;
 
 /// Finds doubts about the files of a run.

@@ -1,4 +1,4 @@
-//! What becomes of a message whose filling fails.
+//! Messages whose fill function fails.
 
 use sketchnav_schemas::channels::COMMAND;
 use sketchnav_schemas::codes::Process;

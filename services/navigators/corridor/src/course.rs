@@ -310,7 +310,7 @@ impl Course {
         }
     }
 
-    /// Decides how to go on, given how far the robot can get ahead, to the left and to the right.
+    /// Decides how to continue, given how far the robot can get ahead, to the left and to the right.
     fn choose(&mut self, ahead_m: f64, sides_m: [f64; 2], turns: &[Turn], dt_s: f64) -> Reason {
         let guide = &mut self.guide;
         let is_open = sides_m.map(|reach_m| reach_m > guide.half_width_m + OPENING_M);

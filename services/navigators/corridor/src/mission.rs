@@ -10,7 +10,7 @@
 //! name = "to the lift"
 //! metres = 12.0                  # along the corridor; or marker = 7: until it is passed; or until = "end"
 //! turns = ["left"]               # which way at each junction; only for `corridor`
-//! about = true                   # first turns about on the spot: from A to B, and back from B to A
+//! about = true                   # first turns around on the spot: from A to B, and back from B to A
 //! ```
 
 use serde::Deserialize;

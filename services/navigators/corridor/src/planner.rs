@@ -30,11 +30,11 @@ const PASSED_M: f64 = 4.0;
 /// degrees.
 const AHEAD_M: f64 = 0.3;
 
-/// Maximum turn rate while the robot turns about, in radians per second.
+/// Maximum turn rate while the robot turns around, in radians per second.
 const ABOUT_RADPS: f64 = 0.5;
 /// Turn rate per radian that remains to be turned, in 1/s.
 const ABOUT_PER_S: f64 = 2.0;
-/// Remaining angle at which turning about is complete, in radians.
+/// Remaining angle at which turning around is complete, in radians.
 const ABOUT_RAD: f64 = 0.01;
 
 /// Parameters that a mission can set in its table `parameters.planner`.
@@ -237,7 +237,7 @@ impl Planner {
         self.course.begin(robot);
     }
 
-    /// Turns about on the spot. Returns true while the robot is still turning.
+    /// Turns around on the spot. Returns true while the robot is still turning.
     fn turns_about(&mut self, relations: &Relations, robot: &Pose<Odom>) -> bool {
         let Some(about_rad) = self.attempt.about_rad else { return false };
         let left_rad = wrap_angle(about_rad - robot.yaw_rad);

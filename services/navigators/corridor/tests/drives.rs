@@ -270,7 +270,7 @@ fn metres_count_in_the_other_arm_after_a_dead_end() {
     assert!(ended.off_m([8.0, -8.5]) < 1.5, "{}", ended.words());
 }
 
-/// Driving there and back takes two tasks, between which the robot turns about. It used to take two runs with two starts.
+/// Driving there and back takes two tasks, between which the robot turns around. It used to take two runs with two starts.
 #[test]
 fn a_robot_that_turns_around_returns_to_its_start() {
     let corridor = Corridor::new(Shape::Straight, 2.0);
@@ -285,7 +285,7 @@ fn a_robot_that_turns_around_returns_to_its_start() {
     }
 }
 
-/// The thesis leaves turning about to other behaviours ("such as turning around", conclusions), so it does not change the last
+/// The thesis leaves turning around to other behaviours ("such as turning around", conclusions), so it does not change the last
 /// answer of the rules. A robot that came out of its turn with no pair in view once stood still until its time was up.
 #[test]
 fn after_turning_around_the_last_answer_of_the_rules_holds() {

@@ -13,7 +13,6 @@ use sketchnav_stage::{Denied, Incoming, Instant, Outbox, Stage, StageError};
 use crate::error::LandmarksError;
 use crate::instructions::{Instructions, Marked};
 use crate::locator::{Located, Locating, Locator};
-use crate::memory::SeenMarker;
 use crate::messages::{LANDMARK_ROUTE, LANDMARK_VIEW, LandmarkView};
 use crate::mission::Parameters;
 use crate::motion::Motion;
@@ -38,8 +37,6 @@ pub struct Localizer {
     locator: Option<Locator>,
     /// The markers on objects, sorted by number.
     markers: Vec<Marked>,
-    /// Indices of the objects that have markers, sorted.
-    marked: Vec<usize>,
 }
 
 /// State of the localizer, as read back from a checkpoint.
@@ -83,19 +80,17 @@ impl Localizer {
             sketch: None,
             locator: None,
             markers: Vec::new(),
-            marked: Vec::new(),
         })
     }
 
     /// Adds the markers in view that are on objects of the sketch.
     fn see_markers(&mut self, view: &MarkerView) {
         let Some(locator) = &mut self.locator else { return };
-        let (markers, marked) = (&self.markers, &self.marked);
+        let markers = &self.markers;
         locator.see_markers(view.markers().iter().filter_map(|seen| {
             let i = markers.binary_search_by_key(&seen.id, |known| known.marker).ok()?;
-            let object = marked.binary_search(&markers[i].landmark).ok()?;
             let place = Point::from([seen.x_m, seen.y_m].map(f64::from));
-            Some(SeenMarker { marker: seen.id, object, place })
+            Some((markers[i].landmark, place))
         }));
     }
 
@@ -136,7 +131,7 @@ fn sense(ring: &mut Ring, instant: &Instant<'_>) -> Result<bool, Denied> {
 }
 
 impl Stage for Localizer {
-    const FORM: &'static str = "landmarks localizer 3";
+    const FORM: &'static str = "landmarks localizer 4";
     type State = State;
 
     fn receive(&mut self, message: &Incoming<'_>) -> Result<(), StageError> {
@@ -144,11 +139,7 @@ impl Stage for Localizer {
             let instructions = Instructions::read(message.cells())?;
             let seed = seed::stream(self.seed, STREAM).random();
             self.markers = instructions.markers;
-            self.marked = self.markers.iter().map(|marker| marker.landmark).collect();
-            self.marked.sort_unstable();
-            self.marked.dedup();
-            let marked = &self.marked;
-            let locate = |sketch: &Sketch| Locator::new(sketch, marked, self.locating, seed);
+            let locate = |sketch: &Sketch| Locator::new(sketch, self.locating, seed);
             self.locator = instructions.sketch.as_ref().map(locate).transpose()?;
             (self.sketch, self.is_told) = (instructions.sketch, true);
         } else if let Some(here) = message.order()?.and_then(MissionCommand::here)

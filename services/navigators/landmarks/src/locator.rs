@@ -3,16 +3,18 @@
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Base, Point};
 
-use crate::belief::{Belief, Believing, Estimate};
+use crate::belief::{BEAMS, Beam, Belief, Believing, Estimate, Sight};
 use crate::drawn::{Drawn, DrawnMetres};
 use crate::error::Error;
-use crate::memory::{Memory, Remembering, SeenMarker, polar};
+use crate::memory::{Memory, Remembering, polar};
 use crate::numbers;
 use crate::outlines::Outlines;
 use crate::plane;
 use crate::route::INCH_M;
 use crate::sketch::Sketch;
 
+/// Maximum number of markers in an update.
+const MARKERS: usize = 32;
 /// Length of the first part of a drawn route, from which the initial heading is taken.
 const FIRST_STEPS: DrawnMetres = DrawnMetres(20.0 * INCH_M);
 
@@ -55,8 +57,8 @@ pub struct Returns<'a> {
 pub struct Located {
     belief: Belief,
     memory: Memory,
-    /// Whether the robot has moved since the last update of the belief. Sensors and odometry may arrive at different instants.
-    has_moved: bool,
+    /// The markers seen last, each with the index of its object. They are empty once the belief has been updated by them.
+    marked: Vec<(usize, Point<Base>)>,
 }
 
 /// Locates a robot in a sketch.
@@ -67,11 +69,11 @@ pub struct Locator {
 }
 
 impl Locator {
-    /// Creates a locator at the start of a sketch's route. `marked` are the indices of the objects that have markers.
+    /// Creates a locator at the start of a sketch's route.
     ///
     /// # Errors
     /// [`Error::NoRoute`] if the route has fewer than two points.
-    pub fn new(sketch: &Sketch, marked: &[usize], settings: Locating, seed: u64) -> Result<Self, Error> {
+    pub fn new(sketch: &Sketch, settings: Locating, seed: u64) -> Result<Self, Error> {
         if sketch.route.len() < 2 {
             return Err(Error::NoRoute { objects: sketch.landmarks.len(), stray: 0 });
         }
@@ -79,8 +81,9 @@ impl Locator {
         let begun = plane::at_length(&sketch.route, FIRST_STEPS.0);
         let heading_rad = sketch.route[0].direction_rad(&begun);
         let belief = Belief::new(sketch.route[0], heading_rad, settings.belief, seed);
-        let located = Located { belief, memory: Memory::new(settings.memory), has_moved: false };
-        Ok(Self { outlines: Outlines::of(sketch, marked), located })
+        let located =
+            Located { belief, memory: Memory::new(settings.memory), marked: Vec::with_capacity(MARKERS) };
+        Ok(Self { outlines: Outlines::of(sketch), located })
     }
 
     /// Returns the state of the locator.
@@ -92,6 +95,7 @@ impl Locator {
     pub fn restore(&mut self, mut located: Located) {
         located.belief.reserve();
         located.memory.reserve();
+        located.marked.reserve_exact(MARKERS.saturating_sub(located.marked.len()));
         self.located = located;
     }
 
@@ -110,26 +114,37 @@ impl Locator {
         self.located.belief.place(at, heading_rad);
     }
 
-    /// Adds the markers that the robot sees from its position after the last step.
-    pub fn see_markers(&mut self, seen: impl Iterator<Item = SeenMarker>) {
-        self.located.memory.see_markers(seen);
+    /// Takes in the markers that the robot sees from its position after the last step, each with the index of its object.
+    pub fn see_markers(&mut self, seen: impl Iterator<Item = (usize, Point<Base>)>) {
+        self.located.marked.clear();
+        self.located.marked.extend(seen.take(MARKERS));
     }
 
     /// Moves the robot, in real metres and radians, and updates the belief if the sensor has published
-    /// measurements.
+    /// measurements and the robot has moved far enough.
     pub fn step(&mut self, moved_m: f64, turned_rad: f64, returns: Option<&Returns<'_>>) {
-        let Located { belief, memory, has_moved } = &mut self.located;
-        *has_moved |= moved_m != 0.0 || turned_rad != 0.0;
+        let Located { belief, memory, marked } = &mut self.located;
         belief.moved(moved_m, turned_rad);
         memory.moved(moved_m, turned_rad);
+        let (sin, cos) = turned_rad.sin_cos();
+        for (_, place) in marked.iter_mut() {
+            let [x, y] = [place.x - moved_m, place.y];
+            *place = Point::new(x * cos + y * sin, y * cos - x * sin);
+        }
         let Some(returns) = returns else { return };
         let ranges = returns.angles_rad.iter().zip(returns.ranges_m);
-        let ranges = ranges
-            .filter(|(_, range)| range.is_finite() && (0.0..returns.range_max_m).contains(*range))
-            .map(|(angle, range)| polar(*angle, range + returns.ring_m));
-        memory.see(ranges);
-        if std::mem::take(has_moved) {
-            belief.seen(memory, &self.outlines);
+        let valid = |range: f64| range.is_finite() && (0.0..returns.range_max_m).contains(&range);
+        let seen = ranges.clone().filter(|(_, range)| valid(**range));
+        memory.see(seen.map(|(angle, range)| polar(*angle, range + returns.ring_m)));
+        if belief.is_due() {
+            let mut beams = [Beam { angle_rad: 0.0, range_m: 0.0 }; BEAMS];
+            let count = returns.ranges_m.len().min(BEAMS);
+            for (beam, (angle, range)) in beams.iter_mut().zip(ranges) {
+                let range_m = if valid(*range) { range + returns.ring_m } else { f64::INFINITY };
+                *beam = Beam { angle_rad: *angle, range_m };
+            }
+            belief.seen(&Sight { beams: &beams[..count], marked }, &self.outlines);
+            marked.clear();
         }
     }
 }
@@ -143,8 +158,7 @@ mod tests {
         let outline = [[5.0, -2.0], [5.5, -2.0], [5.5, 2.0], [5.0, 2.0]].map(Point::from).into();
         let landmarks = vec![Landmark { name: "wall".into(), outline }];
         let route = plane::resample(&[Point::new(0.0, 0.0), Point::new(4.0, 0.0)], 0.5);
-        Locator::new(&Sketch { landmarks, route, metres_per_pixel: 0.1 }, &[], Locating::default(), 1)
-            .unwrap()
+        Locator::new(&Sketch { landmarks, route, metres_per_pixel: 0.1 }, Locating::default(), 1).unwrap()
     }
 
     const AHEAD: Returns<'_> =

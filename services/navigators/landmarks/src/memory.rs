@@ -1,5 +1,5 @@
-//! A local memory of objects. Sensor returns are kept at their positions, by odometry, until the robot is far
-//! away.
+//! A local memory of objects, for people to see. Sensor returns are kept at their positions, by odometry, until the robot is far
+//! away. The belief does not use it: it learns from each return as it comes.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Base, Odom, Point};
@@ -9,8 +9,6 @@ use crate::numbers;
 
 /// Maximum number of positions that are remembered.
 pub const PLACES: usize = 48;
-/// Maximum number of markers that are remembered.
-pub const MARKERS: usize = 32;
 
 /// Parameters of the memory.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -48,25 +46,6 @@ impl Remembering {
 pub fn polar(direction_rad: f64, distance_m: f64) -> Point<Base> {
     let (sin, cos) = direction_rad.sin_cos();
     Point::new(distance_m * cos, distance_m * sin)
-}
-
-/// A marker seen by the camera.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SeenMarker {
-    /// Number of the marker.
-    pub marker: u32,
-    /// Index of the marker's object among the objects with markers.
-    pub object: usize,
-    /// Position of the marker.
-    pub place: Point<Base>,
-}
-
-/// A marker in the odometry frame.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-struct MarkedPlace {
-    marker: u32,
-    object: usize,
-    place: Place,
 }
 
 /// A position in the odometry frame, and the distance that the robot had covered when it was last seen.
@@ -107,8 +86,6 @@ pub struct Memory {
     remembered: Vec<Place>,
     /// The remembered positions in the robot's frame.
     places: Vec<Point<Base>>,
-    remembered_markers: Vec<MarkedPlace>,
-    marked: Vec<(usize, Point<Base>)>,
 }
 
 impl Memory {
@@ -121,18 +98,14 @@ impl Memory {
             gone_m: 0.0,
             remembered: Vec::with_capacity(PLACES),
             places: Vec::with_capacity(PLACES),
-            remembered_markers: Vec::with_capacity(MARKERS),
-            marked: Vec::with_capacity(MARKERS),
         }
     }
 
-    /// Reserves the memory for all positions and markers. Call this after reading a checkpoint, which stores
+    /// Reserves the memory for all positions. Call this after reading a checkpoint, which stores
     /// values but no capacity.
     pub fn reserve(&mut self) {
         self.remembered.reserve_exact(PLACES.saturating_sub(self.remembered.len()));
         self.places.reserve_exact(PLACES.saturating_sub(self.places.len()));
-        self.remembered_markers.reserve_exact(MARKERS.saturating_sub(self.remembered_markers.len()));
-        self.marked.reserve_exact(MARKERS.saturating_sub(self.marked.len()));
     }
 
     /// Moves the robot, in metres and radians, positive to the left.
@@ -156,30 +129,6 @@ impl Memory {
         self.places.extend(self.remembered.iter().map(|place| frame.base_from_odom(place.at)));
     }
 
-    /// Adds markers, and forgets those that were last seen too long ago. Each marker is remembered once, where it was last
-    /// seen.
-    pub fn see_markers(&mut self, seen: impl Iterator<Item = SeenMarker>) {
-        let (gone_m, keep_m) = (self.gone_m, self.settings.keep_m);
-        self.remembered_markers.retain(|marked| gone_m - marked.place.seen_at_m <= keep_m);
-        for SeenMarker { marker, object, place } in seen {
-            let new = MarkedPlace { marker, object, place: self.place(place) };
-            let known = &mut self.remembered_markers;
-            if let Some(known) = known.iter_mut().find(|known| known.marker == marker) {
-                *known = new;
-            } else if known.len() < MARKERS {
-                known.push(new);
-            } else if let Some(oldest) =
-                known.iter_mut().min_by(|a, b| a.place.seen_at_m.total_cmp(&b.place.seen_at_m))
-            {
-                *oldest = new;
-            }
-        }
-        let frame = self.frame();
-        let here = |marked: &MarkedPlace| (marked.object, frame.base_from_odom(marked.place.at));
-        self.marked.clear();
-        self.marked.extend(self.remembered_markers.iter().map(here));
-    }
-
     fn frame(&self) -> Frame {
         let (sin, cos) = self.heading_rad.sin_cos();
         Frame { at: self.at, sin, cos }
@@ -200,11 +149,6 @@ impl Memory {
         } else if let Some(oldest) = known.iter_mut().min_by(|a, b| a.seen_at_m.total_cmp(&b.seen_at_m)) {
             *oldest = place;
         }
-    }
-
-    /// Returns the positions of remembered markers, each with the index of its object among the objects with markers.
-    pub fn marked(&self) -> &[(usize, Point<Base>)] {
-        &self.marked
     }
 
     /// Returns the remembered positions.
@@ -235,22 +179,6 @@ mod tests {
         memory.moved(1.1, 0.0);
         see(&mut memory, &[]);
         assert_eq!(memory.places(), [], "3.1 m on it is forgotten");
-    }
-
-    #[test]
-    fn a_marker_is_remembered_once_where_it_was_seen_last() {
-        let mut memory = Memory::new(Remembering::default());
-        let seen = |marker, ahead_m| SeenMarker { marker, object: 7, place: Point::new(ahead_m, 0.0) };
-        memory.see_markers([seen(1, 2.0), seen(2, 3.0)].into_iter());
-        memory.moved(1.0, 0.0);
-        memory.see_markers([seen(1, 1.1)].into_iter());
-        let ahead_m = |memory: &Memory| memory.marked().iter().map(|(_, one)| one.x).collect::<Vec<_>>();
-        assert_eq!(ahead_m(&memory), [1.1, 2.0]);
-        memory.moved(2.5, 0.0);
-        memory.see_markers(std::iter::empty());
-        assert!((ahead_m(&memory)[0] + 1.4).abs() < 1e-9, "the second one is forgotten");
-        memory.see_markers((0..99).map(|i| seen(i, 1.0)));
-        assert_eq!(memory.marked().len(), MARKERS);
     }
 
     #[test]

@@ -1,24 +1,26 @@
-//! Distances from points of a drawing to its outlines, precomputed as grids.
+//! Distances to the drawn outlines, precomputed as a grid around each object.
 
 use sketchnav_schemas::geometry::{Point, encloses};
 
-use crate::drawn::{Drawn, DrawnMetres};
+use crate::drawn::Drawn;
 use crate::plane;
 use crate::sketch::{Landmark, Sketch};
 
 /// Side length of a cell, in drawn metres.
-const CELL_M: f64 = 0.1;
-/// Margin of the grid around the drawing, in drawn metres.
-const MARGIN_M: f64 = 3.0;
+const CELL_M: f32 = 0.1;
+/// Margin of a grid around its object, in drawn metres.
+const MARGIN_M: f32 = 2.0;
 
-/// Distance from each cell to the nearest outline and, for each object with a marker, to the outline of that
-/// object.
+/// The outline of an object, with the distances to it around the object.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Outlines {
-    low: Point<Drawn>,
+pub struct Outline {
+    middle: [f32; 2],
+    radius: f32,
+    /// Corner of the grid, from the middle.
+    low: [f32; 2],
     size: [usize; 2],
-    nearest: Vec<f32>,
-    marked: Vec<Vec<f32>>,
+    /// Distance in each cell, negative inside the object, and the direction in which it grows fastest.
+    cells: Vec<(f32, [f32; 2])>,
 }
 
 /// Returns the distance from a point to an outline, negative inside the object.
@@ -28,46 +30,71 @@ fn distance(landmark: &Landmark, at: Point<Drawn>) -> f32 {
     (if encloses(&landmark.outline, at) { -distance } else { distance }) as f32
 }
 
-impl Outlines {
-    /// Computes the distances to the outlines of a sketch. `marked` are the indices of the objects that have markers.
-    pub fn of(sketch: &Sketch, marked: &[usize]) -> Self {
-        let points = sketch.landmarks.iter().flat_map(|landmark| &landmark.outline).chain(&sketch.route);
-        let [low, high] = plane::bounds(points);
-        let low = Point::new(low.x - MARGIN_M, low.y - MARGIN_M);
-        let extent = [high.x + MARGIN_M - low.x, high.y + MARGIN_M - low.y];
-        let size = extent.map(|side| (side / CELL_M).ceil() as usize + 1);
-        let nearest = |at: Point<Drawn>| {
-            sketch.landmarks.iter().map(|landmark| distance(landmark, at)).fold(f32::INFINITY, f32::min)
+impl Outline {
+    fn of(landmark: &Landmark) -> Self {
+        let [low, high] = plane::bounds(landmark.outline.iter());
+        let middle = Point::new(f64::midpoint(low.x, high.x), f64::midpoint(low.y, high.y));
+        let half = [high.x - middle.x, high.y - middle.y].map(|half| half as f32 + MARGIN_M);
+        let size = half.map(|half| (2.0 * half / CELL_M).ceil() as usize + 1);
+        let low = half.map(|half| -half);
+        let at = |column: usize, row: usize| {
+            let [x, y] = [low[0] + column as f32 * CELL_M, low[1] + row as f32 * CELL_M];
+            Point::new(middle.x + f64::from(x), middle.y + f64::from(y))
         };
-        let cells = (0..size[0] * size[1]).map(|i| [i % size[0], i / size[0]]);
-        let place = |[column, row]: [usize; 2]| {
-            Point::new(low.x + column as f64 * CELL_M, low.y + row as f64 * CELL_M)
+        let [columns, rows] = size;
+        let distances: Vec<_> =
+            (0..columns * rows).map(|i| distance(landmark, at(i % columns, i / columns))).collect();
+        let slope = |i: usize, column: usize, row: usize| {
+            let [left, right] = [i - usize::from(column > 0), i + usize::from(column + 1 < columns)];
+            let [below, above] =
+                [if row > 0 { i - columns } else { i }, if row + 1 < rows { i + columns } else { i }];
+            let [x, y] = [distances[right] - distances[left], distances[above] - distances[below]];
+            let length = x.hypot(y).max(1e-6);
+            [x / length, y / length]
         };
-        let places = cells.map(place);
-        let of = |object: &usize| places.clone().map(|at| distance(&sketch.landmarks[*object], at)).collect();
-        Self {
-            low,
-            size,
-            nearest: places.clone().map(nearest).collect(),
-            marked: marked.iter().map(of).collect(),
+        let cells = (0..columns * rows).map(|i| (distances[i], slope(i, i % columns, i / columns))).collect();
+        let radius = landmark.outline.iter().map(|at| at.distance(&middle)).fold(0.0, f64::max) as f32;
+        Self { middle: [middle.x as f32, middle.y as f32], radius, low, size, cells }
+    }
+
+    /// Returns the middle of the drawn object.
+    pub const fn middle(&self) -> [f32; 2] {
+        self.middle
+    }
+
+    /// Returns the distance of the farthest point of the outline from its middle.
+    pub const fn radius(&self) -> f32 {
+        self.radius
+    }
+
+    /// Returns the distance from a point, which is relative to the middle, to the outline, and the direction in which it grows
+    /// fastest. Returns `None` outside the grid.
+    pub fn distance(&self, at: [f32; 2]) -> Option<(f32, [f32; 2])> {
+        let [column, row] = [0, 1].map(|axis| (at[axis] - self.low[axis]) / CELL_M);
+        let [columns, rows] = self.size.map(|size| (size - 1) as f32);
+        if !((0.0..=columns).contains(&column) && (0.0..=rows).contains(&row)) {
+            return None;
         }
+        let [nearest_column, nearest_row] = [column.round(), row.round()];
+        let (distance, normal) = self.cells[nearest_row as usize * self.size[0] + nearest_column as usize];
+        let [x, y] = [(column - nearest_column) * CELL_M, (row - nearest_row) * CELL_M];
+        Some((distance + x * normal[0] + y * normal[1], normal))
+    }
+}
+
+/// The outlines of all objects of a sketch.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outlines(Vec<Outline>);
+
+impl Outlines {
+    /// Computes the distances to the outlines of a sketch.
+    pub fn of(sketch: &Sketch) -> Self {
+        Self(sketch.landmarks.iter().map(Outline::of).collect())
     }
 
-    /// Returns the distance from a point to the nearest outline. For a point outside the grid, this is the distance at the
-    /// grid's border.
-    pub fn nearest(&self, at: Point<Drawn>) -> DrawnMetres {
-        DrawnMetres(f64::from(self.nearest[self.cell(at)]))
-    }
-
-    /// Like [`Self::nearest`], but for the outline of one object, given by its index among the objects with markers.
-    pub fn marked(&self, object: usize, at: Point<Drawn>) -> DrawnMetres {
-        DrawnMetres(f64::from(self.marked[object][self.cell(at)]))
-    }
-
-    fn cell(&self, at: Point<Drawn>) -> usize {
-        let cell = |off: f64, size: usize| (off / CELL_M).round().clamp(0.0, (size - 1) as f64) as usize;
-        let [columns, rows] = self.size;
-        cell(at.y - self.low.y, rows) * columns + cell(at.x - self.low.x, columns)
+    /// Returns the outlines, in the order in which they were drawn.
+    pub fn all(&self) -> &[Outline] {
+        &self.0
     }
 }
 
@@ -76,25 +103,25 @@ mod tests {
     use super::*;
 
     #[test]
-    fn distances_are_those_of_the_nearest_outline() {
+    fn distances_are_those_of_each_outline() {
         let square = |x: f64| Landmark {
             name: String::new(),
             outline: [[x, 0.0], [x + 1.0, 0.0], [x + 1.0, 1.0], [x, 1.0]].map(Point::from).into(),
         };
-        let sketch = Sketch {
-            landmarks: vec![square(0.0), square(4.0)],
-            route: vec![Point::new(0.0, 3.0), Point::new(5.0, 3.0)],
-            metres_per_pixel: 1.0,
-        };
-        let outlines = Outlines::of(&sketch, &[1]);
-        let distance = |at: [f64; 2]| outlines.nearest(at.into()).0;
-        for (at, expected) in [([2.0, 0.5], 1.0), ([3.5, 0.5], 0.5), ([0.5, 0.5], -0.5), ([0.5, 2.0], 1.0)] {
-            assert!((distance(at) - expected).abs() < 0.06, "{at:?}: {}", distance(at));
+        let sketch =
+            Sketch { landmarks: vec![square(0.0), square(4.0)], route: Vec::new(), metres_per_pixel: 1.0 };
+        let outlines = Outlines::of(&sketch);
+        let second = &outlines.all()[1];
+        assert_eq!(second.middle(), [4.5, 0.5]);
+        for (at, expected, normal) in [
+            ([-1.52, 0.0], 1.02, [-1.0, 0.0]),
+            ([0.33, 0.0], -0.17, [1.0, 0.0]),
+            ([0.0, 1.6], 1.1, [0.0, 1.0]),
+        ] {
+            let (distance, [x, y]) = second.distance(at).unwrap();
+            assert!((distance - expected).abs() < 0.02, "{at:?}: {distance}");
+            assert!((x - normal[0]).hypot(y - normal[1]) < 0.05, "{at:?}: {x} {y}");
         }
-        assert!(distance([99.0, 99.0]) > 3.0);
-        assert!(
-            (outlines.marked(0, Point::new(1.5, 0.5)).0 - 2.5).abs() < 0.06,
-            "the first object has no marker"
-        );
+        assert_eq!(second.distance([-3.0, 0.0]), None);
     }
 }

@@ -62,7 +62,7 @@ fn a_guide_allocates_nothing() {
     // By default, the robot would be lost at once in these ranges.
     let settings =
         Guiding { least_fit: 0.0, most_way: 1e6, beyond_m: DrawnMetres(1e6), ..Guiding::default() };
-    let mut locator = Locator::new(&sketch, &[], Locating::default(), 7).unwrap();
+    let mut locator = Locator::new(&sketch, Locating::default(), 7).unwrap();
     let mut guide = Guide::new(&sketch, settings).unwrap();
     let mut steps = 0;
     let found = allocations(|ranges_m| {
@@ -79,7 +79,7 @@ fn a_guide_allocates_nothing() {
 #[test]
 fn a_locator_that_goes_on_from_a_checkpoint_allocates_nothing() {
     let (sketch, angles_rad) = (sketch(), angles_rad());
-    let mut locator = Locator::new(&sketch, &[], Locating::default(), 7).unwrap();
+    let mut locator = Locator::new(&sketch, Locating::default(), 7).unwrap();
     let step = |locator: &mut Locator, i| {
         let (ring_m, range_max_m) = (0.254, 6.477);
         let returns = Returns { angles_rad: &angles_rad, ranges_m: &ranges(i), ring_m, range_max_m };

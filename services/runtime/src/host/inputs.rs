@@ -79,7 +79,7 @@ impl Inputs {
         })
     }
 
-    /// Returns what the stage may read.
+    /// Returns the stage's access to channels.
     pub(super) fn access(&self) -> &Access {
         &self.access
     }
@@ -179,8 +179,9 @@ impl Inputs {
         self.ticks.as_ref().is_some_and(|ticks| ticks.taken < tick)
     }
 
-    /// Resumes after what the process had taken before the kill. Instructions are delivered again, and the
-    /// newest reading of each sensor is taken once more, because it belongs to the instants that follow.
+    /// Resumes after the messages that the process had taken before the kill. Instructions are delivered
+    /// again, and the newest reading of each sensor is taken once more, because it belongs to the instants
+    /// that follow.
     pub(super) fn resume(&mut self, positions: &Positions) {
         for (requests, &taken) in self.requests.iter_mut().zip(&positions.requests) {
             requests.taken = taken;
@@ -202,8 +203,8 @@ impl Inputs {
         self.last_request = positions.last_request;
     }
 
-    /// Resumes after the tick `answered` with whatever the channels still contain. Earlier requests from the
-    /// pad are skipped. Drawings need not be skipped, because no history stores them.
+    /// Resumes after the tick `answered` with the messages that the channels still contain. Earlier requests
+    /// from the pad are skipped. Drawings need not be skipped, because no history stores them.
     pub(super) fn resume_after(&mut self, answered: u64, node: &Node) -> Result<()> {
         self.answered = answered;
         for requests in self.requests.iter_mut().filter(|requests| is_of_people(requests.reader.spec())) {
@@ -242,8 +243,7 @@ fn reading(sample: &RawSample, is_fresh: bool) -> Reading<'_> {
 }
 
 impl Queue {
-    /// Takes the next message that no predecessor has answered, unless there is a current one. Returns whether there is one
-    /// now.
+    /// Takes the next message that no predecessor has answered, unless there is a current one. Returns true if there is one now.
     fn next_after(&mut self, answered: u64) -> Result<bool> {
         while self.current.is_none() {
             let Some(next) = self.reader.receive_valid()? else { return Ok(false) };
@@ -267,7 +267,7 @@ impl Queue {
         Ok(false)
     }
 
-    /// Advances to the tick with this number, or to the first one after it. Returns whether it is there.
+    /// Advances to the tick with this number, or to the first one after it. Returns true if it has arrived.
     fn advance_to(&mut self, tick: u64) -> Result<bool> {
         while self.tick() < tick {
             let Some(next) = self.reader.receive_valid()? else { return Ok(false) };

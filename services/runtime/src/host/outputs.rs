@@ -32,7 +32,7 @@ impl Outputs {
         &self.positions
     }
 
-    /// Resumes after what a predecessor sent.
+    /// Resumes after the messages that a predecessor sent.
     pub(super) fn resume(&mut self, positions: &Positions) {
         for (writer, &last) in self.writers.iter_mut().zip(&positions.0) {
             writer.resume_after(last);

@@ -19,7 +19,7 @@ const LOOKS: u32 = 6000;
 const LOOK: Duration = Duration::from_millis(5);
 const CLEARING: Duration = Duration::from_millis(500);
 
-/// Everything that an actor has opened.
+/// The node, readers and writers that an actor has opened.
 #[derive(Default)]
 struct Actor {
     channels: Option<Channels>,

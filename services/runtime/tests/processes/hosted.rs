@@ -1,4 +1,4 @@
-//! Stages under their host: what they answer when their process is killed, or their state is lost or rejected.
+//! Stages under their host: their answers after their process is killed, or their state is lost or rejected.
 
 use std::fs::OpenOptions;
 use std::os::unix::fs::FileExt;
@@ -179,8 +179,8 @@ fn a_stage_that_refuses_its_state_starts_fresh() {
     assert_eq!(recorder.tell("estimates 42"), told(41..=42, 41, 1));
 }
 
-/// A planner that had overslept, as in real time, mistook an estimate for that of the first tick that was still there. From
-/// then on, each estimate was paired with the wrong tick.
+/// A planner that had fallen behind, as can happen in real time, mistook an estimate for that of the first tick that was still
+/// there. From then on, each estimate was paired with the wrong tick.
 #[test]
 fn after_an_overflow_each_answer_still_belongs_to_its_tick() {
     let stage = Stage::new();

@@ -137,7 +137,15 @@ fn guide_exactly(guided: &mut Trial) {
         let numbers = numbers.iter().map(|(key, number)| ((*key).to_owned(), (*number).into()));
         toml::Table::from_iter(numbers).into()
     };
-    let sure = ["way_sd", "heading_sd", "stretch_sd", "start_stretch_sd", "start_sd_m", "start_heading_sd"];
+    let sure = [
+        "way_sd",
+        "heading_sd",
+        "stretch_sd",
+        "start_stretch_sd",
+        "aspect_sd",
+        "start_sd_m",
+        "start_heading_sd",
+    ];
     let parameters = &mut guided.mission.parameters;
     parameters.of_mut(Process::Localizer).insert("belief".into(), table(&sure.map(|key| (key, 0.0))));
     let close = table(&[("ahead_m", 0.4), ("avoid", 0.0)]);

@@ -1,9 +1,9 @@
-//! The composition of QTC_C. A point that moves is an oriented point, and its signs say in which of OPRA_2's segments it sees the
-//! other one. The table is therefore OPRA_2's, with any heading for a point at rest, and with points that coincide, which move
+//! The composition of QTC_C. A point that moves is an oriented point, and its signs give the segment of OPRA_2 in which it sees the
+//! other point. The table is therefore that of OPRA_2, with any heading for a point at rest, and with coincident points, which move
 //! straight away from each other or rest.
 //!
-//! That of QTC_B22 follows: speeds compose like numbers and do not depend on directions, except that a point at rest has none. Points
-//! that must move because another one is slower cannot have all directions.
+//!The composition of QTC_B22 follows: speeds compose like numbers and do not depend on directions, except that a point at rest has
+//!none. Points that must move because another one is slower cannot have all directions.
 
 use std::iter;
 use std::sync::LazyLock;
@@ -15,8 +15,8 @@ use crate::opra::{Opra, Segments};
 /// Number of segments around a moving point.
 const AROUND: usize = Opra::<2>::SEGMENTS;
 
-/// The signs along and across the line, by the segment in which the other point is. Segments are counted counter-clockwise from the
-/// heading, so that a point that sees the other one on its left moves to the right of the line.
+/// The signs along and across the line, by the segment that contains the other point. Segments are counted counter-clockwise from
+/// the heading, so a point that sees the other one on its left moves to the right of the line.
 const SIGNS: [[Sign; 2]; AROUND] = {
     use Sign::{Minus, Plus, Zero};
     [
@@ -31,10 +31,10 @@ const SIGNS: [[Sign; 2]; AROUND] = {
     ]
 };
 const AT_REST: [Sign; 2] = [Sign::Zero; 2];
-/// The signs of a point that moves, if the other one is in the same position.
+/// The signs of a moving point if the other one is in the same position.
 const AWAY: [Sign; 2] = SIGNS[4];
 
-/// What one point does with respect to the other.
+/// The motion of one point with respect to the other.
 type Part = [Sign; 2];
 
 /// Returns the segments in which a point may see the other one. A point at rest has any heading.
@@ -42,17 +42,17 @@ fn segments(part: Part) -> impl Iterator<Item = usize> + Clone {
     (0..AROUND).filter(move |segment| part == AT_REST || SIGNS[*segment] == part)
 }
 
-/// Returns what a point does with respect to one that may be anywhere.
+/// Returns the possible motions of a point with respect to one that may be anywhere.
 fn anything(part: Part) -> impl Iterator<Item = Part> {
     (0..AROUND).map(move |segment| seen(part, segment))
 }
 
-/// Returns what a point does with respect to one in a segment.
+/// Returns the motion of a point with respect to one in a segment.
 fn seen(part: Part, segment: usize) -> Part {
     if part == AT_REST { AT_REST } else { SIGNS[segment] }
 }
 
-/// Returns what a point does with respect to one in the same position.
+/// Returns the motion of a point with respect to one in the same position.
 fn met(part: Part) -> Part {
     if part == AT_REST { AT_REST } else { AWAY }
 }
@@ -99,7 +99,7 @@ fn composed(first: QtcC, next: QtcC) -> u128 {
     found
 }
 
-/// Returns what k may be to m if l is in another position than both.
+/// Returns the possible relations of k to m, as bits, if l is in another position than both.
 fn apart([k, l]: [Part; 2], [l_next, m]: [Part; 2]) -> u128 {
     let index = |a: usize, b: usize| a * AROUND + b;
     let firsts = segments(k).flat_map(|k| segments(l).map(move |l| index(k, l)));
@@ -131,8 +131,8 @@ fn speeds(rest: [bool; 2]) -> &'static [Sign] {
     }
 }
 
-/// Returns true if three speeds exist, of which the first and the second, the second and the third, and the first and the third compare
-/// like this.
+/// Returns true if there are three speeds of which the first and the second, the second and the third, and the first and the third
+/// compare like this.
 fn speeds_exist([first, next, last]: [Sign; 3]) -> bool {
     match (first, next) {
         (Sign::Zero, other) | (other, Sign::Zero) => last == other,

@@ -1,4 +1,4 @@
-//! QTC with the relative speed (Van de Weghe 2004, level 2): [`QtcB22`] and, with the relative angle too, [`QtcC22`].
+//! QTC with relative speed (Van de Weghe 2004, level 2): [`QtcB22`] and, with the relative angle as well, [`QtcC22`].
 
 use std::fmt;
 use std::str::FromStr;
@@ -20,8 +20,8 @@ pub struct QtcB22 {
     pub speed: Sign,
 }
 
-/// A relation of QTC_C22. A point with two signs of 0 rests. The speed of points of which one rests, and the angle unless both move
-/// within the same quadrants, follow from the other signs, so that 257 relations exist.
+/// A relation of QTC_C22. A point with two signs of 0 rests. The relative speed if one of the points rests, and the angle unless
+/// both move within the same quadrants, follow from the other signs, so 257 relations exist.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct QtcC22 {
@@ -61,8 +61,9 @@ impl Converse for QtcB22 {
     }
 }
 
-/// Returns which part of the half circle from towards the other point to away from it a motion is in: 0 for straight towards, 1 for
-/// less than a right angle, 2 for a right one, 3 for more, 4 for straight away, or `None` for a point at rest.
+/// Returns the part of the half circle, from towards the other point to away from it, in which a motion lies: 0 for straight
+/// towards, 1 for less than a right angle, 2 for a right angle, 3 for more, and 4 for straight away. Returns `None` for a point at
+/// rest.
 const fn part(along: Sign, side: Sign) -> Option<usize> {
     match (along, side) {
         (Sign::Zero, Sign::Zero) => None,
@@ -105,7 +106,7 @@ impl QtcC22 {
         }
     }
 
-    /// Returns the relation of QTC_C that it contains.
+    /// Returns the QTC_C part of the relation.
     pub const fn cross(self) -> QtcC {
         self.cross
     }
@@ -115,8 +116,8 @@ impl QtcC22 {
         self.speed
     }
 
-    /// Returns whether the angle from the line to l to the motion of k is smaller than that of l from the line to k, **−**; greater,
-    /// **+**; or equal, **0**, which also stands for a point at rest. Angles are from 0 to 180°.
+    /// Returns whether the angle from the line to l to the motion of k is smaller than the angle from the line to k to the motion
+    /// of l, **−**; greater, **+**; or equal, **0**, which also stands for a point at rest. Angles are from 0 to 180°.
     pub const fn angle(self) -> Sign {
         self.angle
     }

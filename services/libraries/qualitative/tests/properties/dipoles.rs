@@ -1,4 +1,5 @@
-//! Properties of the dipole calculus: its converse, neighbourhood and composition are what segments show.
+//! Properties of the dipole calculus: its converse, neighbourhood and composition match those of actual
+//! segments.
 
 use proptest::prelude::*;
 use sketchnav_qualitative::algebra::{Compose, Converse, Relation, RelationSet};
@@ -22,7 +23,7 @@ fn on_grid(width: u8, height: u8) -> Vec<Dipole> {
     pairs.filter(|[start, end]| start != end).map(dipole).collect()
 }
 
-/// Three dipoles on small grids, in all ways.
+/// All arrangements of three dipoles on small grids.
 #[test]
 fn the_composition_of_dipoles_contains_what_three_segments_show() {
     let mut shown = vec![RelationSet::<DraF>::EMPTY; 72 * 72];
@@ -46,7 +47,7 @@ fn the_composition_of_dipoles_contains_what_three_segments_show() {
             entries[1] += shown.len();
         }
     }
-    // What the grids lack needs finer ones.
+    // Entries that the grids lack need finer ones.
     assert!(entries[1] * 10 > entries[0] * 9, "{entries:?}");
 }
 

@@ -48,8 +48,8 @@ fn curve() -> impl Strategy<Value = Curve> {
         .prop_map(|([x, y], [r1, w1, p1], [r2, w2, p2])| Curve([x / 4.0, y / 4.0, r1, w1, p1, r2, w2, p2]))
 }
 
-/// Checks that a motion on which relations hold for an instant only, such as equal speeds, passes through neighbours. These instants
-/// are never met, so that what holds before and after one must have a neighbour in common.
+/// Checks that a motion with relations that hold only for an instant, such as equal speeds, passes through neighbours. These
+/// instants are never sampled, so the relations before and after one must have a neighbour in common.
 fn passes_instants_only<R: Relation>(relation: impl Fn(f64) -> R) -> Result<(), TestCaseError> {
     let mut last = relation(0.0);
     // Two instants that follow each other within such a step are taken for one, and must be one that limits both.

@@ -207,7 +207,7 @@ fn a_contradiction_is_named() {
     }
 }
 
-/// Closure asks about triangles only, so that it misses contradictions among four intervals.
+/// Closure only considers triangles, so it misses contradictions among four intervals.
 #[test]
 fn search_finds_contradictions_that_closure_misses() {
     let set =

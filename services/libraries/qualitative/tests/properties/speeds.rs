@@ -1,4 +1,4 @@
-//! Properties of QTC with relative speed, and the composition of QTC: they are what moving points show.
+//! Properties of QTC with relative speed, and of the composition of QTC: they match those of moving points.
 
 use std::collections::BTreeSet;
 
@@ -25,7 +25,7 @@ fn part(at: [i32; 2], by: [i32; 2], other: [i32; 2]) -> [Sign; 2] {
     [relation.k, relation.k_side]
 }
 
-/// Returns what a point may do with respect to two others.
+/// Returns the signs that a point may have with respect to two others.
 fn parts(at: [i32; 2], others: [[i32; 2]; 2]) -> BTreeSet<[[Sign; 2]; 2]> {
     square(3).map(|by| others.map(|other| part(at, by, other))).collect()
 }
@@ -50,7 +50,7 @@ fn the_composition_of_qtc_is_what_three_moving_points_show() {
             assert_eq!(a.compose(b), shown[a.index() * 81 + b.index()], "{a}, {b}");
         }
     }
-    // l moves towards k and away from m, so that it is between them, and they approach each other as they approach l.
+    // l moves towards k and away from m, so it is between them, and they approach each other as they approach l.
     let composed = |first: &str, next: &str| first.parse::<QtcC>().unwrap().compose(next.parse().unwrap());
     assert_eq!(composed("-,-,0,0", "+,-,0,0").to_string(), "{-,-,0,0}");
     assert!(composed("-,0,0,0", "-,0,0,0").is_empty(), "l cannot both rest and move");
@@ -85,7 +85,7 @@ fn the_composition_of_speeds_is_what_three_moving_points_show() {
     }
 }
 
-/// Without sides and speeds nothing follows, which is why QTC_B has no composition.
+/// Without sides and speeds, nothing follows, which is why QTC_B has no composition.
 #[test]
 fn nothing_follows_from_relations_of_qtc_b() {
     let forms =

@@ -1,4 +1,4 @@
-//! Stories of what once went wrong, here or in QSRlib, and of what the literature says about particular scenes.
+//! Regression tests for past errors, here or in QSRlib, and statements of the literature about particular scenes.
 
 use std::fmt::Debug;
 

@@ -1,4 +1,5 @@
-//! Properties of flip-flop and of the double cross: their permutations and compositions are what points show.
+//! Properties of flip-flop and of the double cross: their permutations and compositions match those of actual
+//! points.
 
 use std::f64::consts::TAU;
 
@@ -63,7 +64,7 @@ proptest! {
             _ => FlipFlop::Front,
         };
         let [a, b, c] = [a, b, c].map(point);
-        // Shares at which c is as good as at an end are left out.
+        // Positions of c that are almost at an end are left out.
         prop_assume!(c.distance(a) > 1e-6 && c.distance(b) > 1e-6 && a.distance(b) > 1e-6);
         prop_assert_eq!(of([a, b, c]), expected);
     }
@@ -83,8 +84,8 @@ fn crossed([a, b, c]: [Point; 3]) -> DoubleCross {
     DoubleCross::of(a, b, c, 1e-9)
 }
 
-/// Returns the relation of c that is at this angle from straight ahead at b, and farther from b than the perpendicular at a is in that
-/// direction, nearer, or as far. The distance is of no concern if c is ahead of b.
+/// Returns the relation of c, at this angle from straight ahead at b. `distance` says whether c is farther from b than the
+/// perpendicular at a is in that direction, nearer, or as far. It does not matter if c is ahead of b.
 fn at_angle(angle: f64, distance: Option<i32>) -> DoubleCross {
     let zone = match (angle.cos(), distance) {
         (ahead, _) if ahead > 1e-9 => 0,

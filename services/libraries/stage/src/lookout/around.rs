@@ -63,7 +63,7 @@ impl Sensors {
         Self { robot: robot.clone(), around: Around::robot(robot), scan: None, sonar: None }
     }
 
-    /// Returns what the laser sees.
+    /// Returns the points at which the laser's beams end.
     fn hits(&self) -> Option<Shape> {
         let scan = self.scan.as_ref()?;
         let mount: Pose<_> = self.robot.laser.as_ref()?.mount();

@@ -114,7 +114,7 @@ impl Shape {
     }
 }
 
-/// Keeps every n-th item of a list, so that what is sent stays small on a slow link.
+/// Keeps every n-th item of a list, so that messages stay small on a slow link.
 pub fn thinned<T>(list: impl ExactSizeIterator<Item = T>) -> impl Iterator<Item = T> {
     let step = list.len().div_ceil(MAX_POINTS).max(1);
     list.step_by(step)

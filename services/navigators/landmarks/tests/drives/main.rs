@@ -105,7 +105,7 @@ fn arrived(world: &World<'_>, scene: &Scene) -> End {
 /// Drives by our own method. Returns how the drive ended, and the path that the robot took.
 fn guide(objects: &[Object], scene: &Scene, sketch: &Sketch, seed: u64) -> (End, Vec<Point<Drawn>>) {
     let angles_rad: [f64; 16] = std::array::from_fn(|i| i as f64 * FRAC_PI_8);
-    let mut locator = Locator::new(sketch, &[], Locating::default(), seed).unwrap();
+    let mut locator = Locator::new(sketch, Locating::default(), seed).unwrap();
     let mut guide = Guide::new(sketch, Guiding::default()).unwrap();
     let mut world = World { objects, pose: scene.start, noise: Some(Pcg64Mcg::seed_from_u64(seed + 100)) };
     let (mut moved, mut way) = ([0.0; 2], vec![exactly(&scene.start.position())]);

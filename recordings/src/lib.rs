@@ -6,7 +6,7 @@
 //! - [`join`](mod@join) joins the parts that a recorder leaves if it is killed.
 //! - [`series`] handles a recording that was split into several files while it grew.
 //! - [`diff`] finds the first difference of two recordings, [`info`] summarizes one, [`mod@faults`] lists what went wrong
-//!   during the run, and [`rejected`] counts invalid messages.
+//!   during the run, and [`rejected`] counts invalid messages. [`mod@replay`] passes valid ones on in order.
 //! - [`copy`](mod@copy) repairs, filters, merges and splits recordings. [`rosbag2`] handles the folders that
 //!   ROS 2 writes.
 //! - [`foreign`] recognizes files that are not recordings, or not ours. [`dynamic`] reads any ROS 2 message
@@ -40,6 +40,7 @@ pub mod reader;
 mod record_file;
 pub mod records;
 pub mod rejected;
+pub mod replay;
 pub mod rosbag2;
 pub mod samples;
 mod selection;

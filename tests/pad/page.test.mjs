@@ -127,7 +127,7 @@ test("particles are carried along with the robot, turned as it turns", () => {
 
 test("settings of another kind fall back to the defaults", () => {
   const settings = merged({ width_px: "wide", hold: false, shows: { scan: false, plan: 3 }, more: 1 });
-  assert.deepEqual(settings, { width_px: 5, hold: false, snap: true, fingers: true, shows: { particles: true, scan: false, plan: true, trail: true, walls: false } });
+  assert.deepEqual(settings, { width_px: 5, hold: false, snap: true, fingers: true, shows: { particles: true, scan: false, plan: true, trail: true, walls: false, learned: true } });
 });
 
 /** WCAG's contrast of two colours, `#rrggbb`. */

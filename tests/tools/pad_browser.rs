@@ -12,9 +12,10 @@ use std::path::{Path, PathBuf};
 
 use nix::sys::signal::Signal;
 use serde_json::{Value, json};
+use sketchnav_sketch::learned::{DrawingFile, Learned};
 use sketchnav_sketch::reading::{Options, read};
 use support::arms::doubtful;
-use support::browser::{Browser, MISSION, mission, pad};
+use support::browser::{Browser, MISSION, mission, pad, pad_in};
 use support::page::{TOKEN, free_port, wait_for};
 use support::{Ended, Place, repository};
 
@@ -124,6 +125,34 @@ fn drawings_are_checked_before_a_robot_drives_by_them() {
         ["wide-light", "wide-dark", "phone-light", "phone-dark"].map(|look| format!("checks-{look}.png"));
     keep_pictures(place.files(), &pictures);
     pad.must_live();
+    pad.signal(Signal::SIGINT);
+    pad.end();
+    place.assert_nothing_left("pad");
+}
+
+/// After a drive, the page shows what the robot saw over what was drawn. Once a person accepts it, the robot drives by it without a
+/// mark, from wherever it stands.
+#[test]
+fn what_the_robot_has_learned_is_accepted_driven_by_and_rejected() {
+    let Some(browser) = Browser::find() else { return };
+    let place = Place::new();
+    let (mut pad, link) = pad_in(&place, "sim/missions/building/building-a", 2);
+    let ended = browser.learns(&place, &link);
+    let looks = ["wide-light", "wide-dark", "phone-light", "phone-dark"];
+    let pictures = ["learned", "again"].map(|name| looks.map(|look| format!("{name}-{look}.png")));
+    assert_eq!(ended.code, Some(0), "{ended}");
+    keep_pictures(place.files(), pictures.as_flattened());
+    pad.must_live();
+    let saved = |name: &str| fs::read(place.files().join(name)).unwrap();
+    let learned = Learned::parse(&saved("again.learned")).unwrap();
+    assert!(
+        learned.drawing.is_same(&DrawingFile::of("again.json", &saved("again.json"))),
+        "{:?}",
+        learned.drawing
+    );
+    assert_eq!(learned.goals.iter().map(|goal| goal.reached).collect::<Vec<_>>(), [true, true]);
+    let mission = String::from_utf8(saved("again.toml")).unwrap();
+    assert!(mission.contains("learned_file = \"again.learned\""), "{mission}");
     pad.signal(Signal::SIGINT);
     pad.end();
     place.assert_nothing_left("pad");

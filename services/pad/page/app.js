@@ -33,7 +33,7 @@ const NEAR_PX = 28;
 const CHECK_MS = 250;
 /** How large a drawing of another program is that is pasted onto one, as a part of a sheet. */
 const PASTED = 0.5;
-const robot = { feed: null, hello: null, busy: false, fedAt: 0, walls: null, placed: readPlaced(), sent: null };
+const robot = { feed: null, hello: null, busy: false, fedAt: 0, walls: null, learned: null, placed: readPlaced(), sent: null };
 /** What is asked for in words: the text of the item `key`, or a new text `at` a place. */
 let asking = null;
 
@@ -171,6 +171,7 @@ const link = new Link(takeToken(), {
     study.told(hello.study ?? null, hello.drives);
     takeDrawing(hello, before).then(resume);
     takeWalls(hello.walls);
+    takeLearned(hello.learned);
     refresh();
   },
   feed(feed) {
@@ -222,6 +223,18 @@ async function takeWalls(number) {
   }
 }
 
+/** The picture of what was learned, which is shown over the drawing. */
+async function takeLearned(view) {
+  const number = view?.picture ?? null;
+  if (number === robot.learned) return;
+  robot.learned = number;
+  const blob = number && await link.fetch(`/api/learned.png?k=${number}`).catch(() => null);
+  const picture = blob ? await createImageBitmap(blob) : null;
+  if (number !== robot.learned) return;
+  desk.learned = picture;
+  desk.redrawFeed();
+}
+
 function refresh() {
   const { drawing } = desk;
   const { practising } = study;
@@ -230,7 +243,8 @@ function refresh() {
     up: link.up, refusal: link.refusal, latencyMs: link.latencyMs, drives: robot.feed?.drives ?? robot.hello?.drives ?? false,
     watches: robot.hello?.mode === "watches", busy: robot.busy, feed: robot.feed, seen: robot.hello !== null,
     practising, questions: study.hasQuestions(robot.feed),
-    map: hasMap(drawing) && !practising, path: canGo(drawing, robot.feed?.pose) && !practising,
+    learned: robot.hello?.learned ?? null,
+    map: hasMap(drawing) && !practising, path: canGo(drawing, robot.hello?.learned?.accepted || robot.feed?.pose) && !practising,
     silentS: robot.fedAt ? (performance.now() - robot.fedAt) / 1000 : 0,
   });
 }
@@ -310,6 +324,23 @@ for (const [order, words] of Object.entries(ORDERS)) {
     return words;
   }));
 }
+/** Takes over what was learned, or forgets it. */
+function answerLesson(order, words) {
+  request(async () => {
+    await link.post("/api/order", JSON.stringify({ order }));
+    setPlaced(null);
+    return words;
+  });
+}
+at("accept").addEventListener("click", () => answerLesson("accept", "The robot drives by what it has learned. Send the path again."));
+at("reject").addEventListener("click", () => answerLesson("reject", "What the robot has learned is forgotten."));
+// What was seen lies under the drawing, to be traced; the drawing is then sent as any other.
+at("correct").addEventListener("click", () => request(async () => {
+  const picture = await dataUrl(await link.fetch(`/api/learned.png?k=${robot.learned}`));
+  desk.change({ ...desk.drawing, underlay: picture });
+  desk.take("select");
+  return "What the robot saw lies under the drawing. Correct the walls, then send the map.";
+}));
 /** Tells the robot where it is. */
 function answer(place, heading_deg) {
   request(async () => {

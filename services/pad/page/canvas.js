@@ -21,7 +21,7 @@ const DOUBT_PX = { ring: 20, text: 13, pad: 4 };
 /** Colours by name, as the style sheet has them for the sheet's element. */
 export function palette(element) {
   const style = getComputedStyle(element);
-  const names = ["paper", "ink", "edge", "obstacle", "obstacle-text", "place", "route", "goal", "goal-text", "start", "robot", "particle", "scan", "plan", "seen", "hidden", "trail", "rubber", "walls", "select", "guide", "doubt", "doubt-text"];
+  const names = ["paper", "ink", "edge", "obstacle", "obstacle-text", "place", "route", "goal", "goal-text", "start", "robot", "particle", "scan", "plan", "seen", "hidden", "trail", "rubber", "walls", "learned", "select", "guide", "doubt", "doubt-text"];
   return Object.fromEntries(names.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
 }
 

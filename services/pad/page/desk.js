@@ -33,12 +33,13 @@ export class Desk {
   #frame = 0;
   #host;
   #fits = true;
-  /** What the robot says: the last feed, its trail, its last particles, its map. */
+  /** What the robot says: the last feed, its trail, its last particles, its map, what it has learned. */
   feed = null;
   trail = [];
   cloud = null;
   lasting = null;
   walls = null;
+  learned = null;
   work = { inkMs: 0, inkWorstMs: 0, feedMs: 0, feedWorstMs: 0, feeds: 0, events: 0, points: 0 };
 
   /**

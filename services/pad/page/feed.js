@@ -37,13 +37,14 @@ const DOT_PX = { seen: 5, hidden: 5 };
 
 /**
  * Draws a feed with the trail and the cloud of particles so far. `shows` says which parts; `lasting` are the shapes that
- * stay until the next; `walls` is the picture of the walls as the robot understood them, or `null`.
+ * stay until the next; `walls` is the picture of the walls as the robot understood them, and `learned` of what it saw, or `null`.
  */
-export function drawFeed(sheet, { feed, trail, cloud, lasting, walls }, shows, canvas) {
+export function drawFeed(sheet, { feed, trail, cloud, lasting, walls, learned }, shows, canvas) {
   const context = sheet.wipe("feed");
   // Half through, so that what was drawn can be seen under it.
   context.globalAlpha = 0.7;
   if (walls && shows.walls) context.drawImage(tinted(walls, sheet.colors.walls), 0, 0, ...canvas);
+  if (learned && shows.learned) context.drawImage(tinted(learned, sheet.colors.learned), 0, 0, ...canvas);
   context.globalAlpha = 1;
   if (!feed) return;
   context.lineCap = context.lineJoin = "round";

@@ -1,18 +1,19 @@
 // The words and buttons around the sheet. Shows a state and changes nothing else: text is written only
 // where it differs, so that a screen reader is not told the same again.
 
-import { advice, enabled, headline, isAsked, metres, seconds, speed, stages, taskWords } from "./states.js";
+import { advice, enabled, headline, isAsked, learnedWords, metres, seconds, speed, stages, taskWords } from "./states.js";
 
 const at = (id) => document.getElementById(id);
 const BUTTONS = {
-  sketch: "send-sketch", path: "send-path", execute: "execute", abort: "abort", restore: "restore", again: "again", mission: "save-mission",
+  sketch: "send-sketch", path: "send-path", execute: "execute", abort: "abort", restore: "restore", again: "again", accept: "accept", reject: "reject",
+  mission: "save-mission",
 };
 
 function write(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
-/** Shows `state`: `{ up, drives, watches, busy, feed, map, path, latencyMs, silentS }`. */
+/** Shows `state`: `{ up, drives, watches, busy, feed, map, path, learned, latencyMs, silentS }`. */
 export function show(state) {
   const { feed } = state;
   document.body.classList.toggle("robot", Boolean(feed?.pose));
@@ -31,6 +32,16 @@ export function show(state) {
   showTask(feed?.task, feed);
   showWarnings(state);
   showQuestion(feed);
+  showLearned(state, buttons);
+}
+
+/** What was learned, with the buttons for it. */
+function showLearned(state, buttons) {
+  const words = learnedWords(state);
+  at("learned").hidden = words === null || !state.drives;
+  at("accept").hidden = !buttons.accept;
+  at("correct").disabled = !buttons.sketch;
+  write(at("learned-words"), words ?? "");
 }
 
 let answered = () => {};

@@ -1,7 +1,7 @@
 // What a person has set on this device. Kept in the browser where it lets us.
 
 const DEFAULTS = {
-  width_px: 5, hold: true, snap: true, fingers: true, shows: { particles: true, scan: true, plan: true, trail: true, walls: false },
+  width_px: 5, hold: true, snap: true, fingers: true, shows: { particles: true, scan: true, plan: true, trail: true, walls: false, learned: true },
 };
 
 /** The settings, with defaults for what is missing or of another kind. */

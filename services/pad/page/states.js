@@ -27,6 +27,8 @@ export function enabled({ up, drives, busy, feed, map, path }) {
     abort: Boolean(up && feed?.allowed.includes("abort")),
     restore: may("restore") && !busy,
     again: may("again") && !busy,
+    accept: may("accept") && !busy,
+    reject: may("reject") && !busy,
     mission: Boolean(up && drives && feed?.ready && !["no-sketch", "sketch"].includes(feed.state) && !busy),
   };
 }
@@ -36,6 +38,13 @@ export function stages(feed) {
   const at = { "no-sketch": 0, sketch: 1, path: 2, driving: 2, aborted: 2, paused: 2, ended: 2 }[feed?.state] ?? 0;
   const ended = feed?.state === "ended";
   return ["map", "path", "drive"].map((name, i) => [name, i < at || (i === 2 && ended) ? "done" : i === at ? "now" : "later"]);
+}
+
+/** What was learned, in words, and what may be done about it; `null` where nothing was. */
+export function learnedWords({ feed, learned }) {
+  if (!learned) return null;
+  if (feed?.allowed.includes("accept")) return "The robot has learned what it saw. Accept it, and it drives by that.";
+  return learned.accepted ? "The robot drives by what it has learned, from anywhere." : null;
 }
 
 /** The state as a headline. */
@@ -57,7 +66,7 @@ export function meant(question, at, near) {
 }
 
 /** What to do next, in one sentence. */
-export function advice({ up, refusal, drives, watches, practising, questions, feed, map, path }) {
+export function advice({ up, refusal, drives, watches, practising, questions, feed, map, path, learned }) {
   if (!up && refusal) return `The robot refuses this page: ${refusal}.`;
   if (!up) return "The page will reconnect by itself. The drawing is kept.";
   if (!feed || !feed.ready) return "The navigation is getting ready.";
@@ -69,7 +78,7 @@ export function advice({ up, refusal, drives, watches, practising, questions, fe
   if (!drives) return "Another page drives; this one watches.";
   const words = {
     "no-sketch": map ? "Send the map." : "Draw the walls of the place, then send the map.",
-    sketch: path ? "Send the path." : "Draw the path from where the robot stands, or tap goals and mark the start.",
+    sketch: path ? "Send the path." : learned?.accepted ? "Tap goals. The robot finds out where it is." : "Draw the path from where the robot stands, or tap goals and mark the start.",
     path: "Press Execute, and the robot drives.",
     driving: "Abort stops the robot at once.",
     aborted: "Restore continues the task. Or draw another path.",

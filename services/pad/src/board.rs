@@ -7,6 +7,7 @@ use axum::body::Bytes;
 use serde_json::Value;
 use tokio::sync::{oneshot, watch};
 
+use crate::learning::Learned;
 use crate::protocol::{Hello, HereBody, PathRequest, Refusal, SketchRequest, SketchType, Step};
 use crate::study::sitting::Told;
 
@@ -51,6 +52,8 @@ pub enum Call {
     Metrics(oneshot::Sender<String>),
     /// The walls of the drawing with this number have been painted.
     Walls(u64, Vec<u8>),
+    /// What was learned, with the number of the drives that it was learned on.
+    Learned(u64, Box<Learned>),
 }
 
 /// A page's request.
@@ -129,6 +132,8 @@ pub struct Board {
     pub welcome: watch::Sender<Option<Arc<Welcome>>>,
     /// The walls.
     pub walls: Mutex<Option<Image>>,
+    /// What was learned.
+    pub learned: Mutex<Option<Image>>,
     /// The photo that was sent last.
     pub photo: Mutex<Option<Image>>,
     /// The floor of a study, as SVG.
@@ -141,6 +146,7 @@ impl Default for Board {
             picture: watch::Sender::default(),
             welcome: watch::Sender::new(None),
             walls: Mutex::default(),
+            learned: Mutex::default(),
             photo: Mutex::default(),
             place: OnceLock::new(),
         }

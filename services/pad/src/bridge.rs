@@ -4,6 +4,7 @@
 //! responded to a drawing, the restarted process sends the drawing again with the same number. An abort takes
 //! precedence over everything that is waiting.
 
+mod lessons;
 mod lookout;
 mod receive;
 mod sendings;
@@ -35,6 +36,7 @@ use crate::sessions::Sessions;
 use crate::study::Sitting;
 use crate::walls;
 
+use lessons::Lessons;
 use lookout::Watch;
 use receive::{Inbox, News};
 use sendings::Sendings;
@@ -42,7 +44,7 @@ use sendings::Sendings;
 /// Longest sleep between two looks at the channels, the calls and the clock.
 const NAP: Duration = Duration::from_millis(50);
 /// The format of [`State`].
-const CHECKPOINT: &str = "pad 4";
+const CHECKPOINT: &str = "pad 5";
 
 /// What a successor needs to know.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
@@ -104,6 +106,7 @@ struct Bridge<'a> {
     /// Names of the mission files saved so far, which may be overwritten.
     saved: BTreeSet<String>,
     study: Option<Sitting>,
+    lessons: Lessons,
     ends: Ends,
     services: Services,
     metrics: Metrics,
@@ -147,6 +150,7 @@ impl<'a> Bridge<'a> {
             sendings: Sendings::default(),
             saved: BTreeSet::new(),
             study,
+            lessons: Lessons::default(),
             ends: Ends::default(),
             services: Services::default(),
             metrics: Metrics::open(node, navigator.kind)?,
@@ -163,6 +167,7 @@ impl<'a> Bridge<'a> {
             bridge.resume_after(node)?;
         }
         bridge.paint();
+        bridge.resume_lessons();
         bridge.show_place()?;
         bridge.welcome();
         Ok(bridge)
@@ -224,6 +229,7 @@ impl<'a> Bridge<'a> {
             self.answer(call)?;
         }
         self.watch_the_clock()?;
+        self.learn(self.began.elapsed());
         self.feed();
         Ok(())
     }
@@ -312,6 +318,7 @@ impl<'a> Bridge<'a> {
             self.ends.clear();
             self.trail = Trail::default();
             self.paint();
+            self.settle_lessons();
             self.welcome();
         }
         self.tell(said);
@@ -356,6 +363,7 @@ impl<'a> Bridge<'a> {
                 self.show_walls(picture);
             }
             Call::Walls(..) => {}
+            Call::Learned(number, learned) => self.offer(number, *learned),
             Call::Ask { session, request, reply } => {
                 self.sessions.hear(&session, now);
                 if let Some(answer) = self.ask(&session, request, now)? {
@@ -396,6 +404,11 @@ impl<'a> Bridge<'a> {
             Request::Order(Step::Here) => Err(Refusal::Malformed(
                 "order: expected execute, abort, restore or again; a place is not an order".into(),
             )),
+            Request::Order(Step::Accept) => return self.accept(drives, now),
+            Request::Order(Step::Reject) => match self.reject(drives, now)? {
+                Some(answer) => answer,
+                None => return Ok(None),
+            },
             Request::Order(step) => match self.machine.order(step, drives, now) {
                 Ok(order) => {
                     if order == Order::Start {
@@ -470,8 +483,9 @@ impl<'a> Bridge<'a> {
                 "expected a sketch and a path to have been sent; one is missing".into(),
             ));
         };
-        let mission = (&self.run.mission, drawn);
-        let files = mission_file::write(&self.folder, name, mission, sketch, path, &mut self.saved)?;
+        let (mission, learned) = ((&self.run.mission, drawn), memory.learned.as_deref());
+        let files =
+            mission_file::write(&self.folder, name, mission, (sketch, learned), path, &mut self.saved)?;
         Ok(json!({ "files": files }))
     }
 }

@@ -11,20 +11,25 @@ pub use services::{ServiceView, Services};
 pub use trail::Trail;
 pub use warnings::{Ends, Warning, warnings};
 
+use std::sync::Arc;
+
 use serde::Serialize;
 use sketchnav_schemas::codes::{TaskState, Tracking};
-use sketchnav_schemas::geometry::{Point, Sketch};
+use sketchnav_schemas::geometry::{Point, Sketch, wrap_angle};
 use sketchnav_schemas::message::MissionStatus;
 use sketchnav_schemas::robot::Robot;
+use sketchnav_stage::drawn::Frame;
 use sketchnav_stage::lookout::{Around, Shape, Whereabouts};
 
 use crate::machine::State;
 
+/// Half the distance, in pixels of a learned map, over which its scale and direction in the drawing are measured.
+const STEP_PX: f64 = 5.0;
 /// Side of the canvas around a robot without a drawing, in pixels.
 pub const SIDE_PX: u32 = 1000;
 
 /// Maps the sheet that a lookout draws on to the canvas.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone)]
 pub enum View {
     /// A drawing.
     Drawing {
@@ -33,6 +38,8 @@ pub enum View {
         /// Pixels of the drawing per canvas pixel.
         scale: f64,
     },
+    /// What was learned by a drawing that has as many pixels as the canvas.
+    Learned(Arc<dyn Frame>),
     /// The robot is in the middle and faces up.
     Robot {
         /// Pixels of the canvas per metre.
@@ -51,6 +58,7 @@ impl View {
         let middle = f64::from(SIDE_PX) / 2.0;
         match self {
             Self::Drawing { height_px, scale } => [x / scale, (height_px - y) / scale],
+            Self::Learned(frame) => frame.to_drawing([x, y]),
             Self::Robot { px_per_m } => [middle - y * px_per_m, middle - x * px_per_m],
         }
         .map(tenth)
@@ -70,16 +78,26 @@ impl View {
     pub fn place(&self, [column, row]: [f64; 2]) -> Option<Point<Sketch>> {
         match self {
             Self::Drawing { height_px, scale } => Some(Point::new(column * scale, height_px - row * scale)),
+            Self::Learned(frame) => {
+                let [x, y] = frame.to_sketch([column, row]);
+                Some(Point::new(x, y))
+            }
             Self::Robot { .. } => None,
         }
     }
 
-    /// A length of the sheet on the canvas.
-    fn length(&self, length: f64) -> f64 {
-        tenth(match self {
-            Self::Drawing { scale, .. } => length / scale,
-            Self::Robot { px_per_m } => length * px_per_m,
-        })
+    /// Returns the scale at a point of the sheet, in pixels of the canvas per unit of the sheet, and by how much the canvas is turned
+    /// there, in radians counter-clockwise.
+    fn local(&self, [x, y]: [f64; 2]) -> (f64, f64) {
+        match self {
+            Self::Drawing { scale, .. } => (1.0 / scale, 0.0),
+            Self::Robot { px_per_m } => (*px_per_m, 0.0),
+            Self::Learned(frame) => {
+                let [from, to] = [x - STEP_PX, x + STEP_PX].map(|x| frame.to_drawing([x, y]));
+                let [dx, dy] = [to[0] - from[0], from[1] - to[1]];
+                (dx.hypot(dy) / (2.0 * STEP_PX), dy.atan2(dx))
+            }
+        }
     }
 }
 
@@ -197,12 +215,14 @@ impl PoseView {
     pub fn new(robot: &Whereabouts, view: &View) -> Self {
         let [x, y] = view.point(robot.at);
         let [major, minor, angle] = robot.ellipse;
+        let (scale, turn_rad) = view.local(robot.at);
+        let length = |length: f64| tenth(length * scale);
         Self {
             x,
             y,
-            heading_rad: thousandth(robot.heading_rad),
-            ellipse: [view.length(major), view.length(minor), thousandth(angle)],
-            radius_px: view.length(robot.radius),
+            heading_rad: thousandth(wrap_angle(robot.heading_rad + turn_rad)),
+            ellipse: [length(major), length(minor), thousandth(wrap_angle(angle + turn_rad))],
+            radius_px: length(robot.radius),
             tracking: robot.tracking.word(),
             effective: thousandth(robot.effective),
         }
@@ -216,7 +236,7 @@ impl PoseView {
             y,
             heading_rad: std::f64::consts::FRAC_PI_2,
             ellipse: [0.0; 3],
-            radius_px: view.length(robot.radius_m),
+            radius_px: tenth(robot.radius_m * view.local([0.0; 2]).0),
             tracking: Tracking::Tracking.word(),
             effective: 1.0,
         }

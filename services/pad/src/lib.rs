@@ -9,6 +9,7 @@
 //! - [`machine`]: which step is allowed. [`sessions`]: which page has the wheel, and whether it can be heard.
 //!   [`guard`]: which requests are accepted, and how often. `doors`: which connections stay open. [`feed`]: what pages
 //!   display. These are pure;
+//! - `learning`: what the robot has learned on drives from the page, by the run's recording.
 //! - [`study`]: a user study on the page, including what its participants draw, measure and answer.
 //! - `server`, `bridge`: the threads around them. The server never accesses channels, and the bridge never
 //!   accesses sockets.
@@ -24,6 +25,7 @@ mod doors;
 mod draft;
 pub mod feed;
 pub mod guard;
+mod learning;
 pub mod machine;
 mod metrics;
 pub mod mission_file;

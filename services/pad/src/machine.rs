@@ -96,6 +96,8 @@ pub enum Submission {
         /// Its canvas, if it says one.
         canvas: Option<[u32; 2]>,
     },
+    /// The file of what was learned by the sketch, which takes its place.
+    Learned(Vec<u8>),
     /// A path drawn in the sketch.
     Path {
         /// The body as it was sent.
@@ -109,7 +111,7 @@ impl Submission {
     /// The kind, as in the channel's message.
     pub fn kind(&self) -> DrawingKind {
         match self {
-            Self::Sketch { .. } => DrawingKind::Sketch,
+            Self::Sketch { .. } | Self::Learned(_) => DrawingKind::Sketch,
             Self::Path { .. } => DrawingKind::Route,
         }
     }
@@ -117,7 +119,7 @@ impl Submission {
     /// The bytes that follow the message.
     pub fn bytes(&self) -> &[u8] {
         match self {
-            Self::Sketch { bytes, .. } | Self::Path { marks: bytes, .. } => bytes,
+            Self::Sketch { bytes, .. } | Self::Learned(bytes) | Self::Path { marks: bytes, .. } => bytes,
         }
     }
 }
@@ -129,6 +131,8 @@ pub struct Memory {
     pub drawing_seq: u64,
     /// The current sketch.
     pub sketch: Option<AcceptedSketch>,
+    /// The file of what was learned by the sketch, if the robot drives in it.
+    pub learned: Option<Vec<u8>>,
     /// The current path.
     pub path: Option<Path>,
     /// The drawing that is waiting for a response.
@@ -148,6 +152,8 @@ pub struct Machine {
     is_located: bool,
     /// Whether the robot is asking where it is.
     is_asking: bool,
+    /// Whether something was learned that nobody has accepted or rejected yet.
+    is_offered: bool,
     /// Number of upcoming statuses that may still refer to the time before the last order.
     settling: u32,
     /// The state until they have arrived.
@@ -166,6 +172,7 @@ impl Machine {
             status_at,
             is_located: false,
             is_asking: false,
+            is_offered: false,
             settling: 0,
             assumed: None,
         }
@@ -205,6 +212,11 @@ impl Machine {
     /// whether it is asking a person.
     pub fn on_lookout(&mut self, is_located: bool, is_asking: bool) {
         (self.is_located, self.is_asking) = (is_located, is_asking);
+    }
+
+    /// Takes in whether something was learned that a person may accept or reject.
+    pub fn offer(&mut self, is_offered: bool) {
+        self.is_offered = is_offered;
     }
 
     /// Returns true if the robot waits for a person to say where it is.
@@ -254,9 +266,10 @@ impl Machine {
 
     /// Returns the steps that a page may take. `drives` says whether it has the wheel.
     pub fn allowed(&self, drives: bool, now: Duration) -> Vec<Step> {
-        let steps =
-            [Step::Sketch, Step::Path, Step::Execute, Step::Abort, Step::Restore, Step::Again, Step::Here];
-        steps.into_iter().filter(|&step| self.check(step, drives, now).is_ok()).collect()
+        let drawing = [Step::Sketch, Step::Path];
+        let orders = [Step::Execute, Step::Abort, Step::Restore, Step::Again, Step::Here];
+        let steps = drawing.into_iter().chain(orders).chain([Step::Accept, Step::Reject]);
+        steps.filter(|&step| self.check(step, drives, now).is_ok()).collect()
     }
 
     /// Whether a step is allowed.
@@ -273,7 +286,7 @@ impl Machine {
             return Err(Refusal::watches());
         }
         self.check_state(step)?;
-        let is_drawing = matches!(step, Step::Sketch | Step::Path);
+        let is_drawing = matches!(step, Step::Sketch | Step::Path | Step::Accept | Step::Reject);
         if is_drawing && self.memory.pending.as_ref().is_some_and(|pending| !pending.late) {
             return Err(Refusal::NotNow("the last drawing is still being read".into()));
         }
@@ -296,7 +309,7 @@ impl Machine {
 
     fn check_state(&self, step: Step) -> Result<(), Refusal> {
         let state = self.state();
-        let is_page_only = matches!(step, Step::Sketch | Step::Path | Step::Execute | Step::Again);
+        let is_page_only = !matches!(step, Step::Abort | Step::Restore | Step::Here);
         if !self.draws && is_page_only {
             return Err(Refusal::NotNow(
                 "the drawing and the tasks of this run come from a mission file".into(),
@@ -315,6 +328,16 @@ impl Machine {
                 (holds, "the robot was stopped, or has ended its tasks")
             }
             Step::Here => (self.asks(), "the robot asks where it is"),
+            Step::Accept => {
+                (self.is_offered && state != State::Driving, "something was learned on a drive that is over")
+            }
+            Step::Reject => {
+                let is_learned = self.is_offered || self.memory.learned.is_some();
+                (
+                    is_learned && state != State::Driving,
+                    "something was learned and the robot is standing still",
+                )
+            }
             Step::Abort => (true, ""),
         };
         if holds { Ok(()) } else { Err(not_now(expected, state)) }
@@ -345,6 +368,32 @@ impl Machine {
         Ok(self.submit(Submission::Path { body: request.body, marks }, now))
     }
 
+    /// Submits what was learned and returns its number.
+    ///
+    /// # Errors
+    /// As [`Machine::check`].
+    pub fn accept(&mut self, file: Vec<u8>, drives: bool, now: Duration) -> Result<u64, Refusal> {
+        self.check(Step::Accept, drives, now)?;
+        self.is_offered = false;
+        Ok(self.submit(Submission::Learned(file), now))
+    }
+
+    /// Forgets what was learned. Returns true if the robot drove in it, so that its drawing is submitted again.
+    ///
+    /// # Errors
+    /// As [`Machine::check`].
+    pub fn reject(&mut self, drives: bool, now: Duration) -> Result<bool, Refusal> {
+        self.check(Step::Reject, drives, now)?;
+        if std::mem::take(&mut self.is_offered) {
+            return Ok(false);
+        }
+        let Some(AcceptedSketch { kind, bytes, canvas, .. }) = self.memory.sketch.clone() else {
+            return Ok(false);
+        };
+        self.submit(Submission::Sketch { kind, bytes, canvas: Some(canvas) }, now);
+        Ok(true)
+    }
+
     fn submit(&mut self, what: Submission, now: Duration) -> u64 {
         let seq = self.memory.drawing_seq + 1;
         self.memory.drawing_seq = seq;
@@ -365,7 +414,10 @@ impl Machine {
                 let own = size_px.map(|side| (f64::from(side) / scale).round() as u32);
                 let canvas = canvas.unwrap_or(own);
                 self.memory.sketch = Some(AcceptedSketch { kind, bytes, canvas, size_px, scale });
-                self.memory.path = None;
+                (self.memory.learned, self.memory.path) = (None, None);
+            }
+            Submission::Learned(file) => {
+                (self.memory.learned, self.memory.path) = (Some(file), None);
             }
             Submission::Path { body, marks } => {
                 let before = self.memory.path.take().filter(|path| path.sketch_seq == answer.sketch_seq);
@@ -397,7 +449,7 @@ impl Machine {
             Step::Abort => (Order::Abort, State::Aborted),
             Step::Restore => (Order::Resume, State::Driving),
             Step::Here => (Order::Here, State::Driving),
-            Step::Sketch | Step::Path => {
+            Step::Sketch | Step::Path | Step::Accept | Step::Reject => {
                 return Err(Refusal::Malformed("order: expected execute, abort, restore or again".into()));
             }
         };

@@ -27,7 +27,7 @@ pub struct Written {
     pub text: Option<String>,
 }
 
-/// Writes `name.toml` and the drawing next to it into `folder`, or neither if a file is in the way. `mission`
+/// Writes `name.toml`, the drawing and what was learned by it into `folder`, or none of them if a file is in the way. `mission`
 /// provides the world and the robot, with absolute paths. `drawn` belongs to its navigator. `own` contains
 /// the names of files in the folder that the pad has written and may replace, and the new ones are added to
 /// it.
@@ -38,22 +38,28 @@ pub fn write(
     folder: &Path,
     name: &str,
     (mission, drawn): (&Mission, &Drawn),
-    sketch: &machine::AcceptedSketch,
+    (sketch, learned): (&machine::AcceptedSketch, Option<&[u8]>),
     path: &machine::Path,
     own: &mut BTreeSet<String>,
 ) -> Result<Vec<Written>, Refusal> {
     let stem = stem(name)?;
     let drawing = format!("{stem}.{}", sketch.kind.extension());
-    let toml = text(name, &drawing, (mission, drawn), sketch, path)?;
+    let map = format!("{stem}.learned");
+    let toml = text(name, (&drawing, learned.map(|_| map.as_str())), (mission, drawn), sketch, path)?;
     let file = format!("{stem}.toml");
-    for name in [&file, &drawing] {
+    for name in [&file, &drawing].into_iter().chain(learned.map(|_| &map)) {
         check_free(&folder.join(name), own.contains(name))?;
     }
     put(folder, &drawing, &sketch.bytes, own)?;
+    if let Some(content) = learned {
+        put(folder, &map, content, own)?;
+    }
     put(folder, &file, toml.as_bytes(), own)?;
-    let is_text = sketch.kind == SketchType::Strokes;
-    let strokes = is_text.then(|| String::from_utf8_lossy(&sketch.bytes).into_owned());
-    Ok(vec![Written { name: file, text: Some(toml) }, Written { name: drawing, text: strokes }])
+    let words = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    let strokes = (sketch.kind == SketchType::Strokes).then(|| words(&sketch.bytes));
+    let learned = learned.map(|content| Written { name: map, text: Some(words(content)) });
+    let written = [Written { name: file, text: Some(toml) }, Written { name: drawing, text: strokes }];
+    Ok(written.into_iter().chain(learned).collect())
 }
 
 /// The name as a file name: letters, digits, hyphens.
@@ -69,7 +75,7 @@ fn stem(name: &str) -> Result<String, Refusal> {
 
 fn text(
     name: &str,
-    drawing: &str,
+    (drawing, learned): (&str, Option<&str>),
     (mission, drawn): (&Mission, &Drawn),
     sketch: &machine::AcceptedSketch,
     path: &machine::Path,
@@ -80,7 +86,14 @@ fn text(
     let mut mission = mission.clone();
     name.clone_into(&mut mission.name);
     mission.description = "Drawn on the pad.".into();
-    let kept = Kept { drawing, size_px: sketch.size_px, scale: sketch.scale, placing: &placing, marks: &now };
+    let kept = Kept {
+        drawing,
+        learned,
+        size_px: sketch.size_px,
+        scale: sketch.scale,
+        placing: &placing,
+        marks: &now,
+    };
     (drawn.keep)(&mut mission, &kept).map_err(|error| failed(&error))?;
     toml::to_string(&mission).map_err(|error| failed(&error))
 }
@@ -112,7 +125,7 @@ mod tests {
     use super::*;
 
     /// A navigator that leaves the mission unchanged.
-    const DRAWN: Drawn = Drawn { walls: |_, _| None, keep: |_, _| Ok(()) };
+    const DRAWN: Drawn = Drawn { walls: |_, _| None, keep: |_, _| Ok(()), lessons: None };
 
     fn mission() -> Mission {
         Mission::parse(
@@ -155,7 +168,7 @@ mod tests {
         let mut own = BTreeSet::new();
         let mut save = |name: &str, bytes: &str| {
             let sketch = sketch(bytes, [9, 9]);
-            write(folder.path(), name, (&mission(), &DRAWN), &sketch, &path(ROUTE, ROUTE), &mut own)
+            write(folder.path(), name, (&mission(), &DRAWN), (&sketch, None), &path(ROUTE, ROUTE), &mut own)
         };
         for (name, in_the_way) in
             [("My floor", "my-floor.toml"), ("package", "package.json"), ("away", "away.toml")]

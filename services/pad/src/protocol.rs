@@ -14,7 +14,7 @@
 //! |---|---|---|
 //! | `POST /api/sketch` | strokes in JSON, as the navigator reads them (members that only the page needs are under `pad`), or `content-type: image/png`, `image/jpeg`: a photo | `seq`; the sketch's `wall_direction_rad`, `width_px`, `height_px`; `doubts`: why the drawing may not lead anywhere, in words |
 //! | `POST /api/path` | `{"route":[[x,y],…]}` or `{"goals":[[x,y] or {"name","at"},…]}`, either with `"start":{"at","heading_deg"}` | the same |
-//! | `POST /api/order` | `{"order":"execute"}`, `abort`, `restore`, `again` | |
+//! | `POST /api/order` | `{"order":"execute"}`, `abort`, `restore`, `again`; `accept`, `reject` what was learned | that of a sketch, for the last two |
 //! | `POST /api/here` | `{"at":[x,y]}`, optionally with `"heading_deg":90`: where the robot is, while it asks | |
 //! | `POST /api/wheel` | empty: takes the wheel if no page has it, or its holder cannot be heard | |
 //! | `POST /api/limit` | `{"link_limit_s":3}` | |
@@ -22,6 +22,7 @@
 //! | `POST /api/study` | of a study: `{"begin":{"code":"p-07","age":27}}` (the age is optional), `{"measures":{…}}` before the drive, `{"answers":{…}}` after it ([`Told`](crate::study::sitting::Told)) | |
 //! | `GET /api/seat` | `?session=…`: whether a page would be admitted now (503: not) | |
 //! | `GET /api/walls.png` | | a picture: the walls as the robot understands them, gray with alpha, as large as the sketch; 404 before there are any |
+//! | `GET /api/learned.png` | | a picture: what the robot has seen, as it lies in the drawing, gray with alpha, as large as the sketch; 404 if nothing was learned |
 //! | `GET /api/drawing` | | a picture: the photo that is the drawing; 404 if it is not a photo |
 //! | `GET /api/place.svg` | | a picture: the floor that participants of a study see before they draw; 404 if there is none |
 //!
@@ -351,13 +352,17 @@ pub enum Step {
     Again,
     /// Say where the robot is, with a [`HereBody`].
     Here,
+    /// Let the next drive start from what was learned.
+    Accept,
+    /// Forget what was learned.
+    Reject,
 }
 
 /// `{"order":…}`.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OrderBody {
-    /// `execute`, `abort`, `restore` or `again`.
+    /// `execute`, `abort`, `restore`, `again`, `accept` or `reject`.
     pub order: Step,
 }
 
@@ -452,6 +457,8 @@ pub struct Hello {
     pub path: Option<String>,
     /// Number of the walls at `/api/walls.png`, or 0 if there are none yet.
     pub walls: u64,
+    /// What was learned, or null if that is nothing.
+    pub learned: Option<LearnedView>,
     /// Where the robot has been since it was placed.
     pub trail: Vec<[f64; 2]>,
     /// The study, if the page is for its participants.
@@ -468,6 +475,15 @@ impl Hello {
         let (drawing, path) = (part(&self.drawing), part(&self.path));
         format!("{{\"hello\":{facts},\"drawing\":{drawing},\"path\":{path}}}}}")
     }
+}
+
+/// What was learned on drives from the page.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct LearnedView {
+    /// Number of the picture at `/api/learned.png`.
+    pub picture: u64,
+    /// Whether the robot drives in it, without a start.
+    pub accepted: bool,
 }
 
 /// The limits that a page has to observe.

@@ -98,6 +98,7 @@ fn router(desk: Desk) -> Router {
         .route("/api/study", post(study))
         .route("/api/seat", get(seat))
         .route("/api/walls.png", get(walls))
+        .route("/api/learned.png", get(learned))
         .route("/api/drawing", get(drawing))
         .route("/api/place.svg", get(place))
         .route("/metrics", get(metrics))
@@ -375,6 +376,10 @@ async fn walls(State(desk): State<Desk>) -> Response {
     picture(image(&desk.caller.board.walls))
 }
 
+async fn learned(State(desk): State<Desk>) -> Response {
+    picture(image(&desk.caller.board.learned))
+}
+
 async fn drawing(State(desk): State<Desk>) -> Response {
     picture(image(&desk.caller.board.photo))
 }
@@ -474,9 +479,11 @@ mod tests {
     fn whatever_does_or_shows_anything_wants_the_token_also_on_loopback() {
         let posts = ["sketch", "path", "order", "here", "wheel", "limit", "mission", "study"];
         let posts = posts.map(|name| ("POST", format!("/api/{name}")));
-        let gets = ["/api/seat", "/api/walls.png", "/api/drawing", "/api/place.svg", "/metrics", "/ws"];
+        let pictures = ["/api/walls.png", "/api/learned.png", "/api/drawing", "/api/place.svg"];
+        let gets = ["/api/seat", "/metrics", "/ws"].into_iter().chain(pictures);
         let gets = gets.map(|path| ("GET", path.to_owned()));
-        for (method, path) in posts.iter().chain(&gets) {
+        for (method, path) in posts.into_iter().chain(gets) {
+            let path = path.as_str();
             let wrong = (TOKEN, b"abcdefgh12345679".as_slice());
             let right = (TOKEN, TOKEN_TEXT.as_bytes());
             assert_eq!(status(method, path, &[HOST]), 401, "{path}");

@@ -84,6 +84,14 @@ impl Browser {
         self.runs(script)
     }
 
+    /// Draws the demo's building on the page at `link`, accepts what the robot learns there, drives in it, and rejects it.
+    pub fn learns(&self, place: &Place, link: &str) -> Ended {
+        let mut script = needs::program("node").expect("node, which was there before");
+        script.arg(repository().join("tests/pad/learning.mjs")).arg(link);
+        script.arg(repository().join("sim/missions/building/sketch-a.svg")).arg(place.files());
+        self.runs(script)
+    }
+
     /// Waits until the robot asks on the page at `link`, and answers with a tap and with a button.
     pub fn answers(&self, place: &Place, link: &str) -> Ended {
         let mut script = needs::program("node").expect("node, which was there before");
@@ -117,8 +125,13 @@ pub fn mission() -> Mission {
 
 /// Starts the pad, as the system `pad`, in the mission's world, and returns the link that it prints.
 pub fn pad(place: &Place) -> (Running, String) {
-    let file = repository().join(format!("{MISSION}.toml"));
-    let options = "--port 0 --system pad --out results --speed 1";
+    pad_in(place, MISSION, 1)
+}
+
+/// As [`pad`], in the world of any mission of the repository, `speed` times as fast as real time.
+pub fn pad_in(place: &Place, mission: &str, speed: u32) -> (Running, String) {
+    let file = repository().join(format!("{mission}.toml"));
+    let options = format!("--port 0 --system pad --out results --speed {speed}");
     let mut command = place.command(&format!("pad --mission {} {options}", file.display()));
     let mut child = command.spawn().unwrap();
     let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();

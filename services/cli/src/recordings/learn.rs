@@ -5,18 +5,12 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow};
 use sketchnav_navigators::read_from;
 use sketchnav_recordings::Recording;
-use sketchnav_recordings::reader::Selection;
+use sketchnav_recordings::replay::replay;
 use sketchnav_recordings::sources::RecordedRun;
-use sketchnav_recordings::writer::topic_name;
-use sketchnav_schemas::channels::{self, ChannelSpec, DRAWING};
-use sketchnav_schemas::codes::{DrawingKind, Process};
-use sketchnav_schemas::erased::Owned;
-use sketchnav_schemas::run::RunConfig;
-use sketchnav_sketch::learned::{CELL_M, DrawingFile, Learned, Learner, map_server, svg};
-use sketchnav_sketch::mission::{KIND, SketchMission};
+use sketchnav_sketch::learned::{CELL_M, Learned, map_server, of_drive, svg};
+use sketchnav_sketch::mission::KIND;
 use sketchnav_sketch::reading::DrawnMap;
-use sketchnav_sketch::reading::desk::{self, Change, Desk};
-use sketchnav_sketch::sketcher;
+use sketchnav_stage::drawn::See;
 
 use super::args::LearnOptions;
 use super::whole::Whole;
@@ -83,71 +77,10 @@ fn of(recording: &Recording) -> anyhow::Result<(Learned, DrawnMap)> {
     if kind != KIND {
         return Err(anyhow!("expected a drive of kind {KIND:?}, found one of {kind:?}"));
     }
-    if run.pad.draws() {
-        return of_pad(recording, &run);
-    }
-    let mission = SketchMission::of(&run.mission)?;
-    let files = read_from(&files);
-    let (drawing, places) = sketcher::understand(&run, &files)?;
-    let mut learner = Learner::new(&run.robot)?;
-    replay(recording, |spec, message| {
-        learner.see(spec, message.bytes());
-        Ok(())
-    })?;
-    match sketcher::learned_before(&run, &files)? {
-        Some(before) => Ok((learner.merged(&before.learned, &before.intent, &places)?, before.drawing)),
-        None => {
-            let file = DrawingFile::of(&mission.drawing, &files(&mission.drawing)?);
-            Ok((learner.learned(file, &drawing, &places)?, drawing))
-        }
-    }
-}
-
-/// Returns what the drives by the last drawing that people made on the pad teach. The goals are those that were marked last.
-fn of_pad(recording: &Recording, run: &RunConfig) -> anyhow::Result<(Learned, DrawnMap)> {
-    let mut desk = Desk::new(run)?;
-    let (mut sketch, mut learner) = (Vec::new(), Learner::new(&run.robot)?);
-    replay(recording, |spec, message| {
-        let Some(about) = DRAWING.message(spec, message.bytes()) else {
-            learner.see(spec, message.bytes());
-            return Ok(());
-        };
-        let Some(kind) = DrawingKind::from_code(about.kind) else { return Ok(()) };
-        // A drawing that is rejected now was rejected then.
-        match desk.take(kind, message.cells()) {
-            Ok(Change::Sketch) => sketch = message.cells().to_vec(),
-            Ok(Change::Start) => learner = Learner::new(&run.robot)?,
-            Ok(Change::Tasks) => learner.begin_tasks(),
-            Err(_) => {}
-        }
-        Ok(())
-    })?;
-    let drawn = desk.placed();
-    let (drawing, places) = drawn.context("expected a drawing with a route or goals in it, found none")?;
-    let file = DrawingFile::of(desk::NAME, &sketch);
-    Ok((learner.learned(file, drawing, places)?, drawing.clone()))
-}
-
-/// Calls `see` for every valid message of the planner's channels and for every drawing, in order.
-fn replay(
-    recording: &Recording,
-    mut see: impl FnMut(&ChannelSpec, &Owned) -> anyhow::Result<()>,
-) -> anyhow::Result<()> {
-    let planner = Process::Planner;
-    let heard = channels::read_by(planner, KIND).chain(channels::written_by(planner, KIND));
-    let topics = heard.chain([DRAWING.spec]).map(|spec| topic_name(spec.name));
-    for message in recording.timeline(Selection::of_topics(topics))? {
-        let message = message?;
-        let Some(spec) = channels::of_topic(&message.topic.name) else { continue };
-        match message.decode(spec) {
-            // What the robot's processes rejected, it has not learned from either.
-            Err(error) if error.is_one_message() => {}
-            Err(error) => return Err(error.into()),
-            Ok(decoded) if spec.message.check(decoded.bytes()).is_err() => {}
-            Ok(decoded) => see(spec, &decoded)?,
-        }
-    }
-    Ok(())
+    let mut messages = |see: &mut See<'_>| {
+        Ok(replay(recording, KIND, |spec, message| see(spec, message.bytes(), message.cells()))?)
+    };
+    of_drive(&run, &read_from(&files), &mut messages).map_err(|error| anyhow!(error))
 }
 
 fn report(output: &Path, learned: &Learned, exports: &[PathBuf], json: bool) -> anyhow::Result<()> {

@@ -2,6 +2,7 @@
 //! learned](sketchnav_sketch::learned) on the first drive. The later drives begin anywhere in what the robot saw, with any heading
 //! and without a mark, and consist of those tasks that the robot accepts there. [`series`] drives them.
 
+pub mod cause;
 pub mod series;
 mod tables;
 

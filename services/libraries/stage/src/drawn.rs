@@ -1,11 +1,54 @@
 //! Drawings that people make on the pad's page, and how a navigator interprets them.
 
+use std::fmt::Debug;
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
+use sketchnav_schemas::channels::ChannelSpec;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::run::RunConfig;
 
-use crate::StageError;
 use crate::lookout::Walls;
+use crate::{Files, StageError};
+
+/// Code of a cell of the drawing where a robot has seen nothing.
+pub const UNSEEN: u8 = 255;
+
+/// Passes on the messages of the planner's channels and the drawings, in order: the channel, the message, and what follows it.
+pub type Replay<'a> = dyn FnMut(&mut See<'_>) -> Result<(), StageError> + 'a;
+/// Takes in a message.
+pub type See<'a> = dyn FnMut(&ChannelSpec, &[u8], &[u8]) + 'a;
+/// Learns from a drive, and returns the content of a file.
+pub type Learn = fn(&RunConfig, &Files<'_>, &mut Replay<'_>) -> Result<Vec<u8>, StageError>;
+/// Shows a drawing and what was learned by it.
+pub type Show = fn(&RunConfig, &[u8], &[u8]) -> Result<Lesson, StageError>;
+
+/// Functions with which a navigator learns from drives by a drawing.
+#[derive(Debug, Clone, Copy)]
+pub struct Lessons {
+    /// Learns from a drive, and returns the content of a file from which the next drive can start. Sent after its drawing, it takes
+    /// the place of the drawing.
+    pub learn: Learn,
+    /// Shows what such a file contains. The drawing comes first, then the file.
+    pub show: Show,
+}
+
+/// How what was learned lies in the drawing.
+#[derive(Debug, Clone)]
+pub struct Lesson {
+    /// What was seen, as cells of the grid made from the drawing: walls, free cells, or [`UNSEEN`].
+    pub seen: Walls,
+    /// Where the places of the sketch lie, if the robot drives in what it has learned.
+    pub frame: Arc<dyn Frame>,
+}
+
+/// Converts between a sketch that is not the drawing itself and the drawing, in pixels of its file (column, row).
+pub trait Frame: Debug + Send + Sync {
+    /// Returns the place in the drawing.
+    fn to_drawing(&self, sketch_px: [f64; 2]) -> [f64; 2];
+    /// Returns the place in the sketch.
+    fn to_sketch(&self, image_px: [f64; 2]) -> [f64; 2];
+}
 
 /// Functions with which a navigator interprets drawings.
 #[derive(Debug, Clone, Copy)]
@@ -14,6 +57,8 @@ pub struct Drawn {
     pub walls: fn(&RunConfig, &[u8]) -> Option<Walls>,
     /// Writes the drawing and its marks into a mission, so that the mission can be driven without a page.
     pub keep: fn(&mut Mission, &Kept<'_>) -> Result<(), StageError>,
+    /// Learns from drives. `None` if the navigator does not.
+    pub lessons: Option<Lessons>,
 }
 
 /// A drawing to be saved, with its marks.
@@ -21,6 +66,8 @@ pub struct Drawn {
 pub struct Kept<'a> {
     /// File that contains the drawing.
     pub drawing: &'a str,
+    /// File that contains what was learned by the drawing, if the robot is to drive in it.
+    pub learned: Option<&'a str>,
     /// Width and height of the grid made from the drawing, in pixels.
     pub size_px: [u32; 2],
     /// Number of pixels of the grid per image pixel.

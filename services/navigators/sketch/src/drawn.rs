@@ -3,12 +3,13 @@
 
 use std::collections::BTreeMap;
 
+use crate::learned;
 use crate::mission::{Aim, SketchMission, SketchTask, WallTone};
 use sketchnav_schemas::geometry::Point;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::StageError;
-use sketchnav_stage::drawn::{Drawn, Kept, Marks};
+use sketchnav_stage::drawn::{Drawn, Kept, Lessons, Marks};
 use sketchnav_stage::lookout::Walls;
 
 use crate::reading::{self, Options, Settings, desk, route_heading_rad};
@@ -17,7 +18,8 @@ use crate::reading::{self, Options, Settings, desk, route_heading_rad};
 const TIME_LIMIT_S: f64 = 1800.0;
 
 /// The functions with which the pad shows and saves drawings for this navigator.
-pub const DRAWN: Drawn = Drawn { walls, keep };
+pub const DRAWN: Drawn =
+    Drawn { walls, keep, lessons: Some(Lessons { learn: learned::learn, show: learned::show }) };
 
 /// Reads the walls with the sketcher's own code, so that the page shows exactly what the sketcher would read. Returns `None` if
 /// the drawing cannot be read.
@@ -37,7 +39,7 @@ fn keep(mission: &mut Mission, kept: &Kept<'_>) -> Result<(), StageError> {
         start: placing.start.map(|start| start.at).or(first),
         start_heading_deg: placing.start.and_then(|start| start.heading_deg),
         places: BTreeMap::new(),
-        learned_file: None,
+        learned_file: kept.learned.map(str::to_owned),
         tasks: tasks(marks),
     };
     // If the heading came from the route that placed the robot, a later run can derive it again only if its tasks begin with
@@ -92,7 +94,11 @@ mod tests {
         let [placing, marks] = [placing, marks].map(|marks| serde_json::from_str::<Marks>(marks).unwrap());
         let drawing = "my-room.json";
         let mut mission = mission();
-        keep(&mut mission, &Kept { drawing, size_px, scale: 1.0, placing: &placing, marks: &marks }).unwrap();
+        keep(
+            &mut mission,
+            &Kept { drawing, learned: None, size_px, scale: 1.0, placing: &placing, marks: &marks },
+        )
+        .unwrap();
         let mission = Mission::parse(&toml::to_string(&mission).unwrap()).unwrap();
         let sketch = SketchMission::of(&mission).unwrap();
         (mission, sketch)

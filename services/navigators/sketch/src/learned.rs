@@ -14,7 +14,9 @@
 //! the map, whose origin is the robot's position at its first scan and whose x axis is its heading there. Rows of the map run along
 //! x, the lowest first; `120u4f1o` means 120 unknown cells, four free ones and an occupied one.
 
+mod drive;
 mod export;
+mod frame;
 mod learner;
 mod merge;
 mod place;
@@ -24,7 +26,9 @@ use serde::{Deserialize, Serialize};
 use sketchnav_mapping::Cell;
 use sketchnav_schemas::message::MAX_TASKS;
 
+pub use drive::{learn, of_drive};
 pub use export::{MapServer, map_server, svg};
+pub use frame::show;
 pub use learner::{LearnError, Learner};
 pub use warp::Warp;
 
@@ -139,7 +143,7 @@ pub enum LearnedError {
     },
 }
 
-/// The version of a file, which is read before anything else.
+/// The version of a file, which is read before anything else. No other file has it.
 #[derive(Deserialize)]
 struct Version {
     learned: serde_json::Value,
@@ -170,6 +174,11 @@ impl Learned {
         pairs: Vec<[f64; 4]>,
     ) -> Self {
         Self { learned: VERSION, drawing, map, start, goals, pairs }
+    }
+
+    /// Returns true if the file says that it is a learned map, of any version.
+    pub fn is_one(bytes: &[u8]) -> bool {
+        serde_json::from_slice::<Version>(bytes).is_ok()
     }
 
     /// Reads a file.

@@ -49,11 +49,17 @@ pub enum LocalizerError {
 /// # Errors
 /// [`LocalizerError`], which names the key of the mission or of the robot file.
 pub fn demanded(mission: &Mission, robot: &Robot) -> Result<(Parameters, Laser), LocalizerError> {
-    let usual = SketchMission::of(mission)?.usual(Parameters::of, Parameters::learned);
-    let parameters = mission.parameters.over(Process::Localizer, &usual)?;
-    parameters.check().map_err(FilterError::from)?;
+    let parameters = parameters(mission, SketchMission::of(mission)?.is_learned())?;
     robot.odometry()?;
     Ok((parameters, robot.laser()?.clone()))
+}
+
+/// Returns the localizer's parameters in a sketch, which is a learned map or not.
+fn parameters(mission: &Mission, is_learned: bool) -> Result<Parameters, LocalizerError> {
+    let usual = SketchMission::of(mission)?.usual(is_learned, Parameters::of, Parameters::learned);
+    let parameters = mission.parameters.over(Process::Localizer, &usual)?;
+    parameters.check().map_err(FilterError::from)?;
+    Ok(parameters)
 }
 
 /// Everything that changes from scan to scan, which is what a checkpoint contains. `F` is the filter's own
@@ -71,13 +77,11 @@ pub struct State<F = filter::State> {
 /// The localizer of a run.
 #[derive(Debug)]
 pub struct Localizer {
-    parameters: Parameters,
+    mission: Mission,
     laser: Laser,
     drive: Drive,
     seed: u64,
     waits_for_sketch: bool,
-    /// True if the sketch is a learned map, whose scale is known.
-    is_learned: bool,
     filter: Option<Filter>,
     particles_due_ns: u64,
     /// Number of the sketch that the filter belongs to, or 0 before the first sketch.
@@ -109,15 +113,14 @@ impl Localizer {
     /// # Errors
     /// [`LocalizerError`], which names the key of the mission or of the robot file.
     pub fn new(run: &RunConfig) -> Result<Self, LocalizerError> {
-        let (parameters, laser) = demanded(&run.mission, &run.robot)?;
+        let (_, laser) = demanded(&run.mission, &run.robot)?;
         let (drive, seed) = (run.robot.drive, run.seed);
         Ok(Self {
-            parameters,
+            mission: run.mission.clone(),
             laser,
             drive,
             seed,
             waits_for_sketch: !run.pad.draws(),
-            is_learned: SketchMission::of(&run.mission)?.is_learned(),
             filter: None,
             particles_due_ns: 0,
             sketch_seq: 0,
@@ -160,16 +163,17 @@ impl Localizer {
             spread_px: map.start_spread_px,
             spread_rad: map.start_spread_rad,
         };
+        let mut parameters = parameters(&self.mission, map.is_learned())?;
+        if map.is_learned() {
+            // The scale is known.
+            parameters.building_size_m = filter::extent_px(&sketch) / CELLS_PER_M as f32;
+        }
         let begin = |start| {
-            let (mounting, drive, mut parameters) =
-                ((&self.laser).into(), self.drive, self.parameters.clone());
-            if self.is_learned {
-                parameters.building_size_m = filter::extent_px(&sketch) / CELLS_PER_M as f32;
-            }
-            Filter::new(&sketch, mounting, drive, parameters, start, self.seed)
+            let mounting = (&self.laser).into();
+            Filter::new(&sketch, mounting, self.drive, parameters.clone(), start, self.seed)
         };
         // The start is at least as uncertain as a mark, since the covariance does not cover everything.
-        let mark = if self.is_learned { as_if_marked(marked) } else { marked };
+        let mark = if map.is_learned() { as_if_marked(marked) } else { marked };
         let last = self.start.take().map(|last| Start {
             spread_px: last.spread_px.max(mark.spread_px),
             spread_rad: last.spread_rad.max(mark.spread_rad),

@@ -186,9 +186,9 @@ impl SketchMission {
         self.learned_file.is_some()
     }
 
-    /// Returns the parameters that are usual for the mission: those of its method, or those of a learned map.
-    pub fn usual<P>(&self, of_method: fn(Method) -> P, learned: fn() -> P) -> P {
-        if self.is_learned() { learned() } else { of_method(self.method) }
+    /// Returns the parameters that are usual in a sketch: those of a learned map, or else those of the mission's method.
+    pub fn usual<P>(&self, is_learned: bool, of_method: fn(Method) -> P, learned: fn() -> P) -> P {
+        if is_learned { learned() } else { of_method(self.method) }
     }
 
     fn check_places(&self) -> Result<(), MissionError> {

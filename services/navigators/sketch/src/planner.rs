@@ -100,6 +100,9 @@ pub struct Planner {
     /// Time, in nanoseconds, up to which people's reports of where the robot is are too old to use.
     too_old_ns: Option<u64>,
     driver: Driver,
+    /// True if the driver drives in learned maps.
+    is_learned: bool,
+    run: RunConfig,
     agenda: Agenda,
     drawing: DrawingSeq,
 }
@@ -110,11 +113,8 @@ impl Planner {
     /// # Errors
     /// [`PlannerError`] if the mission's table `parameters.planner` is invalid or the robot lacks a sensor.
     pub fn new(run: &RunConfig) -> Result<Self, PlannerError> {
-        let mut parameters = parameters(&run.mission)?;
-        if run.pad.is_absent() {
-            // Without a pad, nobody could answer.
-            parameters.ask_margin = 0.0;
-        }
+        let is_learned = SketchMission::of(&run.mission)?.is_learned();
+        let parameters = of_run(run, is_learned)?;
         let robot = &run.robot;
         robot.odometry()?;
         let laser = robot.laser()?;
@@ -129,6 +129,8 @@ impl Planner {
             asking: Asking::default(),
             too_old_ns: None,
             driver: Driver::new(parameters, robot, laser)?,
+            is_learned,
+            run: run.clone(),
             agenda: Agenda::empty(run),
             drawing: DrawingSeq::default(),
         })
@@ -138,6 +140,11 @@ impl Planner {
     /// that belong to the previous drawing.
     fn on_sketch(&mut self, map: &SketchMap, cells: &[u8]) -> Result<(), PlannerError> {
         let sketch = SketchGrid::of_map(map, cells)?;
+        if map.is_learned() != self.is_learned {
+            self.is_learned = map.is_learned();
+            let parameters = of_run(&self.run, self.is_learned)?;
+            self.driver = Driver::new(parameters, &self.run.robot, self.run.robot.laser()?)?;
+        }
         self.wall_direction_rad = map.wall_direction_rad;
         self.size_px = [map.width_px, map.height_px].map(f64::from);
         let before = std::mem::replace(&mut self.drawing.sketch, map.header.seq);
@@ -373,7 +380,21 @@ impl Stage for Planner {
 /// # Errors
 /// [`PlannerError`] with the key of the mission.
 pub fn parameters(mission: &Mission) -> Result<Parameters, PlannerError> {
-    let usual = SketchMission::of(mission)?.usual(Parameters::of, Parameters::learned);
+    in_sketch(mission, SketchMission::of(mission)?.is_learned())
+}
+
+/// Returns the planner's parameters in a sketch of a run, which is a learned map or not.
+fn of_run(run: &RunConfig, is_learned: bool) -> Result<Parameters, PlannerError> {
+    let mut parameters = in_sketch(&run.mission, is_learned)?;
+    if run.pad.is_absent() {
+        // Without a pad, nobody could answer.
+        parameters.ask_margin = 0.0;
+    }
+    Ok(parameters)
+}
+
+fn in_sketch(mission: &Mission, is_learned: bool) -> Result<Parameters, PlannerError> {
+    let usual = SketchMission::of(mission)?.usual(is_learned, Parameters::of, Parameters::learned);
     let parameters = mission.parameters.over(Process::Planner, &usual)?;
     parameters.check()?;
     Ok(parameters)

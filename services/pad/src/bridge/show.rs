@@ -62,6 +62,9 @@ impl Bridge<'_> {
     }
 
     fn view(&self) -> Option<View> {
+        if let Some(learned) = &self.lessons.accepted {
+            return Some(View::Learned(learned.lesson.frame.clone()));
+        }
         match &self.machine.memory().sketch {
             Some(sketch) => Some(View::Drawing { height_px: sketch.size_px[1].into(), scale: sketch.scale }),
             None => match self.watch.sheet() {
@@ -121,6 +124,7 @@ impl Bridge<'_> {
             drawing,
             path: memory.path.as_ref().map(|path| path.body.clone()),
             walls: self.walls,
+            learned: self.lessons.view(),
             trail: self.trail.points(),
             study: self.study.as_ref().map(Sitting::view),
         };
@@ -154,8 +158,9 @@ impl Bridge<'_> {
         // Until a path has placed the robot in a new sketch, everything known refers to the previous one.
         let is_placed = !self.run.pad.draws() || self.machine.memory().path.is_some();
         let view = self.view().filter(|_| is_placed);
+        let view = view.as_ref();
         let shown = view.map_or_else(Shown::default, |_| self.watch.draw());
-        let pose = view.and_then(|view| self.pose(&shown, &view));
+        let pose = view.and_then(|view| self.pose(&shown, view));
         let question = self.watch.question().filter(|_| self.machine.asks());
         let status = self.machine.status().filter(|_| is_placed);
         let tracking = shown.robot.map(|robot| robot.tracking);
@@ -176,7 +181,7 @@ impl Bridge<'_> {
             question: view
                 .filter(|_| pose.is_some())
                 .zip(question)
-                .map(|(view, places)| QuestionView::new(&places, &view)),
+                .map(|(view, places)| QuestionView::new(&places, view)),
             trail: self.trail.last(),
             warnings: feed::warnings(status, tracking, &self.ends, &self.services, silence),
             services: self.services.views(),
@@ -188,7 +193,7 @@ impl Bridge<'_> {
     fn pose(&mut self, shown: &Shown, view: &View) -> Option<PoseView> {
         match view {
             View::Robot { .. } => Some(PoseView::in_the_middle(&self.run.robot, view)),
-            View::Drawing { .. } => {
+            View::Drawing { .. } | View::Learned(_) => {
                 let pose = PoseView::new(shown.robot.as_ref()?, view);
                 self.trail.go_to([pose.x, pose.y]);
                 Some(pose)

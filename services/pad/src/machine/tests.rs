@@ -333,3 +333,31 @@ fn a_place_is_an_answer() {
     scene.say(TaskState::Driving);
     assert!(!scene.allowed().contains(&Step::Here));
 }
+
+/// What was learned is offered after a drive. Once it is accepted, it takes the place of the sketch, until it is rejected.
+#[test]
+fn what_was_learned_is_accepted_and_rejected() {
+    let mut scene = Scene::new(true);
+    scene.sketch();
+    scene.path();
+    assert!(scene.machine.accept(vec![2], true, scene.now).is_err(), "nothing was learned");
+    scene.order(Step::Execute);
+    scene.say(TaskState::Driving);
+    scene.machine.offer(true);
+    assert_eq!(scene.allowed(), [Step::Abort], "the robot drives");
+    scene.say(TaskState::Finished);
+    assert!(scene.machine.accept(vec![2], false, scene.now).is_err(), "another page drives");
+    scene.machine.accept(vec![2], true, scene.now).unwrap();
+    assert_eq!(scene.answer(true), Some(Ok(())));
+    scene.machine.offer(false);
+    let memory = scene.machine.memory();
+    assert_eq!((memory.learned.as_deref(), &memory.path), (Some(&[2][..]), &None));
+    assert_eq!(scene.allowed(), [Step::Sketch, Step::Path, Step::Reject]);
+    scene.path();
+    scene.machine.offer(true);
+    assert_eq!(scene.machine.reject(true, scene.now), Ok(false), "what was offered");
+    assert_eq!(scene.machine.reject(true, scene.now), Ok(true), "what was accepted");
+    assert_eq!(scene.answer(true), Some(Ok(())));
+    assert_eq!((&scene.machine.memory().learned, scene.machine.state()), (&None, State::Sketch));
+    assert!(!scene.allowed().contains(&Step::Reject));
+}

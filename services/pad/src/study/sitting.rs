@@ -184,7 +184,7 @@ impl Sitting {
             Step::Sketch | Step::Path => self.stage() == Stage::Draw,
             // A successor of a pad that died may not have sent the order yet.
             Step::Execute => matches!(self.stage(), Stage::Draw | Stage::Driven),
-            Step::Again => false,
+            Step::Again | Step::Accept | Step::Reject => false,
             Step::Abort | Step::Restore | Step::Here => true,
         };
         if holds { Ok(()) } else { Err(self.not_now("a participant draws, and the robot drives once")) }

@@ -16,9 +16,10 @@ use sketchnav_schemas::time::seconds;
 use sketchnav_sketch::learned::{CELL_M, CELLS_PER_M, DrawingFile, LearnError, Learned, Learner};
 use sketchnav_sketch::messages::{ESTIMATE, PoseEstimate};
 use sketchnav_sketch::mission::SketchMission;
-use sketchnav_sketch::reading::{Intent, Options};
+use sketchnav_sketch::reading::{ImageTask, Intent, Options};
 use sketchnav_sketch::sketcher;
 
+use super::cause::Cause;
 use crate::error::{EvalError, read};
 use crate::experiments::ground::{Ground, length_m};
 use crate::experiments::outcome::TaskOutcome;
@@ -37,7 +38,7 @@ const POSE_EVERY_M: f64 = 0.2;
 /// Number of starts that are tried.
 const ATTEMPTS: usize = 10_000;
 /// Maximum distance, in metres, of the estimate from the truth for the robot to have found its place.
-const FOUND_WITHIN_M: f64 = 0.5;
+pub(super) const FOUND_WITHIN_M: f64 = 0.5;
 
 /// A drive of a series.
 #[derive(Debug, Clone)]
@@ -71,12 +72,12 @@ struct Made {
 
 /// What was learned.
 #[derive(Debug)]
-struct Lesson {
-    learned: Learned,
+pub(super) struct Lesson {
+    pub(super) learned: Learned,
     /// The robot's poses on the first drive, in the world and in the map.
     poses: Vec<(Pose<World>, Pose<Map>)>,
-    /// For each task, true if the robot accepts it.
-    accepted: Vec<bool>,
+    /// Where the robot believes the goal of each task, in metres of the true world, or `None` if it refuses the task.
+    pub(super) goals: Vec<Option<[f64; 2]>>,
 }
 
 /// What is known of a task of a series.
@@ -93,6 +94,9 @@ pub struct InSeries {
     /// How the robot found its place, if it had to, which is in the first task of a later drive.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub search: Option<Search>,
+    /// Why the robot failed at the task, on a later drive.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cause: Option<Cause>,
 }
 
 /// How a robot without a mark found its place.
@@ -143,8 +147,8 @@ impl Series {
         let runs = run::drive(&prepared, method, seed)?;
         let mut outcomes: Vec<_> =
             runs.iter().flat_map(|driven| run::outcomes(&prepared, method, repetition, driven)).collect();
-        let search = runs.first().zip(made.learned.as_ref()).map(|(driven, lesson)| lesson.search(driven));
-        self.first.describe(&mut outcomes, (self.drive, &prepared.mission), made.learned.as_ref(), search);
+        let drive = (self.drive, &prepared.mission);
+        self.first.describe(&mut outcomes, drive, made.learned.as_ref(), runs.first());
         Ok(outcomes)
     }
 
@@ -155,7 +159,7 @@ impl Series {
         let mut trial = Trial { series: None, ..trial.clone() };
         let tasks = std::mem::take(&mut trial.mission.task);
         let Some(lesson) = &made.learned else { return Ok(trial) };
-        let accepted = tasks.into_iter().zip(&lesson.accepted).filter(|(_, is_accepted)| **is_accepted);
+        let accepted = tasks.into_iter().zip(&lesson.goals).filter(|(_, goal)| goal.is_some());
         let tasks: Vec<_> = accepted.map(|(task, _)| task).collect();
         let Some(goal) = tasks.first().map(|task| task.there.middle()) else { return Ok(trial) };
         let Some(start) = self.first.start(lesson, goal, seed, self.drive) else { return Ok(trial) };
@@ -208,10 +212,9 @@ impl First {
         };
         let options = Options::of_mission(&driven.run.mission, driven.run.seed)?;
         let intent = Intent::of_mission(&mission, &drawing)?;
-        let accepts =
-            |task| learned.place(LEARNED_FILE, &Intent { tasks: vec![task], ..Intent::default() }, &options);
-        let accepted = intent.tasks.into_iter().map(|task| accepts(task).is_ok()).collect();
-        Ok(Some(Lesson { learned, poses: poses.clone(), accepted }))
+        let mut lesson = Lesson { learned, poses: poses.clone(), goals: Vec::new() };
+        lesson.goals = intent.tasks.into_iter().map(|task| lesson.goal(task, &options)).collect();
+        Ok(Some(lesson))
     }
 
     /// Returns a place in what was learned from which there is a path to the goal, with any heading.
@@ -242,24 +245,30 @@ impl First {
         tasks.iter().map(&mut way).collect()
     }
 
-    /// Adds what is known of the tasks of a drive to their outcomes.
+    /// Adds what is known of the tasks of a drive to their outcomes. `driven` is the drive, unless it is the first.
     fn describe(
         &self,
         outcomes: &mut [TaskOutcome],
         (drive, mission): (usize, &Mission),
         lesson: Option<&Lesson>,
-        search: Option<Search>,
+        driven: Option<&Driven>,
     ) {
         let ways = self.ways(mission.start.world, &mission.task);
         for ((ended, task), way_m) in outcomes.iter_mut().zip(&mission.task).zip(ways) {
             let of_first = self.trial.mission.task.iter().position(|first| first.name == task.name);
-            let is_accepted = |lesson: &Lesson| of_first.is_some_and(|index| lesson.accepted[index]);
+            let later = lesson.zip(driven);
+            let cause = later.zip(of_first.filter(|_| !ended.is_success()));
             ended.in_series = Some(InSeries {
                 drive,
                 way_m: way_m.unwrap_or_default(),
                 is_seen: lesson.is_some_and(|lesson| lesson.has_seen(task.there.middle())),
-                is_accepted: lesson.is_some_and(is_accepted),
-                search: search.filter(|_| ended.task_index == 0),
+                is_accepted: lesson
+                    .zip(of_first)
+                    .is_some_and(|(lesson, index)| lesson.goals[index].is_some()),
+                search: later.filter(|_| ended.task_index == 0).map(|(lesson, driven)| lesson.search(driven)),
+                cause: cause.and_then(|((lesson, driven), index)| {
+                    lesson.cause(driven, task, [index, ended.task_index])
+                }),
             });
         }
     }
@@ -290,11 +299,19 @@ impl Lesson {
         free.map(|index| self.in_world(middle(index))).collect()
     }
 
+    /// Returns where the robot believes the goal of a task, in metres of the true world, or `None` if it refuses the task.
+    fn goal(&self, task: ImageTask, options: &Options) -> Option<[f64; 2]> {
+        let intent = Intent { tasks: vec![task], ..Intent::default() };
+        let (_, places) = self.learned.place(LEARNED_FILE, &intent, options).ok()?;
+        let end = places.tasks.first()?.end();
+        Some(self.in_world(self.learned.map.of_drawn([end.x, end.y])))
+    }
+
     fn in_world(&self, at: [f64; 2]) -> [f64; 2] {
         carried(at, self.poses.iter().map(|(truth, seen)| (seen, truth)))
     }
 
-    fn in_map(&self, at: [f64; 2]) -> [f64; 2] {
+    pub(super) fn in_map(&self, at: [f64; 2]) -> [f64; 2] {
         carried(at, self.poses.iter().map(|(truth, seen)| (truth, seen)))
     }
 
@@ -308,19 +325,21 @@ impl Lesson {
             .any(|[dx, dy]| self.learned.map.at_m([x + dx, y + dy]) == Cell::Free)
     }
 
+    /// Returns the distance of an estimate from the truth, in metres. `truth` is that of the same task.
+    pub(super) fn off_m(&self, estimate: &PoseEstimate, truth: &[GroundTruth]) -> f64 {
+        let stamp_ns = estimate.header.stamp_ns;
+        let since = truth.partition_point(|truth| truth.header.stamp_ns < stamp_ns);
+        let Some(truth) = truth.get(since).or(truth.last()) else { return f64::INFINITY };
+        let at = self.in_world(self.learned.map.of_drawn([estimate.pose.x_px, estimate.pose.y_px]));
+        truth.pose().position().distance(&Point::new(at[0], at[1]))
+    }
+
     /// Returns how the robot found its place in the first task of a drive.
     fn search(&self, driven: &Driven) -> Search {
         let spans = judge::spans(driven.run.mission.task.len(), &driven.log.status);
         let Some(span) = spans.first().copied().flatten() else { return Search::Wrong };
         let (estimates, truth) = (span.of(&driven.log.estimates), span.of(&driven.log.truth));
-        let off_m = |estimate: &PoseEstimate| {
-            let stamp_ns = estimate.header.stamp_ns;
-            let truth =
-                &truth[truth.partition_point(|truth| truth.header.stamp_ns < stamp_ns).min(truth.len() - 1)];
-            let at = self.in_world(self.learned.map.of_drawn([estimate.pose.x_px, estimate.pose.y_px]));
-            truth.pose().position().distance(&Point::new(at[0], at[1]))
-        };
-        let is_right = |estimate: &PoseEstimate| off_m(estimate) <= FOUND_WITHIN_M;
+        let is_right = |estimate: &PoseEstimate| self.off_m(estimate, truth) <= FOUND_WITHIN_M;
         let knows =
             |estimate: &PoseEstimate| Tracking::from_code(estimate.tracking) == Some(Tracking::Tracking);
         let wrong = estimates.iter().rposition(|estimate| !is_right(estimate));

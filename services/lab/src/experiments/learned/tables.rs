@@ -3,6 +3,7 @@
 use sketchnav_schemas::statistics::{median, wilson};
 
 use super::DRIVES;
+use super::cause::Cause;
 use super::series::{InSeries, Search};
 use crate::experiments::outcome::TaskOutcome;
 use crate::experiments::section::Section;
@@ -28,7 +29,7 @@ impl<'a> Ended<'a> {
 pub fn sections(outcomes: &[TaskOutcome]) -> Vec<Section> {
     let all: Vec<_> =
         outcomes.iter().filter_map(|outcome| Some(Ended { outcome, known: outcome.in_series? })).collect();
-    vec![drives(&all), searches(&all)]
+    vec![drives(&all), searches(&all), causes(&all)]
 }
 
 fn of_drive<'a>(all: &[Ended<'a>], drive: usize) -> Vec<Ended<'a>> {
@@ -125,6 +126,29 @@ fn searches(all: &[Ended<'_>]) -> Section {
     }
 }
 
+fn causes(all: &[Ended<'_>]) -> Section {
+    let counts = |drive: usize| {
+        let driven = of_drive(all, drive);
+        Cause::ALL.map(|cause| driven.iter().filter(|ended| ended.known.cause == Some(cause)).count())
+    };
+    let row = |drive: usize| {
+        let counts = counts(drive).map(|count| count.to_string());
+        std::iter::once(DRIVES[drive].0.to_owned()).chain(counts).collect()
+    };
+    let header = std::iter::once("drive").chain(Cause::ALL.map(Cause::words)).map(str::to_owned);
+    Section {
+        title: "Why later drives fail".into(),
+        table: Table { header: header.collect(), rows: (1..DRIVES.len()).map(row).collect() },
+        words: vec![
+            "Failures count in the first column that applies. A wrong arrival or correspondence on the first drive puts the goal at \
+             another place in the map. A map counts as drifted if the distance between start and goal differs by more than 1 m. The \
+             last three are about where the robot believes it is when the task ends."
+                .into(),
+        ],
+        plots: Vec::new(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -138,10 +162,11 @@ mod tests {
         search: Option<Search>,
     ) -> TaskOutcome {
         let is_accepted = task != "refused";
+        let cause = (drive > 0 && kind == Kind::Lost).then_some(Cause::Unsure);
         TaskOutcome {
             task: task.to_owned(),
             time_s,
-            in_series: Some(InSeries { drive, way_m, is_seen: true, is_accepted, search }),
+            in_series: Some(InSeries { drive, way_m, is_seen: true, is_accepted, search, cause }),
             ..TaskOutcome::sample(&format!("a/{}#1", DRIVES[drive].0), kind)
         }
     }
@@ -157,12 +182,13 @@ mod tests {
             ended(1, "far", Kind::Lost, [90.0, 20.0], None),
             ended(1, "late", Kind::Reached, [10.0, 5.0], None),
         ];
-        let [drives, searches] = &sections(&all)[..] else { panic!() };
+        let [drives, searches, causes] = &sections(&all)[..] else { panic!() };
         let found: Vec<_> = drives.table.rows[0].iter().map(String::as_str).collect();
         let expected = ["second", "66.7 % (21 to 94) of 3", "50.0 % (15 to 85) of 4", "1.50", "0.75"];
         assert_eq!(found, expected);
         assert!(drives.words[0].starts_with("Of the 4 tasks of the first drives, 4 have a goal whose place was truly seen, which the robot refuses for 1"));
         assert_eq!(searches.table.rows[0], ["second", "100.0 % (21 to 100) of 1", "0", "0", "12 s", "12 s"]);
+        assert_eq!(causes.table.rows[0], ["second", "0", "0", "0", "0", "1", "0"]);
         assert_eq!(drives.table.rows[1], ["third", "–", "0.0 % (0 to 49) of 4", "–", "–"]);
     }
 }

@@ -78,6 +78,11 @@ impl LearnedMap {
         [0, 1].map(|axis| self.origin_m[axis] + px[axis] * CELL_M)
     }
 
+    /// Returns the place of the map as a drawing, in pixels of the frame `Sketch`, of a position in metres.
+    pub fn to_drawn(&self, at_m: [f64; 2]) -> [f64; 2] {
+        [0, 1].map(|axis| (at_m[axis] - self.origin_m[axis]) * CELLS_PER_M)
+    }
+
     /// Returns this map with the cells that `newer` knows. `motion` is the origin of `newer` in this map.
     ///
     /// # Errors

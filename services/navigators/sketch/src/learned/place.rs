@@ -8,7 +8,8 @@ use sketchnav_schemas::codes::{FREE, WALL};
 use sketchnav_schemas::geometry::{Point, Sketch};
 use sketchnav_schemas::seed;
 
-use super::{CELLS_PER_M, Goal, Learned, LearnedMap, Warp};
+use super::{Goal, Learned, LearnedMap, Warp};
+use crate::messages::SketchMap;
 use crate::reading::{self, DrawnMap, ImageTask, Intent, Kind, Marks, Options, Places, SketchError};
 
 /// Distance in the drawing, in pixels of the file, within which a goal is the same as one of the drive that was learned from.
@@ -19,11 +20,11 @@ const SEEN_WITHIN: f64 = 10.0;
 impl LearnedMap {
     /// Returns the place of a position in metres, in pixels of the map as a picture (column, row; row 0 at the top).
     fn to_image(&self, at: [f64; 2]) -> [f64; 2] {
-        let [x, y] = [0, 1].map(|k| (at[k] - self.origin_m[k]) * CELLS_PER_M);
+        let [x, y] = self.to_drawn(at);
         [x, self.height() as f64 - y]
     }
 
-    /// Returns the map as a drawing at [`CELLS_PER_M`]. What was not seen is wall.
+    /// Returns the map as a drawing at [`CELLS_PER_M`](super::CELLS_PER_M). What was not seen is wall.
     fn drawn(&self, file: &str, options: &Options) -> DrawnMap {
         let (width, height) = (self.width as u32, self.height() as u32);
         let picture = GrayImage::from_fn(width, height, |column, row| {
@@ -38,7 +39,7 @@ impl LearnedMap {
             height_px: height,
             cells: self.cells.iter().map(|&cell| if cell == Cell::Free { FREE } else { WALL }).collect(),
             scale: 1.0,
-            pen_width_px: 1.0,
+            pen_width_px: SketchMap::NO_PEN_PX,
             wall_direction_rad: reading::wall_direction(&picture, &options.settings, &mut rng),
             marks: Marks::default(),
             labels: Vec::new(),

@@ -67,10 +67,20 @@ pub struct Lattice {
 impl Lattice {
     /// Creates the lattice for the places between `low` and `high`. `side` is the length of a mesh.
     pub fn new(warp: &Warp, low: [f64; 2], high: [f64; 2], side: f64) -> Self {
+        Self::by(|at| warp.apply(at), low, high, side)
+    }
+
+    /// As [`Lattice::new`], for any conversion.
+    pub fn by(
+        convert: impl Fn([f64; 2]) -> Option<[f64; 2]>,
+        low: [f64; 2],
+        high: [f64; 2],
+        side: f64,
+    ) -> Self {
         let [columns, rows] =
             [0, 1].map(|axis| ((high[axis] - low[axis]) / side).ceil().max(0.0) as usize + 2);
         let at = |k: usize| [low[0] + (k % columns) as f64 * side, low[1] + (k / columns) as f64 * side];
-        Self { low, side, columns, nodes: (0..columns * rows).map(|k| warp.apply(at(k))).collect() }
+        Self { low, side, columns, nodes: (0..columns * rows).map(|k| convert(at(k))).collect() }
     }
 
     /// Converts a place. Returns `None` outside the lattice, or if the conversion has no result nearby.

@@ -30,6 +30,15 @@ pub struct SketchMapForm {
 const SKETCH_MAP: &str = include_str!("SketchMap.msg");
 
 impl SketchMap {
+    /// Width of the pen of a sketch that nobody drew, because it is a map that a robot has learned. It has
+    /// [`CELLS_PER_M`](crate::learned::CELLS_PER_M) pixels per metre, and the robot may start anywhere in it.
+    pub const NO_PEN_PX: f64 = -1.0;
+
+    /// Returns true if the sketch is a map that a robot has learned.
+    pub fn is_learned(&self) -> bool {
+        self.pen_width_px < 0.0
+    }
+
     /// Returns the cells as an occupancy grid, reusing the memory of `spare`.
     ///
     /// # Errors

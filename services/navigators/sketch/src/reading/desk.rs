@@ -4,11 +4,15 @@
 //! robot: it starts where the route starts and faces along it (Boniardi et al. 2016, IV). Later marks leave
 //! the robot where it is, unless they contain a start. A rejected drawing changes nothing.
 //!
+//! What was learned on drives by a sketch may follow it. Marks are then placed in what was learned, although
+//! they refer to the sketch as before, and the robot may be anywhere. The same sketch again ends that.
+//!
 //! Drawings are parsed and checked just like files. This module does not open channels or files.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::codes::DrawingKind;
 use sketchnav_schemas::run::RunConfig;
+use sketchnav_stage::StageError;
 
 use super::Marks;
 use super::doubts::{self, Doubt};
@@ -17,9 +21,12 @@ use super::error::{Broken, SketchError};
 use super::file::read;
 use super::places::{Intent, Places};
 use super::settings::Options;
+use crate::learned::{DrawingFile, Learned, Learner};
 
 /// Name that error messages use for a drawing that does not come from a file.
 pub const NAME: &str = "the drawing";
+/// The same for what was learned.
+const LEARNED_NAME: &str = "what was learned";
 /// Time limit for a task from the pad, in seconds of simulation time. It is generous because a person is watching and can abort
 /// the task.
 const TIME_LIMIT_S: f64 = 1800.0;
@@ -28,6 +35,8 @@ const TIME_LIMIT_S: f64 = 1800.0;
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct State {
     sketch: Vec<u8>,
+    /// What was learned by the sketch.
+    learned: Vec<u8>,
     /// The marks that placed the robot.
     placing: Vec<u8>,
     /// The marks in force.
@@ -50,6 +59,8 @@ pub enum Change {
 pub struct Desk {
     options: Options,
     drawing: Option<DrawnMap>,
+    /// What was learned by the drawing, with the map as a sketch once there are marks in it.
+    learned: Option<(Learned, Option<DrawnMap>)>,
     places: Option<Places>,
     state: State,
     /// Range of the robot's laser in metres, if it has one.
@@ -67,7 +78,7 @@ impl Desk {
         let options = Options::of_mission(&run.mission, run.seed)?;
         let range_max_m = run.robot.laser.as_ref().map(|laser| laser.range_max_m);
         let (state, doubts) = (State::default(), String::new());
-        Ok(Self { options, drawing: None, places: None, state, range_max_m, doubts })
+        Ok(Self { options, drawing: None, learned: None, places: None, state, range_max_m, doubts })
     }
 
     /// Restores the state of another desk by processing its drawings again, in order.
@@ -78,6 +89,7 @@ impl Desk {
     pub fn restore(&mut self, state: &State) -> Result<(), SketchError> {
         let parts = [
             (DrawingKind::Sketch, &state.sketch),
+            (DrawingKind::Sketch, &state.learned),
             (DrawingKind::Route, &state.placing),
             (DrawingKind::Route, &state.marks),
         ];
@@ -93,6 +105,7 @@ impl Desk {
     /// [`SketchError`], which says what was expected and what was found. In this case, nothing changes.
     pub fn take(&mut self, kind: DrawingKind, bytes: &[u8]) -> Result<Change, SketchError> {
         match kind {
+            DrawingKind::Sketch if Learned::is_one(bytes) => self.take_learned(bytes),
             DrawingKind::Sketch => self.take_sketch(bytes),
             DrawingKind::Route => self.take_marks(bytes),
         }
@@ -103,9 +116,30 @@ impl Desk {
         self.drawing.as_ref()
     }
 
-    /// Returns the current sketch with its start and tasks, or `None` if there are none yet.
+    /// Returns the current sketch with its start and tasks, or `None` if there are none yet. If it was learned, this is the map.
     pub fn placed(&self) -> Option<(&DrawnMap, &Places)> {
-        self.drawing.as_ref().zip(self.places.as_ref())
+        let sketch = match &self.learned {
+            Some((_, map)) => map.as_ref(),
+            None => self.drawing.as_ref(),
+        };
+        sketch.zip(self.places.as_ref())
+    }
+
+    /// Returns what a drive by the current sketch and its marks teaches, and the drawing.
+    ///
+    /// # Errors
+    /// If there are no marks, or those of [`Learner`].
+    pub fn learned_by(&self, learner: &Learner) -> Result<(Learned, DrawnMap), StageError> {
+        let placed = self.drawing.as_ref().zip(self.places.as_ref());
+        let (drawing, places) = placed.ok_or("expected a drawing with a route or goals in it, found none")?;
+        let learned = match &self.learned {
+            Some((before, _)) => {
+                let marks: Marks = serde_json::from_slice(&self.state.marks)?;
+                learner.merged(before, &Intent::of_marks(&marks), places)?
+            }
+            None => learner.learned(DrawingFile::of(NAME, &self.state.sketch), drawing, places)?,
+        };
+        Ok((learned, drawing.clone()))
     }
 
     /// Returns the doubts about the drawing and its marks in words, or an empty string if there are none.
@@ -122,8 +156,25 @@ impl Desk {
         let drawing = read(bytes, NAME, &self.options)?;
         self.doubts = words(&doubts::of_drawing(&drawing));
         self.drawing = Some(drawing);
-        self.places = None;
+        (self.learned, self.places) = (None, None);
         self.state = State { sketch: bytes.to_vec(), ..State::default() };
+        Ok(Change::Sketch)
+    }
+
+    fn take_learned(&mut self, bytes: &[u8]) -> Result<Change, SketchError> {
+        let learned = Learned::parse(bytes)
+            .map_err(|reason| SketchError::Learned { file: LEARNED_NAME.to_owned(), reason })?;
+        if self.drawing.is_none() {
+            return Err(SketchError::NoSketch);
+        }
+        if !learned.drawing.is_same(&DrawingFile::of(NAME, &self.state.sketch)) {
+            let (file, of, drawing) = (LEARNED_NAME.to_owned(), learned.drawing.file, NAME.to_owned());
+            return Err(SketchError::LearnedByAnother { file, of, drawing });
+        }
+        self.doubts.clear();
+        (self.learned, self.places) = (Some((learned, None)), None);
+        let sketch = std::mem::take(&mut self.state.sketch);
+        self.state = State { sketch, learned: bytes.to_vec(), ..State::default() };
         Ok(Change::Sketch)
     }
 
@@ -138,10 +189,21 @@ impl Desk {
             intent.start = Some(drawing.to_image(&before.start.position()));
             intent.heading_deg = Some(before.start.yaw_rad.to_degrees());
         }
-        let places = intent.place(drawing, &self.options.settings)?;
-        let found = doubts::doubts(drawing, &places, self.range_max_m);
-        doubts::hopeless(drawing, &places, &found)?;
-        self.doubts = words(&found);
+        let places = match &mut self.learned {
+            // What is doubted about a drawing by hand does not concern what a laser has seen.
+            Some((learned, map)) => {
+                let (seen, places) = learned.place(LEARNED_NAME, &intent, &self.options)?;
+                *map = Some(seen);
+                places
+            }
+            None => {
+                let places = intent.place(drawing, &self.options.settings)?;
+                let found = doubts::doubts(drawing, &places, self.range_max_m);
+                doubts::hopeless(drawing, &places, &found)?;
+                self.doubts = words(&found);
+                places
+            }
+        };
         let change = if stays.is_some() { Change::Tasks } else { Change::Start };
         // A robot that stays keeps its start bit for bit. Converting the start to image pixels and back would change the last
         // bits.
@@ -165,6 +227,7 @@ mod tests {
     use sketchnav_schemas::geometry::Pose;
 
     use super::*;
+    use crate::messages::SketchMap;
 
     const ROOM: &[u8] = br#"{ "canvas": [600, 400], "pad": { "underlay": "photo.jpg" },
         "strokes": [ { "points": [[50,50],[550,50],[550,350],[50,350],[50,50]], "width_px": 6 } ] }"#;
@@ -267,6 +330,45 @@ mod tests {
         second.restore(first.state()).unwrap();
         assert_eq!(second.placed(), first.placed());
         assert_eq!(second.state(), first.state());
+    }
+
+    /// A map of a room of 3 m by 2 m in the middle of the drawing, at 50 px per metre.
+    fn learned(sketch: &[u8]) -> Vec<u8> {
+        let file = serde_json::to_value(DrawingFile::of(NAME, sketch)).unwrap();
+        let row = |cells: &str| serde_json::Value::from(cells);
+        let rows: Vec<_> = (0..42).map(|i| if i % 41 == 0 { row("62o") } else { row("1o60f1o") }).collect();
+        serde_json::to_vec(&serde_json::json!({
+            "learned": 1, "drawing": file, "start": { "at": [300.0, 200.0], "heading_deg": 0.0 }, "goals": [],
+            "map": { "resolution_m": 0.05, "origin_m": [-1.55, -1.05], "width": 62, "rows": rows },
+            "pairs": [[300.0, 200.0, 0.0, 0.0], [350.0, 200.0, 1.0, 0.0]],
+        }))
+        .unwrap()
+    }
+
+    #[test]
+    fn what_was_learned_takes_the_place_of_its_drawing_until_that_is_sent_again() {
+        let mut desk = desk();
+        desk.take(DrawingKind::Sketch, ROOM).unwrap();
+        desk.take(DrawingKind::Route, ROUTE).unwrap();
+        let by_hall = desk.take(DrawingKind::Sketch, &learned(HALL)).unwrap_err().to_string();
+        assert!(by_hall.contains("learned by"), "{by_hall}");
+        assert_eq!(desk.take(DrawingKind::Sketch, &learned(ROOM)), Ok(Change::Sketch));
+        assert!(desk.placed().is_none());
+        let error = desk.take(DrawingKind::Route, br#"{"goals": [[500,300]]}"#);
+        assert!(error.is_err(), "{error:?}");
+        let error = desk.take(DrawingKind::Route, br#"{"goals": [{"at": [540,340]}]}"#).unwrap_err();
+        assert!(matches!(error, SketchError::Unseen { .. }), "{error}");
+        assert_eq!(desk.take(DrawingKind::Route, br#"{"goals": [{"at": [350,200]}]}"#), Ok(Change::Start));
+        let (map, places) = desk.placed().unwrap();
+        let goal = places.tasks[0].end();
+        assert_eq!((map.width_px, map.height_px, map.pen_width_px), (62, 42, SketchMap::NO_PEN_PX));
+        assert!((goal.x - 51.0).abs() <= 1.0 && (goal.y - 21.0).abs() <= 1.0, "{goal:?}");
+        let mut successor = self::desk();
+        successor.restore(desk.state()).unwrap();
+        assert_eq!(successor.placed(), desk.placed());
+        desk.take(DrawingKind::Sketch, ROOM).unwrap();
+        desk.take(DrawingKind::Route, ROUTE).unwrap();
+        assert_eq!(desk.placed().unwrap().0.width_px, 600);
     }
 
     proptest! {

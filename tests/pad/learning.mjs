@@ -1,0 +1,138 @@
+// A robot that learns, on the running system: `node learning.mjs URL DRAWING.svg OUT`.
+// Environment: SKETCHNAV_PLAYWRIGHT (the folder of node_modules), SKETCHNAV_CHROMIUM.
+//
+// Draws the walls of a drawing with a pen, marks the start and two goals, and lets the robot drive. Looks at what the robot has
+// learned, accepts it, and lets the robot drive back without a mark. Then rejects what the second drive has added, and in the end
+// everything. Leaves screenshots in OUT; fails with the first thing that does not hold.
+
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { join } from "node:path";
+
+import { BROWSER, LIMIT_MS, assertNoFaults, chromium, inTurn, opened } from "./visit.mjs";
+
+const [url, drawingFile, out] = process.argv.slice(2);
+const CANVAS = [2540, 1252];
+const numbers = (text) => text.split(/[ ,]+/).map(Number);
+const pairs = (list) => list.flatMap((x, i) => (i % 2 ? [] : [[x, list[i + 1]]]));
+const walls = [...readFileSync(drawingFile, "utf8").matchAll(/<polyline points="([^"]+)"/g)].map(([, text]) => pairs(numbers(text)));
+const [START, FIRST, SECOND] = [[234, 600], [463, 323], [731, 307]];
+
+const browser = await chromium.launch(BROWSER);
+let page = null;
+let hand = null;
+
+const says = async (id, words) => {
+  await page.waitForFunction(
+    ([where, what]) => document.getElementById(where).textContent.includes(what), [id, words], { timeout: LIMIT_MS },
+  );
+};
+const press = (id) => page.click(`#${id}:enabled`);
+const text = (id) => page.locator(`#${id}`).textContent();
+
+async function draws() {
+  const context = await browser.newContext({ viewport: { width: 1500, height: 900 } });
+  ({ page, hand } = await opened(context, url, CANVAS));
+  await says("headline", "No map yet");
+  await hand.menu("new-landscape");
+  await hand.look();
+  for (const wall of walls) await hand.draw(wall);
+  await hand.tool("start");
+  await hand.drag([START, [START[0] + 200, START[1]]]);
+  await hand.tool("goal");
+  for (const goal of [FIRST, SECOND]) await hand.tap(goal);
+}
+
+async function drives() {
+  await press("send-sketch");
+  await says("headline", "Map sent");
+  await press("send-path");
+  await says("headline", "Path sent");
+  assert.equal(await page.locator("#learned").isVisible(), false, "nothing was learned yet");
+  await press("execute");
+  await says("headline", "Finished");
+  await says("task", "2 of 2 tasks reached");
+}
+
+/** Lets people look at the page: wide and on a phone, in both themes. */
+async function isLookedAt(name) {
+  for (const [size, viewport] of [["wide", { width: 1500, height: 900 }], ["phone", { width: 360, height: 740 }]]) {
+    await page.setViewportSize(viewport);
+    await page.locator("#shows").evaluate((shows, is) => { shows.open = is; }, size === "wide");
+    for (const colorScheme of ["light", "dark"]) {
+      await page.emulateMedia({ colorScheme });
+      await hand.settled();
+      await page.screenshot({ path: join(out, `${name}-${size}-${colorScheme}.png`) });
+    }
+    const wide = await page.evaluate(() => document.documentElement.scrollWidth) - viewport.width;
+    assert.ok(wide <= 0, `the page is ${wide} px wider than the screen`);
+    const small = await page.evaluate(() => [...document.querySelectorAll("#learned button")].filter((b) => b.checkVisibility())
+      .map((b) => b.getBoundingClientRect()).filter((box) => box.width < 43.5 || box.height < 43.5).length);
+    assert.equal(small, 0, "buttons below 44 px");
+  }
+  await page.emulateMedia({ colorScheme: "light" });
+  await page.setViewportSize({ width: 1500, height: 900 });
+  await page.click("#fit");
+  await hand.look();
+}
+
+async function isOffered() {
+  await page.waitForSelector("#accept:enabled");
+  await says("learned-words", "has learned what it saw");
+  const shown = await hand.pixels("feed");
+  await page.uncheck('[data-show="learned"]');
+  assert.notEqual(await hand.pixels("feed"), shown, "what was seen is drawn over the drawing");
+  await page.check('[data-show="learned"]');
+  await isLookedAt("learned");
+}
+
+/** The robot stands where the first drive ended. Nobody says where that is. */
+async function accepts() {
+  await press("accept");
+  await says("say", "drives by what it has learned");
+  await says("headline", "Map sent");
+  await hand.menu("clear-path");
+  await hand.tool("goal");
+  await hand.tap(FIRST);
+  await says("advice", "Send the path.");
+  await press("send-path");
+  await says("headline", "Path sent");
+  await page.click("#menu-button");
+  await page.fill("#mission-name", "again");
+  await page.click("#save-mission:enabled");
+  await says("say", "again.learned");
+  await press("execute");
+  await says("headline", "Finished");
+  await says("task", "1 of 1 task reached");
+  await isLookedAt("again");
+}
+
+/** The second drive has added to the map, which a person need not want. */
+async function rejects() {
+  await page.waitForSelector("#accept:enabled");
+  await press("reject");
+  await says("learned-words", "drives by what it has learned, from anywhere");
+  assert.equal(await page.locator("#accept").isVisible(), false);
+  await press("reject");
+  await says("say", "is forgotten");
+  await says("headline", "Map sent");
+  await page.waitForFunction(() => document.getElementById("learned").hidden);
+  assert.match(await text("advice"), /start/, "a start is needed again");
+}
+
+/** What was seen lies under the drawing of a person who corrects it. */
+async function corrects() {
+  const ink = await hand.pixels("ink");
+  await press("correct");
+  await says("say", "lies under the drawing");
+  assert.notEqual(await hand.pixels("ink"), ink);
+  await page.click("#undo");
+  await hand.settled();
+}
+
+try {
+  await inTurn([draws, drives, isOffered, corrects, accepts, rejects], (step) => step(), () => page, out);
+  assertNoFaults(/^$/);
+} finally {
+  await browser.close();
+}

@@ -68,6 +68,7 @@ fn the_report_has_the_documented_keys() {
     };
     let promised = [
         "driven",
+        "logs",
         "lost_messages",
         "mission",
         "pictures",

@@ -305,6 +305,7 @@ fn a_person_who_says_where_the_robot_is_has_its_particles_drawn_there() {
 fn a_place_that_was_told_counts_in_a_learned_map_too() {
     let (mut map, cells) = room();
     (map.start_spread_px, map.start_spread_rad) = (128.0, std::f64::consts::PI);
+    map.pen_width_px = SketchMap::NO_PEN_PX;
     let mission = MISSION.replace("drawing = ", "learned_file = \"room.learned\"\ndrawing = ");
     let run = RunConfig::lockstep("test", Mission::parse(&mission).unwrap(), Robot::parse(ROBOT).unwrap(), 1);
     let mut localizer = Hosted { stage: Localizer::new(&run).unwrap(), ..Hosted::new("") };

@@ -45,11 +45,12 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static COUNTING: Counting = Counting;
 
-fn pool(threads: usize) -> Arc<ThreadPool> {
+/// Creates a pool in which every thread has called `warm`. A thread that begins to work late would otherwise allocate its slot in
+/// the pool and its buffers in the middle of a step.
+fn pool(threads: usize, warm: impl Fn() + Sync) -> Arc<ThreadPool> {
     let counted = |_| IS_COUNTED.set(true);
     let pool = ThreadPoolBuilder::new().num_threads(threads).start_handler(counted).build().unwrap();
-    // A thread that starts late would otherwise allocate its slot in the pool in the middle of a step.
-    pool.broadcast(|_| ());
+    pool.broadcast(|_| warm());
     Arc::new(pool)
 }
 
@@ -79,7 +80,7 @@ fn a_steady_update_allocates_nothing_and_two_threads_change_no_bit() {
     };
     let alone = both.each_ref().map(|parameters| steps(&mut warm(parameters), 40));
     // Both runs share one pool, because the threads of a pool that is dropped would allocate while the next steps are counted.
-    let pool = pool(2);
+    let pool = pool(2, || both.iter().for_each(|parameters| drop(warm(parameters))));
     for (parameters, alone) in both.iter().zip(&alone) {
         let together = pool.install(|| {
             let mut drive = Drive::new(DRAWING, parameters.clone(), 1);

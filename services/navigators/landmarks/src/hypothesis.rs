@@ -23,6 +23,8 @@ const GATE_M: f32 = 1.5;
 const GATE_SQUARE: f32 = 16.0;
 /// Density of echoes from objects that were not drawn, per drawn metre.
 const ANYWHERE: f32 = 0.25;
+/// Error of a marker's position, as a share of its distance.
+const MARKER_LATERAL: f64 = 0.05;
 
 /// The shift of an object near a hypothesis.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -124,6 +126,11 @@ struct Candidate {
     likelihood: f32,
 }
 
+/// Returns the density of a normal distribution at a distance whose square is `square` times the variance.
+fn normal(square: f32, variance: f32) -> f32 {
+    (-0.5 * square).exp() / (std::f32::consts::TAU * variance).sqrt()
+}
+
 /// The logarithm of the likelihood of an echo, and how well it fits, from 0 to 1.
 pub struct Likely {
     /// Logarithm of the likelihood.
@@ -169,7 +176,7 @@ impl Within<'_> {
             if square > GATE_SQUARE {
                 continue;
             }
-            let likelihood = (-0.5 * square).exp() / (std::f32::consts::TAU * total).sqrt();
+            let likelihood = normal(square, total);
             found[count] = Some(Candidate { object, shift, off, variance, likelihood });
             count += 1;
         }
@@ -247,11 +254,10 @@ impl Within<'_> {
         let Some(off) = shift.off(outline, at) else {
             return settings.marked * (settings.mistaken * f64::from(ANYWHERE)).max(f64::MIN_POSITIVE).ln();
         };
-        let (sd, lateral) = (settings.echo_sd_m.0, 0.05 * from[0].hypot(from[1]));
+        let (sd, lateral) = (settings.echo_sd_m.0, MARKER_LATERAL * from[0].hypot(from[1]));
         let variance = (sd * sd + lateral * lateral) as f32;
         let total = variance + shift.variance(&off);
-        let square = off.distance * off.distance / total;
-        let likelihood = f64::from((-0.5 * square).exp() / (std::f32::consts::TAU * total).sqrt());
+        let likelihood = f64::from(normal(off.distance * off.distance / total, total));
         let mistaken = settings.mistaken * f64::from(ANYWHERE);
         let part = settings.marked;
         if likelihood > mistaken {

@@ -47,13 +47,18 @@ impl Bridge<'_> {
 
     /// Shows again what the predecessor's robot drove in.
     pub(super) fn resume_lessons(&mut self) {
+        self.lessons.drove = self.machine.memory().ordered;
+        self.lessons.accepted = self.remembered();
+        if self.lessons.accepted.is_some() {
+            self.show_learned();
+        }
+    }
+
+    /// Reads what the robot drives in from the machine's memory, which survives the pad.
+    fn remembered(&self) -> Option<Learned> {
         let memory = self.machine.memory();
-        self.lessons.drove = memory.ordered;
-        let (Some(ways), Some(sketch), Some(file)) = (self.ways(), &memory.sketch, &memory.learned) else {
-            return;
-        };
-        self.lessons.accepted = Learned::of_file(self.run, ways, (&sketch.bytes, file.clone())).ok();
-        self.show_learned();
+        let (ways, sketch, file) = (self.ways()?, memory.sketch.as_ref()?, memory.learned.as_ref()?);
+        Learned::of_file(self.run, ways, (&sketch.bytes, file.clone())).ok()
     }
 
     /// Learns from the last drive if that is due, in a thread of its own.
@@ -117,7 +122,9 @@ impl Bridge<'_> {
         let memory = self.machine.memory();
         match &memory.learned {
             Some(file) if self.lessons.accepted.as_ref().is_none_or(|before| before.file != *file) => {
-                self.lessons.accepted = self.lessons.offered.take();
+                let offered = self.lessons.offered.take_if(|offered| offered.file == *file);
+                // The pad that offered it may have died before the sketcher answered.
+                self.lessons.accepted = offered.or_else(|| self.remembered());
             }
             None if memory.path.is_none() => {
                 (self.lessons.accepted, self.lessons.offered, self.lessons.due) = (None, None, None);

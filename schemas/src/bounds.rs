@@ -1,15 +1,15 @@
 //! Bounds of the numbers in robot, mission and floor files.
 //!
-//! Messages and physics store many numbers as `f32`. A number within its bounds stays finite in single
-//! precision, and nonzero if it must not be 0. Without bounds, numbers far beyond those of any indoor robot
-//! have led to invalid messages, panics in the physics, and simulations that never reached the next instant.
+//! Messages and physics store many numbers as `f32`. A number within its bounds stays finite in single precision, and nonzero if it
+//! must not be 0. Without bounds, numbers far beyond those of any indoor robot have led to invalid messages, panics in the physics,
+//! and simulations that never reached the next tick.
 
 /// The minimum and maximum of a number, both inclusive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bound {
-    /// Smallest value.
+    /// Minimum.
     pub least: f64,
-    /// Largest value.
+    /// Maximum.
     pub most: f64,
     /// The range in words with its unit, as used in errors: `0.01 to 10 m`.
     pub words: &'static str,
@@ -58,19 +58,19 @@ bounds! {
     ACCELERATION_MPS2: 0.001 to 1000 " m/s²";
     /// Angular acceleration of a robot.
     YAW_ACCELERATION_RADPS2: 0.001 to 1000 " rad/s²";
-    /// Instants per second. The interval between instants must be long enough for a step of the physics.
+    /// Instants per second. The interval between two instants must be long enough for a physics step.
     TICK_HZ: 0.1 to 1000 " Hz";
-    /// Readings of a sensor per second. The time of each reading must be a whole number of physics steps.
+    /// Readings of a sensor per second. The interval between two readings must be a whole number of physics steps.
     RATE_HZ: 0.01 to 1000 " Hz";
-    /// Longest range of a sensor.
+    /// Maximum range of a sensor.
     RANGE_MAX_M: 0.1 to 1000 " m";
-    /// Shortest range of a sensor.
+    /// Minimum range of a sensor.
     RANGE_MIN_M: 0 to 1000 " m";
     /// Constant part of the standard deviation of a range.
     RANGE_NOISE_M: 0 to 10 " m";
-    /// A share, or a standard deviation as a share.
+    /// A fraction, or a relative standard deviation.
     SHARE: 0 to 1 "";
-    /// Share of the beams that are lost. At least a few must return.
+    /// Fraction of the beams that return no range. At least a few must return one.
     DROPOUT: 0 to 0.99 "";
     /// Field of view of a laser.
     FIELD_OF_VIEW_DEG: 1 to 360 " degrees";
@@ -82,15 +82,15 @@ bounds! {
     RING_RADIUS_M: 0 to 10 " m";
     /// Length or width of a robot's footprint.
     FOOTPRINT_M: 0.01 to 20 " m";
-    /// Width of a camera's picture.
+    /// Width of a camera image.
     PICTURE_PX: 16 to 100000 " pixels";
     /// Side of a marker.
     MARKER_SIDE_M: 0.001 to 10 " m";
     /// Bits along a marker's side.
     SIDE_BITS: 3 to 100 "";
-    /// Least width of a marker's bit in a picture.
+    /// Minimum width of a marker's bit in an image.
     LEAST_BIT_PX: 0.1 to 1000 " pixels";
-    /// Error of a marker's corner in a picture.
+    /// Error of a marker's corner in an image.
     CORNER_PX: 0 to 100 " pixels";
     /// Horizontal field of view of a camera.
     CAMERA_VIEW_DEG: 1 to 179 " degrees";
@@ -99,11 +99,11 @@ bounds! {
     SLANT_DEG: 1 to 89 " degrees";
     /// Standard deviation of an angle.
     ANGLE_NOISE_DEG: 0 to 90 " degrees";
-    /// A direction. More than a full turn is a mistake, and a huge angle would take forever to wrap.
+    /// A direction. More than a full turn is a mistake, and wrapping a huge angle would take forever.
     ANGLE_DEG: -360 to 360 " degrees";
     /// A coefficient of the velocity motion model.
     MOTION_NOISE: 0 to 100 "";
-    /// Drift of a robot's heading by odometry.
+    /// Drift of the heading in a robot's odometry.
     DRIFT_RADPM: 0 to 10 " rad/m";
     /// Slips of a robot's wheels.
     SLIPS_PER_M: 0 to 100 " a metre";
@@ -121,19 +121,19 @@ bounds! {
     FURNITURE_SIZE_M: 0.001 to 1000 " m";
     /// Radius of a person.
     PERSON_RADIUS_M: 0.01 to 5 " m";
-    /// Side of the window of a camera that looks down on a plane of dots.
+    /// Side length of the window that a downward-looking camera sees of a plane of dots.
     WINDOW_M: 0.001 to 1000 " m";
-    /// Distance that such a camera sees beyond each edge of its window.
+    /// Width of the margin that such a camera sees beyond each edge of its window.
     WINDOW_MARGIN_M: 0 to 1000 " m";
-    /// Average number of dots in a view that do not exist in the plane.
+    /// Average number of false detections in a view of a plane of dots.
     FALSE_DOTS: 0 to 10 "";
-    /// Standard deviation of a position after one metre. It grows with the square root of the distance.
+    /// Standard deviation of the position after one metre. It grows with the square root of the distance.
     TRANSLATION_NOISE_M: 0 to 10 " m";
-    /// Standard deviation of a heading after one metre. It grows with the square root of the distance.
+    /// Standard deviation of the heading after one metre. It grows with the square root of the distance.
     ROTATION_NOISE_RAD: 0 to 10 " rad";
-    /// Side of a plane of dots, or the spread of a cluster.
+    /// Side length of a plane of dots, or the spread of a cluster.
     PLANE_SIDE_M: 0.001 to 10000 " m";
-    /// Scale of a picture.
+    /// Scale of an image.
     PICTURE_PXPM: 0.01 to 1000000 " px/m";
     /// A coordinate of a point in a drawing. A pen may slip off the sheet, but not far.
     COORDINATE_PX: -100000 to 100000 " px";
@@ -142,17 +142,15 @@ bounds! {
 /// Minimum difference between a sensor's maximum and minimum range, in metres. If it were smaller, the two
 /// could be equal in single precision.
 pub const LEAST_RANGE_SPAN_M: f64 = 0.01;
-/// Maximum distance that a robot may drive within a second, in radii. Physics takes four steps for each radius so that no
-/// wall is missed.
+/// Maximum speed of a robot, in radii per second. The physics takes four steps per radius so that no wall is missed.
 pub const MOST_RADII_PER_S: f64 = 250.0;
-/// Maximum number of corners of all walls of a floor. Each pair of corners becomes a solid.
+/// Maximum total number of wall corners on a floor. Each pair of corners becomes a solid.
 pub const MOST_WALL_CORNERS: usize = 20_000;
-/// Maximum number of pieces into which doors divide all walls. Doors divide each of several overlapping
-/// walls.
+/// Maximum number of pieces that doors divide the walls of a floor into. A door divides every wall that it lies on.
 pub const MOST_WALL_PIECES: usize = 25_000;
 /// Maximum number of doors of a floor. Each door is compared with every wall.
 pub const MOST_DOORS: usize = 1000;
-/// Maximum number of pieces of furniture in a world. If they overlap, physics checks every pair.
+/// Maximum number of pieces of furniture in a world. If they overlap, the physics checks every pair.
 pub const MOST_FURNITURE: usize = 2000;
 /// Maximum number of people in a world.
 pub const MOST_PEOPLE: usize = crate::message::MAX_PEOPLE;
@@ -162,9 +160,9 @@ pub const MOST_MARKERS: usize = 1000;
 pub const MOST_CORNERS: usize = 1000;
 /// Maximum number of dots in a plane. A checkpoint of the world contains all of them.
 pub const MOST_PLANE_DOTS: usize = crate::message::MAX_PLANE_DOTS;
-/// Maximum number of pixels of a map's picture: 200 m by 200 m at 5 cm.
+/// Maximum number of pixels in a map image: 200 m by 200 m at 5 cm.
 pub const MOST_MAP_CELLS: u64 = 16_000_000;
-/// Maximum number of solids into which a map's picture is cut. Noise yields one for every few pixels.
+/// Maximum number of solids to split a map image into. A noisy image yields one for every few pixels.
 pub const MOST_MAP_SOLIDS: usize = 100_000;
 
 #[cfg(test)]

@@ -1,5 +1,4 @@
-//! The pipeline as a table. Each row gives a channel, its message, its writer, its readers and its role in an
-//! instant.
+//! The pipeline as a table. Each row describes a channel: its message, its writer, its readers and its role in an instant.
 //!
 //! Every list of channels or processes is derived from this table. The channels common to all navigators are
 //! declared here, and each navigator declares its own and adds them with [`register`]. The order within an
@@ -15,18 +14,17 @@ use crate::erased::MessageType;
 use crate::message::*;
 use crate::ros2::Ros2;
 
-/// Number of ticks by which the world, in lockstep, may be ahead of what the recorder has written to its
-/// file. The buffer and the history of every recorded channel hold more ticks than that.
+/// Maximum number of ticks that the world, in lockstep, may be ahead of the recorder's file. The buffer and the history of every
+/// recorded channel hold more ticks than that.
 pub const LOCKSTEP_WINDOW: u64 = 64;
-/// Number of ticks between two acknowledgements of the recorder.
+/// Number of ticks between two acknowledgements by the recorder.
 pub const RECORDED_EVERY: u64 = 16;
 /// Number of instants that the history and the buffers of a channel hold.
 const INSTANTS: usize = 128;
-/// Maximum number of channels in a run, counting those common to all kinds of navigators and those of the
-/// run's own kind.
+/// Maximum number of channels in a run, including those common to all kinds of navigators.
 pub const MAX_CHANNELS: usize = 32;
 
-/// What a channel's messages are for, which determines how many of them are kept.
+/// Purpose of a channel's messages, which determines how many of them are stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
     /// Stays in force until the next one arrives, like a sketch or a route. Transient-local (latched).
@@ -35,13 +33,13 @@ pub enum Role {
     Request,
     /// The reply to a request.
     Reply,
-    /// The truth about the world, for the recorder and the judge only.
+    /// Ground truth, for the recorder and the judge only.
     Truth,
-    /// A measurement by a sensor, which the next tick refers to.
+    /// A sensor reading, which the next tick refers to.
     Sensor,
     /// The heartbeat, which ends the world's part of an instant.
     Tick,
-    /// The localizer's answer to a tick.
+    /// The localizer's response to a tick.
     Situation,
     /// The planner's response to a situation.
     Command,
@@ -49,9 +47,9 @@ pub enum Role {
     Status,
     /// Further details of an instant, for observers.
     Detail,
-    /// Measured by the wall clock or dependent on chance, and therefore different in each run.
+    /// Depends on the wall clock or on chance, and therefore differs from run to run.
     Report,
-    /// How much of the run is safely recorded. The only role whose channel is not itself recorded.
+    /// How much of the run has been written to disk. Channels of all other roles are recorded, but not this one.
     Safe,
 }
 
@@ -60,15 +58,14 @@ pub enum Role {
 pub struct ChannelSpec {
     /// Name, unique within a system.
     pub name: &'static str,
-    /// The only process that writes the channel, or `None` if every process does (which is true of `health`
-    /// alone).
+    /// The only process that writes the channel, or `None` if every process does, which is the case for `health` only.
     pub writer: Option<Process>,
     /// The processes that may read the channel in addition to the recorder and to observers, which may read
     /// every channel.
     pub readers: &'static [Process],
-    /// What the channel's messages are for.
+    /// Purpose of the channel's messages.
     pub role: Role,
-    /// The kind of navigator that has the channel, or `None` if all kinds have it.
+    /// The kind of navigator that the channel belongs to, or `None` if it is common to all kinds.
     pub kind: Option<&'static str>,
     /// Maximum number of messages between two ticks.
     pub per_tick: usize,
@@ -86,8 +83,8 @@ impl PartialEq for ChannelSpec {
 impl Eq for ChannelSpec {}
 
 impl ChannelSpec {
-    /// Returns true if the whole declaration is the same, not only the name. A navigator in Python declares
-    /// its channels again each time its module is loaded.
+    /// Whether the whole declaration is the same, not only the name. A Python navigator declares its channels again each time its
+    /// module is loaded.
     fn is_declared_like(&self, other: &Self) -> bool {
         let declared = |spec: &Self| {
             let message = (spec.message.name, spec.message.schema());
@@ -106,11 +103,11 @@ impl ChannelSpec {
         self.writer.is_none_or(|writer| writer == process)
     }
 
-    /// Number of messages that the writer keeps for a late reader.
+    /// Number of messages that the writer stores for late readers.
     pub fn history(&self) -> usize {
         match self.role {
             Role::Instruction => 1,
-            // The next request may arrive before the reader has saved this one.
+            // The next request may arrive before the reader has checkpointed this one.
             Role::Request if self.max_cells > 0 => 2,
             Role::Request | Role::Reply => 16,
             Role::Safe => 8,
@@ -119,7 +116,7 @@ impl ChannelSpec {
         }
     }
 
-    /// Number of messages that can wait for a reader before the oldest one is lost.
+    /// Number of messages buffered for a reader before the oldest one is dropped.
     pub fn buffer(&self) -> usize {
         match self.role {
             Role::Instruction => 2,
@@ -129,17 +126,17 @@ impl ChannelSpec {
         }
     }
 
-    /// Returns true if the recorder writes the channel to the file.
+    /// Whether the recorder writes the channel to the file.
     pub fn is_recorded(&self) -> bool {
         self.role != Role::Safe
     }
 
-    /// Returns true if a late reader gets the newest message (called transient local in ROS 2).
+    /// Whether late readers receive the latest message, like transient-local topics in ROS 2.
     pub fn is_latched(&self) -> bool {
         self.role == Role::Instruction
     }
 
-    /// Returns true if the channel's messages are sensor readings, each of which is its own cause.
+    /// Whether the channel's messages are sensor readings, each of which is its own cause.
     pub fn is_sensed(&self) -> bool {
         matches!(self.role, Role::Sensor | Role::Truth)
     }
@@ -164,12 +161,12 @@ impl ChannelSpec {
         (whose, when)
     }
 
-    /// Returns true if a run of this kind of navigator has the channel.
+    /// Whether runs of navigators of this kind include the channel.
     pub fn belongs_to(&self, kind: &str) -> bool {
         self.kind.is_none_or(|own| own == kind)
     }
 
-    /// Returns true if the channel is recorded under this topic, which is its name with a leading slash.
+    /// Whether the channel is recorded under this topic, which is its name with a leading slash.
     pub fn is_topic(&self, topic: &str) -> bool {
         topic.strip_prefix('/') == Some(self.name)
     }
@@ -190,7 +187,7 @@ impl<T> Clone for Channel<T> {
 impl<T> Copy for Channel<T> {}
 
 impl<T: Ros2> Channel<T> {
-    /// The channel of a row whose message is `T`.
+    /// Creates a channel from a row whose message is `T`.
     ///
     /// # Panics
     /// Panics if the row's message has another size. For a constant, this happens at compile time.
@@ -200,7 +197,7 @@ impl<T: Ros2> Channel<T> {
     }
 }
 
-/// An operation on every channel of the table, each with its own message type. Used by tests.
+/// An operation on every channel of the table, called with the channel's own message type. Used by tests.
 pub trait ChannelVisitor {
     /// The error that ends a visit.
     type Error;
@@ -209,7 +206,7 @@ pub trait ChannelVisitor {
 }
 
 impl<T: Message> Channel<T> {
-    /// Returns `message` as a `T` if `spec` is this channel.
+    /// Casts `message` to `T` if `spec` is this channel.
     pub fn message<'a>(&self, spec: &ChannelSpec, message: &'a [u8]) -> Option<&'a T> {
         (self.spec == spec).then(|| bytemuck::from_bytes(message))
     }
@@ -274,7 +271,7 @@ pub enum RegisterError {
         /// The name.
         kind: &'static str,
     },
-    /// A channel belongs to another kind of navigator than the one that adds it.
+    /// A kind of navigator adds a channel of another kind.
     #[error("channel {name:?}: expected the kind {kind:?}")]
     Foreign {
         /// The channel.
@@ -296,13 +293,13 @@ pub enum RegisterError {
         /// The resulting number of channels.
         found: usize,
     },
-    /// A tick cannot refer to that many sensors.
+    /// More sensor channels than a tick can refer to.
     #[error("expected at most {MAX_SENSORS} sensor channels in total, found {found}")]
     TooManySensors {
         /// The resulting number of sensor channels.
         found: usize,
     },
-    /// A kind of navigator has none, or several, of a channel that its processes wait for.
+    /// A kind of navigator does not have exactly one channel of a role that its processes wait for.
     #[error("kind {kind:?}: expected one channel of role {role:?}, found {found}")]
     Role {
         /// The kind.
@@ -338,7 +335,7 @@ pub fn register(kind: &'static str, channels: &[&'static ChannelSpec]) -> Result
     Ok(())
 }
 
-/// Checks that a table is within the limits and that `kind` has exactly one channel of each role that its processes wait for.
+/// Checks that a table is within the limits, and that `kind` has exactly one channel for each role that its processes wait for.
 fn check(table: &[&ChannelSpec], kind: &'static str) -> Result<(), RegisterError> {
     let found = table.iter().filter(|spec| spec.role == Role::Sensor).count();
     if found > MAX_SENSORS {
@@ -357,7 +354,7 @@ fn check(table: &[&ChannelSpec], kind: &'static str) -> Result<(), RegisterError
     Ok(())
 }
 
-/// Every channel, in the order of an instant. Channels whose content differs in each run come last.
+/// All channels, in the order of an instant. Channels whose content differs from run to run come last.
 pub fn all() -> impl Iterator<Item = &'static ChannelSpec> + Clone {
     let table: &'static [_] = *TABLE.read().unwrap_or_else(PoisonError::into_inner);
     table.iter().copied()
@@ -370,7 +367,7 @@ pub fn place_of(topic: &str) -> usize {
     place.unwrap_or_else(|| all().count())
 }
 
-/// The channels in a run of this kind of navigator.
+/// All channels in a run with this kind of navigator.
 pub fn of_kind(kind: &str) -> impl Iterator<Item = &'static ChannelSpec> + Clone {
     all().filter(move |spec| spec.belongs_to(kind))
 }
@@ -380,13 +377,12 @@ pub fn find(name: &str) -> Option<&'static ChannelSpec> {
     all().find(|spec| spec.name == name)
 }
 
-/// Returns the channel that is recorded under this topic.
+/// Returns the channel recorded under this topic.
 pub fn of_topic(topic: &str) -> Option<&'static ChannelSpec> {
     find(topic.strip_prefix('/')?)
 }
 
-/// Returns true if several processes write the channel of this topic, in which case gaps in its sequence
-/// numbers mean nothing.
+/// Whether several processes write the channel of this topic, in which case gaps in its sequence numbers mean nothing.
 pub fn has_many_writers(topic: &str) -> bool {
     of_topic(topic).is_some_and(|spec| spec.writer.is_none())
 }
@@ -396,17 +392,17 @@ pub fn names() -> String {
     all().map(|spec| spec.name).collect::<Vec<_>>().join(", ")
 }
 
-/// Like [`names`], but only for the channels in a run of this kind of navigator.
+/// Like [`names`], but only the channels in a run with this kind of navigator.
 pub fn names_of_kind(kind: &str) -> String {
     of_kind(kind).map(|spec| spec.name).collect::<Vec<_>>().join(", ")
 }
 
-/// The sensors' channels. `newest[i]` of a [`Tick`] is the number of the newest message of the `i`-th one.
+/// The sensors' channels. `newest[i]` of a [`Tick`] is the number of the latest message of the `i`-th one.
 pub fn sensors() -> impl Iterator<Item = &'static ChannelSpec> + Clone {
     all().filter(|spec| spec.role == Role::Sensor)
 }
 
-/// Returns the channel with this role in a run of this kind of navigator.
+/// Returns the channel with role `role` in a run with a navigator of kind `kind`.
 pub fn of_role(role: Role, kind: &str) -> Option<&'static ChannelSpec> {
     of_kind(kind).find(|spec| spec.role == role)
 }
@@ -444,12 +440,12 @@ pub fn last_word_of(process: Process, kind: &str) -> Option<&'static ChannelSpec
     of_role(role, kind)
 }
 
-/// The processes of every run, except its supervisor, in the order in which they start.
+/// The processes of every run, except its supervisor, in the order they start in.
 pub const SERVICES: [Process; 5] =
     [Process::World, Process::Sketcher, Process::Localizer, Process::Planner, Process::Recorder];
 /// The processes that host the stages of a navigator, in the order of an instant.
 pub const NAVIGATORS: [Process; 3] = [Process::Sketcher, Process::Localizer, Process::Planner];
-/// Optional processes that a run may also include.
+/// Optional processes of a run.
 pub const EXTRAS: [Process; 1] = [Process::Pad];
 
 /// The names of processes, for messages to people.
@@ -555,7 +551,7 @@ mod tests {
         assert_eq!(error.to_string(), expected);
     }
 
-    /// The limit used to apply to the channels of all navigators together, so each new navigator left less room for the others.
+    /// The limit used to apply to the channels of all navigators together, so each new navigator left fewer for the others.
     #[test]
     fn the_limit_of_channels_ignores_other_kinds() {
         static OWN: ChannelSpec = ChannelSpec { kind: Some("own"), ..*example::MAP.spec };

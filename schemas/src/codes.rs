@@ -2,7 +2,7 @@
 
 use crate::declare::codes;
 
-/// A type whose values are small numbers in messages. A declaration names it after the field, as in `as Process`.
+/// A type whose values are small numbers in messages. In a declaration, it follows the field: `as Process`.
 pub trait Code {
     /// Every value, in order.
     const VALUES: &'static [Value];
@@ -19,9 +19,9 @@ pub struct Value {
     pub doc: &'static str,
 }
 
-/// A free cell of a drawing that is a grid.
+/// Value of a free cell in a grid drawing.
 pub const FREE: u8 = 0;
-/// A wall cell of a drawing that is a grid.
+/// Value of a wall cell in a grid drawing.
 pub const WALL: u8 = 100;
 
 codes! {
@@ -145,8 +145,7 @@ codes! {
 }
 
 impl TaskState {
-    /// Returns true if a task in this state is over. [`TaskState::Finished`] refers to the mission and therefore does not
-    /// count.
+    /// Whether a task in this state is over. [`TaskState::Finished`] refers to the mission and therefore does not count.
     pub const fn is_end(self) -> bool {
         matches!(self, Self::Reached | Self::Blocked | Self::Lost | Self::TimedOut | Self::Aborted)
     }

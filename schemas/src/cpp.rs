@@ -1,4 +1,4 @@
-//! Generates the layouts of all messages as a C++ header, the content of `cpp/sketchnav.hpp`.
+//! Generates the C++ header `cpp/sketchnav.hpp`, which contains the layouts of all messages.
 //!
 //! A structure has the same bytes as the message, as `static_assert`s verify. The values of codes become
 //! constants of the structure.

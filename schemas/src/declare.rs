@@ -5,13 +5,13 @@
 //! and [`channels!`](channels). Its crate must depend on `bytemuck` (with `derive`) and `serde` (with
 //! `derive`). All other macros are internal.
 //!
-//! A field's form in ROS 2 is determined by its type, as described in [`crate::ros2::Field`]. Anything that
-//! the type does not express is written after it, as described in [`crate::ros2::Way`]:
+//! A field's form in ROS 2 is determined by its type, as described in [`crate::ros2::Field`]. Anything that the type cannot express
+//! follows it, as described in [`crate::ros2::Way`]:
 //!
 //! - `state: u32 as TaskState` is the number of a [`crate::codes::Code`], the values of which become
 //!   constants.
 //! - `tasks: [RouteTask; 64] where task_count counts` is a list. It needs a field `task_count: u32 as Count`.
-//! - `reserved: u32 as Zero` is omitted from the form.
+//! - `reserved: u32 as Zero` is not transmitted.
 
 /// Declares a struct that is part of messages: its fields in memory and its layout.
 #[doc(hidden)]
@@ -47,7 +47,7 @@ macro_rules! __layout {
     };
 }
 
-/// The role of a field, given what is written after its type.
+/// The role of a field, given the words after its type.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __role {
@@ -68,7 +68,7 @@ macro_rules! __role {
     };
 }
 
-/// How a field is converted, given what is written after its type.
+/// The conversion of a field, given the words after its type.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __way {
@@ -180,9 +180,8 @@ macro_rules! __parts {
     )*};
 }
 
-/// Declares messages. A message with `in "frame"` has a generated `.msg`, whereas any other is mapped by
-/// hand. `with data` names the field for the slice that follows the message, and `valid if check` names the
-/// function that checks the contents.
+/// Declares messages. A message with `in "frame"` has a generated `.msg`, and any other is mapped by hand. `with data` names the
+/// field for the slice that follows the message, and `valid if check` names the function that checks the contents.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __messages {
@@ -215,7 +214,7 @@ macro_rules! __messages {
     )*};
 }
 
-/// Generates the ROS 2 form of a message, unless it is mapped by hand.
+/// Generates the ROS 2 form of a message that is not mapped by hand.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __own_message {
@@ -311,7 +310,7 @@ macro_rules! __codes {
                 Self::ALL.iter().copied().find(|v| v.code() == code)
             }
 
-            /// The word for this value, as used in files and shown to people.
+            /// The name of this value, as used in files and in output.
             pub const fn word(self) -> &'static str {
                 match self { $(Self::$variant => $text,)* }
             }

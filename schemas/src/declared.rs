@@ -1,11 +1,11 @@
 //! Messages and channels that are declared at run time, for example by a navigator in another language.
 //!
-//! A [`Declaration`] is equivalent to a struct in [`messages!`](crate::declare::messages): it yields the same
-//! layout, the same fingerprint, the same `.msg` text and the same bytes. A process that uses one can
-//! therefore exchange messages with a process that uses the other. What the compiler checks for the macro's
-//! structs is checked here when the message is declared, and errors name the field.
+//! A [`Declaration`] is equivalent to a struct in [`messages!`](crate::declare::messages): it yields the same layout, the same
+//! fingerprint, the same `.msg` text and the same bytes, so processes that use one can exchange messages with processes that use
+//! the other. The checks that the compiler makes for the macro's structs are made here when the message is declared, and errors
+//! name the field.
 //!
-//! Declared types and channels live as long as the program, like those in its source.
+//! Declared types and channels exist until the program ends, like those in its source.
 
 mod form;
 
@@ -19,7 +19,7 @@ use crate::message::{Header, Message as _, PoseM, PosePx, Tick, Twist};
 use crate::ros2::definitions::{self, Definition, Line};
 use crate::ros2::own::{SLICE_DOC, message_text};
 
-/// Maximum size of a declared message, in bytes, without the slice after it.
+/// Maximum size of a declared message, not including the slice after it, in bytes.
 pub const MAX_MESSAGE_BYTES: usize = 1 << 20;
 /// Maximum length of the slice after a declared message, in bytes.
 pub const MAX_CELLS: usize = 16 << 20;
@@ -34,7 +34,7 @@ pub struct Declaration {
     pub body: Struct,
     /// Version of the message.
     pub version: u32,
-    /// The frame given in the header. Empty if no field is in a frame.
+    /// Frame for the header. Empty if no field is in a frame.
     #[serde(default)]
     pub frame: String,
     /// Whether a slice of bytes follows the message.
@@ -66,7 +66,7 @@ pub struct Field {
     pub doc: Vec<String>,
     /// The type.
     pub kind: Type,
-    /// What the type does not express.
+    /// Anything that the type cannot express.
     #[serde(default)]
     pub way: Way,
 }
@@ -83,7 +83,7 @@ pub enum Type {
     F32,
     /// `f64`.
     F64,
-    /// Text of at most this many bytes.
+    /// Text of up to the given number of bytes.
     Text(usize),
     /// [`PoseM`].
     PoseM,
@@ -91,7 +91,7 @@ pub enum Type {
     PosePx,
     /// [`Twist`].
     Twist,
-    /// An array of this length.
+    /// An array with its length.
     Array(Box<Type>, usize),
     /// A struct with a `.msg` of its own.
     Part(Struct),
@@ -104,11 +104,11 @@ pub enum Way {
     /// No words.
     #[default]
     Itself,
-    /// `as Code`, whose values are these: name, number and comment.
+    /// `as Code`, with the name, number and comment of each value.
     Code(Vec<(String, u32, String)>),
     /// `as Count`.
     Count,
-    /// `where` this field `counts`.
+    /// `where` the given field `counts`.
     Counted(String),
     /// `as Zero`.
     Zero,
@@ -153,7 +153,7 @@ fn expect(
     if holds { Ok(()) } else { Err(error()) }
 }
 
-/// A struct that is laid out.
+/// A struct with its layout.
 struct Placed {
     layout: Layout,
     lines: Vec<Line>,
@@ -203,7 +203,7 @@ impl Declaration {
 }
 
 impl Struct {
-    /// Lays the struct out, with a message's header before the fields if `is_message`.
+    /// Computes the layout of the struct, beginning with a message header if `is_message`.
     fn place(&self, is_message: bool) -> Result<Placed, DeclareError> {
         self.check_names(is_message)?;
         let (mut declaration, mut placed) = (String::new(), Vec::new());
@@ -298,7 +298,7 @@ impl Struct {
 }
 
 impl Type {
-    /// The type as Rust writes it.
+    /// The type in Rust syntax.
     fn word(&self) -> String {
         match self {
             Self::U32 => "u32".to_owned(),
@@ -314,7 +314,7 @@ impl Type {
         }
     }
 
-    /// Lays the type out and adds the `.msg` texts that it needs to `parts`.
+    /// Computes the layout of the type and adds the `.msg` texts that it needs to `parts`.
     fn kind(&self, place: &str, parts: &mut Vec<Definition>) -> Result<Kind, DeclareError> {
         let length = |length: usize| {
             let is_length = (1..=MAX_MESSAGE_BYTES).contains(&length);
@@ -349,7 +349,7 @@ impl Type {
 }
 
 impl Row {
-    /// Declares a channel for messages of this type, for this kind of navigator.
+    /// Declares a channel with messages of this type for navigators of kind `kind`.
     ///
     /// # Errors
     /// [`DeclareError`] if the name is invalid, or a number is out of bounds.
@@ -379,7 +379,7 @@ impl Row {
     }
 }
 
-/// The alignment that the compiler gives a type, in bytes.
+/// The alignment that the compiler uses for a type, in bytes.
 fn alignment(kind: &Kind) -> usize {
     match kind {
         Kind::U32 | Kind::F32 => 4,
@@ -390,8 +390,7 @@ fn alignment(kind: &Kind) -> usize {
     }
 }
 
-/// Returns a comment in the form that the macro sees, in which each line begins with the space after the
-/// slashes.
+/// Returns a comment as the macro sees it: each line begins with the space after the slashes.
 fn docs(doc: &[String]) -> &'static [&'static str] {
     let line = |line: &String| leaked(format!(" {}", line.trim()).trim_end().to_owned());
     Vec::leak(doc.iter().map(line).collect())

@@ -1,4 +1,4 @@
-//! A message type as a value, for operations on messages whose type is only known at run time.
+//! Message types as values, for messages whose type is known only at run time.
 //!
 //! Code that treats all channels alike (the runtime, the recorder, a replay, `echo`) works with bytes and a
 //! [`MessageType`]. A message consists of the bytes of its struct, aligned to eight, and may be followed by a
@@ -17,7 +17,7 @@ use crate::valid::Invalid;
 /// Alignment of every message in memory, in bytes.
 pub const ALIGNMENT: usize = 8;
 
-/// The size, names and operations of a message type.
+/// Size, names and operations of a message type.
 #[derive(Clone, Copy)]
 pub struct MessageType {
     /// Name of the struct.
@@ -48,7 +48,7 @@ pub(crate) trait Operations: Sync {
     fn json(&self, message: &[u8], cells: &[u8]) -> Result<serde_json::Value, JsonError>;
 }
 
-/// The ROS 2 form of an earlier message, whose memory the next one reuses. See [`MessageType::encode`].
+/// The ROS 2 form of an earlier message, whose memory is reused for the next one. See [`MessageType::encode`].
 pub type Spare = Box<dyn Any + Send>;
 
 /// Why a message cannot be converted to JSON.
@@ -61,8 +61,8 @@ impl MessageType {
         Self { name: T::NAME, size: size_of::<T>(), ros2: T::TYPE, operations: &Compiled::<T>(PhantomData) }
     }
 
-    /// Returns the name, the version and a fingerprint of the layout. Two builds that disagree about the type have
-    /// different fingerprints.
+    /// Returns the name, the version and a fingerprint of the layout. If two builds disagree about the type, its fingerprints
+    /// differ.
     pub fn type_name(&self) -> String {
         self.operations.type_name()
     }
@@ -72,7 +72,7 @@ impl MessageType {
         fingerprint(&self.type_name())
     }
 
-    /// The `ros2msg` schema: the `.msg` text, followed by the texts that it depends on.
+    /// The `ros2msg` schema: the `.msg` text and those of the types that it depends on.
     pub fn schema(&self) -> String {
         self.operations.schema()
     }
@@ -99,8 +99,8 @@ impl MessageType {
         self.operations.spare()
     }
 
-    /// Appends the message in CDR to `out`. Does not allocate if `spare` and `out` have already been used for a message of
-    /// this length.
+    /// Encodes the message as CDR and appends it to `out`. Does not allocate if `spare` and `out` have already been used for a
+    /// message of the same length.
     ///
     /// # Errors
     /// [`Ros2Error`] if decoding would not yield the same message. In that case, the content of `out` is
@@ -191,8 +191,8 @@ impl<T: Ros2> Operations for Compiled<T> {
     }
 }
 
-/// Flattens the form of one of our own messages, which consists of parts, so that its JSON has the same
-/// fields as the `.msg`. If there is no slice, its field is omitted.
+/// Flattens the form of one of our own messages, so that its JSON has the same fields as the `.msg`. If there is no slice, its
+/// field is omitted.
 fn flatten(form: &mut serde_json::Map<String, serde_json::Value>) {
     if let Some(serde_json::Value::Object(body)) = form.remove("body") {
         form.extend(body);

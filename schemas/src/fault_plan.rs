@@ -1,5 +1,4 @@
-//! Fault plans, which say what should happen to which message. The files are written by people and by
-//! `sketchnav chaos`.
+//! Fault plans, which specify the faults that are injected into messages. The files are written by people and by `sketchnav chaos`.
 //!
 //! ```toml
 //! [[fault]]
@@ -24,7 +23,7 @@ pub const MAX_FAULTS: usize = 10_000;
 pub const MAX_DELAY_MS: u64 = 60_000;
 /// Longest starvation, in milliseconds.
 pub const MAX_STARVATION_MS: u64 = 60_000;
-/// Smallest and largest share of the processor that a starved process may have.
+/// Minimum and maximum fraction of processor time for a starved process.
 pub const SHARES: [f64; 2] = [0.01, 0.9];
 
 /// The kind of fault.
@@ -37,7 +36,7 @@ pub enum Action {
     Stop,
     /// The writer gets SIGTERM.
     Term,
-    /// The writer gets only a share of the processor for a while.
+    /// The writer gets only a fraction of the processor time for a while.
     Starve,
     /// The message is not sent.
     Drop,
@@ -47,17 +46,17 @@ pub enum Action {
     Delay,
     /// The message is sent after the next one of its channel.
     Reorder,
-    /// The writer's newest good checkpoint is damaged, and the writer gets SIGKILL.
+    /// The writer's latest valid checkpoint is damaged, and the writer gets SIGKILL.
     CorruptCheckpoint,
 }
 
 impl Action {
-    /// Returns true if the fault ends, stops or starves the writer, rather than changing its messages.
+    /// Whether the fault ends, stops or starves the writer, rather than changing its messages.
     pub const fn hits_the_process(self) -> bool {
         matches!(self, Self::Kill | Self::Stop | Self::Term | Self::Starve | Self::CorruptCheckpoint)
     }
 
-    /// The word for this action, as used in files and shown to people.
+    /// The name of this action, as used in files and in output.
     pub const fn word(self) -> &'static str {
         match self {
             Self::Kill => "kill",
@@ -73,7 +72,7 @@ impl Action {
     }
 }
 
-/// The moment at which a fault hits a process.
+/// When a fault hits a process.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum When {
@@ -90,12 +89,12 @@ impl When {
     }
 }
 
-/// How little processor time a process gets, and for how long.
+/// Limited processor time of a process.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Starvation {
-    /// Share of the time in which the process may run, within [`SHARES`].
+    /// Fraction of the time that the process may run, within [`SHARES`].
     pub share: f64,
-    /// Duration by the wall clock, in milliseconds.
+    /// Duration in wall-clock time, in milliseconds.
     pub duration_ms: u64,
 }
 
@@ -118,20 +117,19 @@ pub struct PlannedFault {
     /// Whether the process is hit before or after it sends the message.
     #[serde(default, skip_serializing_if = "When::is_before")]
     pub when: When,
-    /// Duration of a delay by the wall clock, in milliseconds.
+    /// Duration of a delay in wall-clock time, in milliseconds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub delay_ms: Option<u64>,
-    /// Share of the time in which a starved process may run.
+    /// Fraction of the time that a starved process may run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub share: Option<f64>,
-    /// Duration of a starvation by the wall clock, in milliseconds.
+    /// Duration of a starvation in wall-clock time, in milliseconds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub duration_ms: Option<u64>,
 }
 
 impl PlannedFault {
-    /// Creates a fault at this message of a channel. If the fault affects the writer, it happens before the
-    /// message is sent.
+    /// Creates a fault for message number `message` of a channel. If it hits the writer, it does so before the message is sent.
     pub fn at_message(channel: &str, message: u64, action: Action) -> Self {
         Self {
             channel: channel.to_owned(),
@@ -145,7 +143,7 @@ impl PlannedFault {
         }
     }
 
-    /// How the writer is starved, or `None` for any other fault.
+    /// The starvation of the writer, or `None` for any other fault.
     pub fn starvation(&self) -> Option<Starvation> {
         let (share, duration_ms) = (self.share?, self.duration_ms?);
         (self.action == Action::Starve).then_some(Starvation { share, duration_ms })
@@ -163,15 +161,15 @@ impl PlannedFault {
         format!("{} {place} {moment}", action.word())
     }
 
-    /// Returns true if the fault is due at this message of its channel.
+    /// Whether the fault is due at this message of its channel.
     pub fn is_due(&self, seq: u64, stamp_ns: u64) -> bool {
         let is_time = |time_s: f64| stamp_ns >= nanoseconds(time_s);
         self.message.is_none_or(|message| message == seq) && self.time_s.is_none_or(is_time)
     }
 }
 
-/// Faults in the order of a file. If several faults affect the same message, they happen one after the other,
-/// each after another restart of the writer.
+/// The faults in the order of the file. If several of them hit the writer at the same message, each one waits until the writer has
+/// restarted.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FaultPlan {
@@ -198,7 +196,7 @@ pub enum FaultPlanError {
         /// What was found.
         found: String,
     },
-    /// More faults than a plan may have.
+    /// Too many faults.
     #[error("fault: expected at most {MAX_FAULTS}, found {0}")]
     TooMany(usize),
 }

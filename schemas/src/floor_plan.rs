@@ -3,10 +3,10 @@
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
-/// A line segment from one point to another, in metres in frame [`crate::geometry::World`].
+/// Line segment between two points, in metres in frame [`crate::geometry::World`].
 pub type Segment = [[f64; 2]; 2];
 
-/// Maximum distance, in metres, of a door's middle from a wall's centre line, in addition to half the wall's thickness.
+/// Maximum distance between the middle of a door and the surface of its wall, in metres.
 const DOOR_SLACK_M: f64 = 0.01;
 /// Distance, in metres, below which two points of a wall are the same point.
 const SAME_POINT_M: f64 = 1e-6;
@@ -21,7 +21,7 @@ pub struct FloorPlan {
     pub wall_thickness_m: f64,
     /// The walls.
     pub wall: Vec<Wall>,
-    /// Doors. Each one cuts a gap into every wall that it lies on.
+    /// Doors, each of which cuts a gap into every wall that it lies on.
     #[serde(default)]
     pub door: Vec<Door>,
     /// Furniture, which the sketch does not show.
@@ -36,7 +36,7 @@ pub struct FloorPlan {
 }
 
 impl FloorPlan {
-    /// The centre lines of the walls between the doors, as one would draw them.
+    /// The centre lines of the walls, interrupted by the doors, as one would draw them.
     pub fn middle_lines(&self) -> Vec<Segment> {
         let lines = self.wall.iter().flat_map(Wall::lines);
         let drawn = |line: Segment| {
@@ -47,8 +47,8 @@ impl FloorPlan {
         lines.flat_map(drawn).collect()
     }
 
-    /// Returns what remains of a wall between its doors, as stretches in metres from the start of the wall's
-    /// line, which extends `beyond_m` beyond its ends.
+    /// Returns the stretches of a wall that its doors leave, in metres from the start of the wall's line, which is extended by
+    /// `beyond_m` at both ends.
     pub fn stretches(&self, line: &Segment, beyond_m: f64) -> Vec<[f64; 2]> {
         let gaps = self.door.iter().filter_map(|door| door.gap(line, self.wall_thickness_m));
         let (_, _, length_m) = direction(line);
@@ -68,8 +68,8 @@ impl Wall {
 }
 
 impl Door {
-    /// Returns the stretch of a wall's `line` that the door opens, in metres from the line's start, or `None`
-    /// if the door does not lie on the line.
+    /// Returns the stretch of a wall's `line` that the door takes up, in metres from the line's start, or `None` if the door does
+    /// not lie on the line.
     pub fn gap(&self, line: &Segment, thickness_m: f64) -> Option<[f64; 2]> {
         let (start, along, length) = direction(line);
         let offset = Vector2::from(self.at) - start;
@@ -165,10 +165,10 @@ pub struct Person {
     pub waypoints: Vec<[f64; 2]>,
     /// Walking speed, in metres per second.
     pub speed_mps: f64,
-    /// Radius of the body, in metres.
+    /// Radius of the person, in metres.
     #[serde(default = "person_radius")]
     pub radius_m: f64,
-    /// How long the person stops at each waypoint, in seconds.
+    /// Pause at each waypoint, in seconds.
     #[serde(default)]
     pub pause_s: f64,
 }

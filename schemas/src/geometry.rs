@@ -14,11 +14,11 @@ use serde::{Deserialize, Serialize};
 /// judge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct World;
-/// The odometry frame, in metres. The robot tracks its pose in this frame by counting wheel turns, and the
-/// frame drifts relative to [`World`].
+/// The odometry frame, in metres. The robot tracks its pose in this frame with its wheel encoders, and the frame drifts relative to
+/// [`World`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Odom;
-/// The frame of the robot itself, in metres, with x forward and y to the left.
+/// The frame of the robot, in metres, with x forward and y to the left.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Base;
 /// The frame of the drawing, in pixels. The origin is the lower left corner of the lower left pixel, x points
@@ -53,8 +53,7 @@ impl<F> Point<F> {
         (other.y - self.y).atan2(other.x - self.x)
     }
 
-    /// Interpolates along the straight line to `other`. If `part` is 0, the result is `self`, and if it is 1,
-    /// the result is `other`.
+    /// Interpolates linearly between `self`, at `part` 0, and `other`, at `part` 1.
     pub fn towards(&self, other: &Self, part: f64) -> Self {
         Self::new(self.x + (other.x - self.x) * part, self.y + (other.y - self.y) * part)
     }
@@ -65,7 +64,7 @@ impl<F> Point<F> {
     }
 }
 
-// A derive would require the frame to be `Clone` and `Copy`, too.
+// A derive would also require the frame to be `Clone` and `Copy`.
 impl<F> Clone for Point<F> {
     fn clone(&self) -> Self {
         *self
@@ -92,7 +91,7 @@ impl<F> From<Point<F>> for [f64; 2] {
     }
 }
 
-/// Returns true if a closed polygon encloses a point in the same frame, by the even-odd rule.
+/// Whether a closed polygon contains a point in the same frame, by the even-odd rule.
 pub fn encloses<P: Copy + Into<[f64; 2]>>(polygon: &[P], at: P) -> bool {
     let [x, y] = at.into();
     let edges = polygon.iter().zip(polygon.iter().cycle().skip(1));

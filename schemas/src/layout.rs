@@ -1,9 +1,8 @@
-//! The memory layout of messages, which is derived from their declarations.
+//! Memory layout of messages, derived from their declarations.
 //!
-//! The layout is used to compute the fingerprint in a channel's type name, to name the field in which two
-//! recordings differ, and to generate random samples. Messages have no padding, as their `Pod` derive
-//! guarantees, so an offset is the sum of the preceding sizes. To read a message, use its struct rather than
-//! the layout.
+//! The layout is used for the fingerprint in a channel's type name, for naming the field where two recordings differ, and for
+//! generating random samples. Messages have no padding, as their `Pod` derive guarantees, so an offset is the sum of the preceding
+//! sizes. To read a message, use its struct rather than the layout.
 
 use bytemuck::Pod;
 
@@ -21,9 +20,9 @@ pub enum Kind {
     F32,
     /// `f64`.
     F64,
-    /// A [`Text`] of this many bytes.
+    /// A [`Text`] with its capacity in bytes.
     Text(usize),
-    /// An array of this many elements.
+    /// An array with its length.
     Array(Box<Kind>, usize),
     /// A struct.
     Struct(Layout),
@@ -34,17 +33,17 @@ pub enum Kind {
 pub enum Role {
     /// A plain value.
     Value,
-    /// The number of a [`crate::codes::Code`] with these values.
+    /// The number of a [`crate::codes::Code`] with the given values.
     Code(&'static [Value]),
     /// The number of entries of a list that are in use.
     Count,
     /// A list. The named field contains the number of entries in use, and the rest are zero.
     Counted(&'static str),
-    /// Always zero. Used in place of padding.
+    /// Always zero. Used instead of padding.
     Zero,
 }
 
-/// A type that messages are made of.
+/// A type that a message can consist of.
 pub trait Part: Pod {
     /// The representation of the type in memory.
     fn kind() -> Kind;
@@ -101,7 +100,7 @@ pub struct Layout {
     pub fields: Vec<Field>,
 }
 
-/// A number or text inside a message, which is the smallest unit with a name.
+/// A number or text inside a message, the smallest unit with a name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Leaf {
     /// Path of the leaf: `header.seq`, `ranges_m[3]`, `tasks[0].name`.
@@ -138,7 +137,7 @@ impl Layout {
         T::layout()
     }
 
-    /// Lays out a struct with these fields, in order, without padding.
+    /// Creates the layout of a struct with these fields, in order and without padding.
     pub fn new(
         name: &'static str,
         declaration: &'static str,
@@ -175,7 +174,7 @@ impl Layout {
         descend(field.name.to_owned(), &field.kind, field.offset, offset - field.offset)
     }
 
-    /// Returns every number and text that differs between two messages of this layout, in order.
+    /// Returns all numbers and texts that differ between two messages of this layout, in order.
     pub fn differences<'a>(&'a self, a: &'a [u8], b: &'a [u8]) -> impl Iterator<Item = Leaf> + 'a {
         let mut from = 0;
         std::iter::from_fn(move || {
@@ -216,8 +215,8 @@ impl Leaf {
         }
     }
 
-    /// Formats the value in `message` for people to read. A NaN is followed by its bits, because NaNs print
-    /// alike even if they differ.
+    /// Formats the value in `message` for people to read. NaNs are followed by their bits, because they print alike even if they
+    /// differ.
     pub fn show(&self, message: &[u8]) -> String {
         let bytes = message.get(self.offset..self.offset + self.kind.size()).unwrap_or_default();
         match (&self.kind, bytes.try_into(), bytes.try_into()) {

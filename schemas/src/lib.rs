@@ -1,5 +1,4 @@
-//! Declares every message, channel and file format common to all navigators, and provides the macros with
-//! which each navigator declares its own.
+//! Messages, channels and file formats common to all navigators, and the macros that each navigator declares its own with.
 //!
 //! - [`message`] defines the structs as they appear in shared memory, [`declare`] the macros that declare
 //!   them, and [`codes`] the enumerations whose numbers they contain.
@@ -11,9 +10,9 @@
 //! - [`geometry`] defines frames and units, and [`time`] converts between seconds and nanoseconds.
 //! - [`mission`], [`floor_plan`], [`robot`] and [`fault_plan`] define the files that people write.
 //!   [`toml_text`] reads them, and [`bounds`] limits the numbers in them.
-//! - [`shown`] makes text from outside safe to print, [`nearest`] guesses what a misspelt word meant, and
-//!   [`named`] finds tasks by name. [`run`] describes what a process receives at its start, [`seed`] provides
-//!   random streams, and [`statistics`] computes confidence intervals of counts and means.
+//! - [`shown`] escapes untrusted text for printing, [`nearest`] suggests corrections of misspelt words, and [`named`] finds tasks
+//!   by name. [`run`] describes a run, as passed to each process at its start, [`seed`] provides random streams, and [`statistics`]
+//!   computes confidence intervals of counts and means.
 //!
 //! This crate does not read clocks or depend on how messages are transported.
 

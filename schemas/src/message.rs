@@ -1,8 +1,7 @@
-//! The messages common to all navigators, laid out as in shared memory.
+//! Messages common to all navigators, with the layout that they have in shared memory.
 //!
-//! Every message is a plain `#[repr(C)]` struct without padding, pointers or enums, so its bytes are its
-//! value: if two runs sent the same bytes, they sent the same messages. Text and lists have a fixed capacity
-//! and a count, and the entries beyond the count are zero.
+//! Every message is a plain `#[repr(C)]` struct without padding, pointers or enums, so messages are equal if and only if their
+//! bytes are. Text and lists have a fixed capacity and a count, and the entries beyond the count are zero.
 
 mod dots;
 mod markers;
@@ -17,7 +16,7 @@ use crate::valid::{self, Invalid};
 pub use dots::*;
 pub use markers::*;
 
-/// A message type, with its name on the wire and a description of its layout.
+/// A message type, with its name on the channel and a description of its layout.
 ///
 /// # Safety
 /// Implemented only by `messages!`, which derives the layout from the declaration.
@@ -30,12 +29,12 @@ pub unsafe trait Message: Pod {
     /// The memory layout of the message.
     fn layout() -> Layout;
 
-    /// Checks the contents as described in [`crate::valid`]. If the declaration names no check, all contents are valid.
+    /// Checks the contents as described in [`crate::valid`]. If the declaration does not name a check, all contents are valid.
     ///
     /// # Errors
     /// [`Invalid`] with the first invalid field.
     fn check(&self) -> Result<(), Invalid>;
-    /// Returns true if the contents are valid.
+    /// Whether the contents are valid.
     fn is_valid(&self) -> bool {
         self.check().is_ok()
     }
@@ -44,8 +43,8 @@ pub unsafe trait Message: Pod {
     /// The message's header, mutable.
     fn header_mut(&mut self) -> &mut Header;
 
-    /// Returns the name, the version and a fingerprint of the layout, including nested structs. If two builds
-    /// disagree about a message, they therefore cannot connect to each other on its channel.
+    /// Returns the name, the version and a fingerprint of the layout, including nested structs. Two builds that disagree about a
+    /// message can therefore not connect to each other on its channel.
     fn type_name() -> String {
         format!("{}/{:016x}", Self::NAME, fingerprint(&Self::layout().expanded()))
     }
@@ -68,15 +67,15 @@ layout! {
     pub struct Header {
         /// Number of the message on its channel: 1, 2, 3 …, never reused in a mission.
         pub seq: u64,
-        /// Simulation time at which the content was true, in nanoseconds since the mission's start.
+        /// Simulation time of the content, in nanoseconds since the mission's start.
         pub stamp_ns: u64,
         /// `seq` of the tick that caused this message. A sensor's reading is its own cause.
         pub source_seq: u64,
     }
 }
 
-/// Returns the z and w of the unit quaternion of a heading. Messages store these rather than the angle, so that the ROS 2
-/// form has the same bits.
+/// Returns z and w of the unit quaternion of a heading. Messages contain these instead of the angle, so that the ROS 2 form has the
+/// same bits.
 pub fn orientation(yaw_rad: f64) -> (f64, f64) {
     ((yaw_rad / 2.0).sin(), (yaw_rad / 2.0).cos())
 }
@@ -178,7 +177,7 @@ impl<const N: usize> Text<N> {
     /// The text of `words`, truncated like that of [`Text::new`]. Does not allocate.
     pub fn of(words: impl std::fmt::Display) -> Self {
         let mut text = Appended { bytes: [0; N], length: 0 };
-        // Cutting is not an error, so writing fails only if `words` itself does.
+        // Truncation is not an error, so writing fails only if `words` itself does.
         let _ = std::fmt::Write::write_fmt(&mut text, format_args!("{words}"));
         Self(text.bytes)
     }
@@ -244,13 +243,13 @@ impl<const N: usize> std::fmt::Debug for Text<N> {
 pub const MAX_BEAMS: usize = 1440;
 /// Maximum number of tasks in a mission.
 pub const MAX_TASKS: usize = 64;
-/// Maximum number of points in all goals and drawn routes of a mission together.
+/// Maximum total number of points in the goals and drawn routes of a mission.
 pub const MAX_ROUTE_POINTS: usize = 8192;
-/// Maximum size of a drawing that can be sent, in bytes.
+/// Maximum size of a drawing in a message, in bytes.
 pub const MAX_DRAWING_BYTES: usize = 8 << 20;
-/// Maximum number of points in all strokes and obstacles of a drawing that is sent.
+/// Maximum total number of points in the strokes and obstacles of a drawing in a message.
 pub const MAX_DRAWN_POINTS: usize = 1 << 18;
-/// Maximum number of sensor channels that a [`Tick`] can name.
+/// Maximum number of sensor channels that a [`Tick`] can refer to.
 pub const MAX_SENSORS: usize = 16;
 /// Maximum number of contacts in one step.
 pub const MAX_CONTACTS: usize = 8;
@@ -509,7 +508,7 @@ parts! {
     }
 }
 
-/// The pose in the sketch at which a person has placed the robot.
+/// Pose in the sketch, as set by a person.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Here {
     /// Position.
@@ -519,8 +518,7 @@ pub struct Here {
 }
 
 impl MissionCommand {
-    /// Returns the pose at which a person has placed the robot, or `None` if the order is not `here` or a
-    /// number is not finite.
+    /// Returns the pose set by a person, or `None` if the order is not `here` or a number is not finite.
     pub fn here(&self) -> Option<Here> {
         let is_finite = self.here_px.iter().chain([&self.here_yaw_rad]).all(|number| number.is_finite());
         (self.order == Order::Here.code() && is_finite).then(|| Here {
@@ -529,7 +527,7 @@ impl MissionCommand {
         })
     }
 
-    /// Sets the robot's position and, if given, its heading.
+    /// Sets the position and, if given, the heading.
     pub fn set_here(&mut self, here: &Here) {
         self.here_px = [here.at.x, here.at.y];
         self.here_yaw_rad = here.yaw_rad.unwrap_or_default();
@@ -538,7 +536,7 @@ impl MissionCommand {
 }
 
 impl LaserScan {
-    /// The ranges in use, without the unused rest of `ranges_m`.
+    /// The valid entries of `ranges_m`.
     pub fn ranges(&self) -> &[f32] {
         &self.ranges_m[..(self.beam_count as usize).min(MAX_BEAMS)]
     }
@@ -550,7 +548,7 @@ impl LaserScan {
 }
 
 impl SonarScan {
-    /// The ranges in use, without the unused rest of `ranges_m`.
+    /// The valid entries of `ranges_m`.
     pub fn ranges(&self) -> &[f32] {
         &self.ranges_m[..(self.sonar_count as usize).min(MAX_SONARS)]
     }
@@ -569,7 +567,7 @@ impl Odometry {
 }
 
 impl People {
-    /// The entries of `people` in use.
+    /// The valid entries of `people`.
     pub fn people(&self) -> &[WalkingPerson] {
         &self.people[..(self.count as usize).min(MAX_PEOPLE)]
     }

@@ -11,16 +11,16 @@ use std::path::{Path, PathBuf};
 
 use crate::open::O_NONBLOCK;
 
-/// The error number of open(2) for a pipe that no process reads, the same on all Linux platforms.
+/// The error that open(2) returns for a pipe without a reader, which has the same number on all Linux platforms.
 const ENXIO: i32 = 6;
 
-/// The writer of a draft.
+/// Buffered writer of a draft.
 pub type Sink = BufWriter<File>;
 
 /// Maximum number of leftover drafts with one name. Killed processes leave them.
 const MAX_DRAFTS: u32 = 1000;
 
-/// A file that is moved to its final name once it is complete. If dropped before that, it is removed.
+/// A file that is renamed to its final name once it is complete, or removed if it is dropped before that.
 #[derive(Debug)]
 pub struct Draft {
     path: PathBuf,
@@ -29,11 +29,11 @@ pub struct Draft {
 }
 
 impl Draft {
-    /// Starts a new version of `path` in a file `path.unfinished` next to it. If `path` is a link, the new
-    /// file is next to the link's target. Never blocks.
+    /// Creates a new version of `path` in a file `path.unfinished` in the same folder. If `path` is a link, this is the folder of
+    /// the link's target. Never blocks.
     ///
     /// # Errors
-    /// Any I/O error, and [`ErrorKind::NotConnected`] for a named pipe that no process reads.
+    /// Any I/O error, and [`ErrorKind::NotConnected`] for a named pipe without a reader.
     pub fn begin(path: &Path) -> io::Result<(Self, Sink)> {
         if let Some(there) = std::fs::metadata(path).ok().filter(|there| !there.is_file()) {
             // Renaming a draft over a device would replace the device. A directory is refused here.
@@ -50,8 +50,8 @@ impl Draft {
         &self.path
     }
 
-    /// Path of the unfinished file, so that the caller can check the content before the file gets its final
-    /// name. `None` for a pipe or a device.
+    /// Path of the unfinished file, so that the caller can check the content before the file is renamed. `None` for a pipe or a
+    /// device.
     pub fn written(&self) -> Option<&Path> {
         self.draft.as_deref()
     }
@@ -101,8 +101,8 @@ fn open_pipe(path: &Path) -> io::Result<File> {
     open_to_write(path)
 }
 
-/// Creates a new file next to `path`. If a file with the draft's name exists, it may belong to someone, so it is kept and the next
-/// number is tried.
+/// Creates a new file next to `path`. If a file with the draft's name exists, it may be somebody else's, so it is left alone and
+/// the next number is tried.
 fn create_beside(path: &Path) -> io::Result<(PathBuf, File)> {
     for number in 1..=MAX_DRAFTS {
         let mut draft = OsString::from(path);
@@ -116,10 +116,10 @@ fn create_beside(path: &Path) -> io::Result<(PathBuf, File)> {
     Err(io::Error::new(ErrorKind::AlreadyExists, words))
 }
 
-/// Writes a whole file. Unless this succeeds, the earlier file stays in place.
+/// Writes a whole file. If this fails, the earlier file stays in place.
 ///
 /// # Errors
-/// The system's errors.
+/// Any I/O error.
 pub fn write(path: impl AsRef<Path>, bytes: impl AsRef<[u8]>) -> io::Result<()> {
     let (draft, mut sink) = Draft::begin(path.as_ref())?;
     sink.write_all(bytes.as_ref())?;
@@ -132,7 +132,7 @@ pub fn is_same(a: &Path, b: &Path) -> bool {
     a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b))
 }
 
-/// Refuses to overwrite an input with the output made from it.
+/// Refuses to overwrite an input with the output.
 ///
 /// # Errors
 /// [`ErrorKind::AlreadyExists`] if `output` is one of `inputs`.

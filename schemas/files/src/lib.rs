@@ -1,10 +1,9 @@
 //! Reads the files that people provide, such as missions, robots, floors, drawings and tables, each up to a
 //! [`Limit`]. Files are written by [`draft`], which never replaces a file with an incomplete one.
 //!
-//! The size of a file is checked before the file is read. If the file grows in the meantime, reading stops
-//! one byte past the limit. An 8 GB file that is named by mistake is therefore never loaded into memory, and
-//! the error gives the limit. [`open`] refuses named pipes, devices and anything else that is not a plain
-//! file, before they can block.
+//! The size of a file is checked before the file is read. If the file grows in the meantime, reading stops one byte beyond the
+//! limit. An 8 GB file that is named by mistake is therefore never loaded into memory, and the error gives the limit. [`open`]
+//! refuses named pipes, devices and anything else that is not a regular file, before they can block.
 
 pub mod draft;
 mod open;
@@ -17,7 +16,7 @@ pub use draft::write;
 pub use open::open;
 pub use store::{Disk, Files};
 
-/// A kind of file and its maximum size.
+/// Kind of file, with its maximum size.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limit {
     /// The kind of file, as used in errors: `a mission`.
@@ -34,18 +33,17 @@ pub const MISSION: Limit = Limit { what: "a mission", bytes: 4 * MIB };
 pub const ROBOT: Limit = Limit { what: "a robot", bytes: MIB };
 /// A floor plan. 20,000 corners of walls take about 500 kB.
 pub const FLOOR_PLAN: Limit = Limit { what: "a floor plan", bytes: 4 * MIB };
-/// The YAML of a map, which is a few lines.
+/// The YAML file of a map, which has a few lines.
 pub const MAP: Limit = Limit { what: "a map's YAML", bytes: MIB };
-/// The picture of a map. As text, a PGM takes four bytes per pixel.
+/// The image of a map. An ASCII PGM takes four bytes per pixel.
 pub const MAP_PICTURE: Limit = Limit { what: "a map's picture", bytes: 64 * MIB };
 /// A plane of dots. 20,000 positions take about 800 kB.
 pub const PLANE: Limit = Limit { what: "a plane of dots", bytes: 4 * MIB };
 /// A drawing, such as a photograph of 50 megapixels, or another file for a navigator.
 pub const DRAWING: Limit = Limit { what: "a drawing", bytes: 64 * MIB };
-/// The description of a run in JSON. It includes a mission of up to the maximum size, with each number on an
-/// indented line of its own.
+/// The description of a run in JSON. It includes a mission of up to the maximum size, with one indented line per number.
 pub const RUN: Limit = Limit { what: "the description of a run", bytes: 64 * MIB };
-/// A table of places or rooms, used to judge runs.
+/// A table of places or rooms for evaluating runs.
 pub const TABLE: Limit = Limit { what: "a table", bytes: 4 * MIB };
 /// A table of positions over time, with up to a few million rows.
 pub const POSITIONS: Limit = Limit { what: "a table of positions", bytes: 256 * MIB };
@@ -54,7 +52,7 @@ pub const FAULT_PLAN: Limit = Limit { what: "a plan of faults", bytes: 4 * MIB }
 /// A page of documentation with figures, or the figures themselves. The results of all experiments take about
 /// 300 kB.
 pub const PAGE: Limit = Limit { what: "a page or its figures", bytes: 16 * MIB };
-/// The outcomes of one job of an experiment, at a few hundred bytes per task.
+/// The outcomes of one job of an experiment, with a few hundred bytes per task.
 pub const PART: Limit = Limit { what: "a part of an experiment", bytes: 16 * MIB };
 
 impl Limit {

@@ -1,21 +1,20 @@
-//! Opens files that people name, which can be anything. Opening a named pipe waits for its writer, opening a
-//! device may have side effects, and reading either of them may never end.
+//! Opens files named by the user, which can be anything. Opening a named pipe waits for its writer, opening a device may have side
+//! effects, and reading either of them may never end.
 
 use std::fs::{self, File, FileType, Metadata};
 use std::io::{self, ErrorKind};
 use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
 use std::path::Path;
 
-/// Keeps open(2) from waiting for the other end of a pipe. The value is the same on all Linux platforms on
-/// which Rust's standard library is tested, except MIPS and SPARC. A test compares it with the C library's.
+/// Prevents open(2) from waiting for the other end of a pipe. The value is the same on all Linux platforms on which Rust's standard
+/// library is tested, except MIPS and SPARC. A test compares it with the C library's.
 pub(crate) const O_NONBLOCK: i32 = 0o4000;
 
-/// Opens a plain file for reading, without ever blocking. `what` is the expected kind of file, as used in
-/// errors: `a mission`.
+/// Opens a regular file for reading, without ever blocking. `what` is the expected kind of file, as used in errors: `a mission`.
 ///
 /// # Errors
-/// Any I/O error, and [`ErrorKind::IsADirectory`] or [`ErrorKind::InvalidInput`], which says what was found,
-/// if `path` is not a plain file.
+/// Any I/O error, and [`ErrorKind::IsADirectory`] or [`ErrorKind::InvalidInput`], which describes what was found, if `path` is not
+/// a regular file.
 pub fn open(path: impl AsRef<Path>, what: &str) -> io::Result<File> {
     open_plain(path.as_ref(), what).map_err(|error| match error.raw_os_error() {
         Some(_) if error.kind() == ErrorKind::NotFound => {
@@ -27,7 +26,7 @@ pub fn open(path: impl AsRef<Path>, what: &str) -> io::Result<File> {
 }
 
 fn open_plain(path: &Path, what: &str) -> io::Result<File> {
-    // Anything but a plain file is not even opened ...
+    // Anything other than a regular file is not even opened ...
     check(&fs::metadata(path)?, what)?;
     let file = File::options().read(true).custom_flags(O_NONBLOCK).open(path)?;
     // ... and anything that has replaced the file since then cannot block.

@@ -1,11 +1,11 @@
-//! Where the files of a run come from: the disk, or a store that holds them under its own names.
+//! Sources of a run's files: the disk, or a store that contains them under its own names.
 
 use std::io;
 use std::path::Path;
 
 use crate::{Limit, read, text};
 
-/// A source of files, which are read by the names that a mission gives them.
+/// A source of files, which are read by the names used in a mission.
 ///
 /// A store other than the disk, such as a recording, contains nothing but its own files. Reading through it
 /// cannot reach the file system, no matter what the names are.

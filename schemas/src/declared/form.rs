@@ -1,4 +1,4 @@
-//! The ROS 2 form of declared messages, which is read and written according to their layout.
+//! ROS 2 form of declared messages, read and written according to their layout.
 //!
 //! Every message is checked by [`verify`] before it is written, so writing cannot fail and reading yields the
 //! same bytes.
@@ -19,7 +19,7 @@ use crate::ros2::parts::{counted_bytes, expect as expect_value, header, header_f
 use crate::ros2::{self, Field as _, Ros2Error};
 use crate::valid::Invalid;
 
-/// The forms of types that are not written number by number.
+/// Types whose forms are not written number by number.
 enum Standard {
     Point,
     Point32,
@@ -41,7 +41,7 @@ impl Standard {
     }
 }
 
-/// Does the same for the type of a [`Standard`] form, under the name `T`.
+/// Evaluates an expression with the type of a [`Standard`] form as `T`.
 macro_rules! with_standard {
     ($standard:expr, $T:ident => $do:expr) => {
         match $standard {
@@ -221,7 +221,7 @@ fn text(bytes: &[u8]) -> &str {
     bytes.utf8_chunks().next().map_or("", |chunk| chunk.valid())
 }
 
-/// Returns the number in the field that counts a list.
+/// Returns the value of the field that counts a list.
 fn counter(layout: &Layout, count: &str, bytes: &[u8]) -> u32 {
     let field = layout.fields.iter().find(|field| field.name == count);
     field.map_or(0, |field| read(within(field, bytes)))
@@ -231,7 +231,7 @@ fn travels(field: &&Field) -> bool {
     !matches!(field.role, Role::Count | Role::Zero)
 }
 
-/// A message with its cells, as it is transmitted.
+/// A message with its cells, as transmitted.
 struct Form<'a> {
     header: HeaderForm,
     declared: &'a Declared,
@@ -327,7 +327,7 @@ impl Serialize for Value<'_> {
     }
 }
 
-/// Reads a message into its memory, which is zero. Yields the ROS 2 header, the cause and the slice.
+/// Reads a message into its zeroed memory. Yields the ROS 2 header, the cause and the slice.
 struct Whole<'a> {
     declared: &'a Declared,
     message: &'a mut [u8],
@@ -378,7 +378,7 @@ fn fill<'de, A: SeqAccess<'de>>(
     Ok(())
 }
 
-/// Reads a value into its memory, which is zero.
+/// Reads a value into its zeroed memory.
 struct Slot<'a> {
     kind: &'a Kind,
     bytes: &'a mut [u8],
@@ -403,7 +403,7 @@ impl<'de> DeserializeSeed<'de> for Slot<'_> {
             Kind::F64 => bytes.copy_from_slice(bytemuck::bytes_of(&f64::deserialize(deserializer)?)),
             Kind::Text(_) => {
                 let text = String::deserialize(deserializer)?;
-                // A text that is too long is cut here, and found when the message is compared with what was read.
+                // A text that is too long is truncated here, and detected when the message is compared with what was read.
                 let length = text.len().min(bytes.len());
                 bytes[..length].copy_from_slice(&text.as_bytes()[..length]);
             }
@@ -437,7 +437,7 @@ impl<'de> Visitor<'de> for Slot<'_> {
     }
 }
 
-/// Reads the entries of a list into its memory, which is zero. Yields their number.
+/// Reads the entries of a list into its zeroed memory. Yields their number.
 struct Entries<'a> {
     element: &'a Kind,
     bytes: &'a mut [u8],

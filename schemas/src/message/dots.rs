@@ -1,6 +1,6 @@
 //! The view of a camera that looks down on a plane of dots (Park and Kender 1995).
 //!
-//! Positions in the view are in metres from the window's centre, in the window's own axes: x to its right, y upwards.
+//! Positions in the view are in metres relative to the window's centre, with x to the right and y upwards.
 
 use crate::declare::{messages, parts};
 use crate::valid;
@@ -37,7 +37,7 @@ parts! {
 }
 
 impl DotView {
-    /// The entries of `dots` in use.
+    /// The valid entries of `dots`.
     pub fn dots(&self) -> &[SeenDot] {
         &self.dots[..(self.dot_count as usize).min(MAX_DOTS)]
     }

@@ -3,7 +3,7 @@
 use crate::declare::{messages, parts};
 use crate::valid;
 
-/// Maximum number of markers that a camera sees at a time.
+/// Maximum number of markers in one image.
 pub const MAX_MARKERS: usize = 32;
 
 messages! {
@@ -45,7 +45,7 @@ parts! {
 }
 
 impl MarkerView {
-    /// The entries of `markers` in use.
+    /// The valid entries of `markers`.
     pub fn markers(&self) -> &[SeenMarker] {
         &self.markers[..(self.marker_count as usize).min(MAX_MARKERS)]
     }

@@ -152,7 +152,7 @@ pub(crate) fn command(command: &VelocityCommand) -> Checked {
     twist(&command.twist)
 }
 
-/// Checks that the stamp fits into a recorded message.
+/// Checks that the timestamp fits into a recorded message.
 pub(crate) fn timely(header: &Header) -> Checked {
     let stamp_ns = header.stamp_ns;
     let is_timely = stamp_ns / 1_000_000_000 <= i32::MAX as u64;

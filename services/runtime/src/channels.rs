@@ -24,7 +24,7 @@ use crate::{Error, Result};
 /// Maximum number of observers that may read a channel at the same time. They share the remaining places, since those of the
 /// table's readers and of the recorder are reserved.
 const MAX_OBSERVERS: usize = 5;
-/// Number of places for observers that join at the same moment.
+/// Number of slots for observers that join simultaneously.
 const SPARE: usize = 2;
 /// Maximum number of writers of a channel with many writers.
 const MAX_WRITERS: usize = 16;

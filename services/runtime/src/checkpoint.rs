@@ -1,9 +1,9 @@
 //! The state of a process, stored in two alternating slots of shared memory so that the process can resume
 //! after a restart.
 //!
-//! A slot is `version, number, length, checksum, state`. The number is 0 while the slot is being written, so a kill at
-//! any moment leaves the other slot intact. Of two good slots, the one with the larger number counts. A slot that is
-//! damaged or of another version is rejected and reported.
+//! A slot is `version, number, length, checksum, state`. The number is 0 while the slot is being written, so a kill at any time
+//! leaves the other slot intact. If both slots are valid, the one with the larger number is used. A slot that is damaged or of
+//! another version is rejected and reported.
 //!
 //! A checkpoint need not be recent, because a stage is deterministic: from an older state and the inputs
 //! since then, the restarted process computes the very same outputs. The writers' histories cover several
@@ -53,7 +53,7 @@ pub struct Checkpoints<T> {
     slots: [Mapping; 2],
     /// The buffer in which the state is written before it is copied into its slot.
     room: Vec<u64>,
-    /// Index of the slot to be written next, which is never the newest good one.
+    /// Index of the slot to be written next, which is never the latest valid one.
     next: usize,
     number: u64,
     /// Number of steps since the last checkpoint.
@@ -64,7 +64,7 @@ pub struct Checkpoints<T> {
 /// The checkpoints that an earlier instance of the process has left.
 #[derive(Debug)]
 pub struct Found<T> {
-    /// The newest good checkpoint, or `None` if there is none.
+    /// The latest valid checkpoint, or `None` if there is none.
     pub state: Option<T>,
     /// Why slots were rejected.
     pub refused: Vec<Error>,
@@ -180,7 +180,7 @@ impl<T> Checkpoints<T> {
         Error::BadCheckpoint { path: self.slots[slot].path().into(), why }
     }
 
-    /// Marks the newest checkpoint as unusable, and returns the reason as an error. A successor then finds the other slot, or
+    /// Marks the latest checkpoint as unusable, and returns the reason as an error. A successor then finds the other slot, or
     /// nothing usable.
     pub(crate) fn refuse_newest(&mut self, why: &str) -> Error {
         let newest = 1 - self.next;

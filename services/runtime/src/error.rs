@@ -6,7 +6,7 @@ use sketchnav_schemas::codes::Process;
 
 use crate::limits;
 
-/// An error of the runtime. Its message says where it occurred, what was expected and what was found.
+/// An error of the runtime. The message gives the location, what was expected and what was found.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -31,7 +31,7 @@ pub enum Error {
         root: PathBuf,
         /// Name of the system.
         name: String,
-        /// Number of characters by which the path is too long.
+        /// Number of excess characters in the path.
         excess: usize,
     },
     /// Other users can access the folder of all systems, or it belongs to another user.

@@ -76,10 +76,9 @@ pub(crate) fn has_open(pid: u32, file: &Metadata) -> bool {
 
 /// Watches the files of a system for its own lifetime, in a thread of its own. It removes files that will never be finished.
 ///
-/// The supervisor has one, which also reports files of other users. If the supervisor is killed, its
-/// processes die at the same moment, perhaps while creating files. Processes that live on for a while (the
-/// recorder, which still closes its file, and observers) would wait forever for these files. Each of them
-/// therefore has one as well, which becomes active once the supervisor is dead.
+/// The supervisor has one, which also reports files of other users. If the supervisor is killed, its processes die with it, perhaps
+/// while creating files. Processes that live on for a while (the recorder, which still closes its file, and observers) would wait
+/// forever for these files. Each of them therefore has one as well, which becomes active once the supervisor is dead.
 pub(crate) struct Sweeper {
     stop: mpsc::Sender<()>,
     complaint: Arc<Mutex<Complaint>>,

@@ -1,10 +1,9 @@
 //! The last messages of a channel, stored so that its writer can send them again after a restart.
 //!
-//! In iceoryx2 0.10, a dead writer's samples and its history die with it. A writer therefore stores each
-//! message here before it sends it, and the restarted writer sends the stored messages again. Readers
-//! recognize a message that they already have by its number and drop it, while a reader that joins late finds
-//! a history. A kill at any moment leaves at most one unreadable entry: the one being written, whose message
-//! no reader has received yet.
+//! In iceoryx2 0.10, a dead writer's samples and its history die with it. A writer therefore stores each message here before it
+//! sends it, and the restarted writer sends the stored messages again. Readers recognize a message that they already have by its
+//! number and drop it, while a reader that joins late finds a history. A kill at any time leaves at most one unreadable entry: the
+//! one being written, whose message no reader has received yet.
 //!
 //! Readers of the channel never access this, with one exception: a recorder that was restarted, because the
 //! writer that could send the missed messages again may have ended or died. Each entry also stores when its
@@ -25,12 +24,12 @@ use crate::node::Node;
 
 /// Format version of the entries. Entries of another version are ignored.
 const ENTRIES: u64 = 2;
-/// Number of words before an entry's message: its number, and the time at which it was sent.
+/// Number of words before an entry's message: its number and its send time.
 const BEFORE: usize = 2;
 
-/// The stored messages of a channel, as many as the channel's history holds. Each is preceded by its number
-/// (0 if the entry is empty) and the time at which it was sent. For a message with cells, only the header is
-/// stored, since the restarted writer computes the message again.
+/// The stored messages of a channel, as many as the channel's history holds. Each is preceded by its number (0 if the entry is
+/// empty) and its send time. For a message with cells, only the header is stored, since the restarted writer computes the message
+/// again.
 pub(crate) struct History {
     mapping: Mapping,
     capacity: u64,
@@ -58,13 +57,12 @@ impl History {
         Ok(history)
     }
 
-    /// Returns the number of the newest message in the file, including those that a living writer has stored since it was
-    /// opened.
+    /// Returns the number of the latest message in the file, including those that a living writer has stored since it was opened.
     fn newest(&self) -> u64 {
         (0..self.capacity).map(|i| self.number(i).load(SeqCst)).max().unwrap_or(0)
     }
 
-    /// Returns the number of the newest message, or 0 if there is none.
+    /// Returns the number of the latest message, or 0 if there is none.
     pub(crate) fn last_seq(&self) -> u64 {
         self.last_seq
     }
@@ -83,8 +81,8 @@ impl History {
         self.last_seq = seq;
     }
 
-    /// Calls `take` with a copy of each message after `seq`, oldest first. This is safe while the writer is
-    /// running, because an entry that is being written at the same moment is skipped.
+    /// Calls `take` with a copy of each message after `seq`, oldest first. This is safe while the writer is running, because an
+    /// entry that is being written is skipped.
     pub(crate) fn for_each_after(&self, seq: u64, mut take: impl FnMut(&[u64])) {
         let first = self.last_seq.saturating_sub(self.capacity).max(seq) + 1;
         let mut copy = vec![0; self.length];
@@ -95,7 +93,7 @@ impl History {
         }
     }
 
-    /// Returns a copy of the newest message, or of its header if it has cells.
+    /// Returns a copy of the latest message, or of its header if it has cells.
     pub(crate) fn last(&self) -> Option<Vec<u64>> {
         let mut copy = vec![0; self.length];
         self.read(self.last_seq, &mut copy).then_some(copy)
@@ -139,8 +137,7 @@ fn monotonic_ns() -> u64 {
     now.map_or(0, |now| now.tv_sec() as u64 * 1_000_000_000 + now.tv_nsec() as u64)
 }
 
-/// The times at which the messages of a channel were sent, as far back as its history goes. It can be used while the writer is
-/// at work.
+/// Send times of a channel's messages, as far back as its history goes. They can be read while the writer is running.
 pub struct SendTimes(History);
 
 /// A message that was sent.
@@ -148,7 +145,7 @@ pub struct SendTimes(History);
 pub struct Sent {
     /// The message's number, time and cause.
     pub header: Header,
-    /// Time at which the message was sent, in nanoseconds of the clock that all processes of the machine share.
+    /// Send time of the message, in nanoseconds of the clock that all processes of the machine share.
     pub at_ns: u64,
 }
 
@@ -161,7 +158,7 @@ impl SendTimes {
         Ok(Self(History::open(node, spec)?))
     }
 
-    /// Returns the number of the newest message, or 0 before the first.
+    /// Returns the number of the latest message, or 0 before the first.
     pub fn newest(&self) -> u64 {
         self.0.newest()
     }
@@ -178,7 +175,7 @@ impl SendTimes {
         is_there().then_some(Sent { header: Header { seq, stamp_ns, source_seq }, at_ns })
     }
 
-    /// Returns the newest message caused by the tick `source_seq`.
+    /// Returns the latest message caused by the tick `source_seq`.
     pub fn caused_by(&self, source_seq: u64) -> Option<Sent> {
         let newest = self.newest();
         let oldest = newest.saturating_sub(self.0.capacity) + 1;

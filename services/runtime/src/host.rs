@@ -8,8 +8,8 @@
 //! instructions, takes its inputs since the checkpoint from the channels' histories, and sends only what has
 //! not been sent yet.
 //!
-//! A checkpoint is written every few steps, before and after each request, and after instructions. The moment at which a
-//! person's request arrives is a matter of chance, so a step after the request cannot be computed again from a state before it.
+//! A checkpoint is written every few steps, before and after each request, and after instructions. The arrival time of a person's
+//! request is random, so a step after the request cannot be computed again from a state before it.
 
 mod inputs;
 mod outputs;
@@ -86,7 +86,7 @@ struct Head {
     stamp_ns: u64,
 }
 
-/// Borrowed counterpart of [`Head`], from which a checkpoint is written.
+/// Borrowed counterpart of [`Head`], used for writing a checkpoint.
 #[derive(Serialize)]
 struct HeadView<'a> {
     inputs: &'a inputs::Positions,

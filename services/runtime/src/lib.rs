@@ -4,23 +4,21 @@
 //! - [`Channels`]: every channel of the table, created and held by the supervisor.
 //! - [`Node`]: a process in a system, which opens a [`Writer`] or [`Reader`] of a channel, and waits.
 //! - [`host()`]: runs a stage of a navigator as a process, using everything below.
-//! - [`Checkpoints`]: the state of a process, from which it resumes after a kill.
+//! - [`Checkpoints`]: the state that a process resumes from after a kill.
 //! - [`SendTimes`]: when the last messages of a channel were sent, by the clock.
 //! - [`Notices`]: reports that processes and tools ask the supervisor to publish.
 //! - Planned faults are applied by the writers (`trap.rs`). Without a plan, there is no overhead.
 //! - [`provide_files`], [`provide_stack`]: raise the process limits that a system needs.
-//! - [`Room`], [`Peer`]: whether the machine has room for a system, and which processes are connected, for
-//!   tools.
+//! - [`Room`], [`Peer`]: the free resources of the machine and the connected processes, for tools.
 //! - [`HealthReporter`], [`CountingAllocator`], [`Pacer`]: health reports, and pacing by the wall clock.
 //!
 //! A message is written once, in shared memory, and read there: [`Loan`] and [`Sample`] are references into
 //! the same file of `/dev/shm`. Receiving does not allocate, and sending only allocates iceoryx2's own handle
 //! of a loan.
 //!
-//! Any process may be killed at any moment. Its writers keep their last messages, and its checkpoint contains
-//! its position in each channel. The restarted process takes the inputs that it missed from the channels'
-//! histories, recomputes messages that may already have been sent, and sends only the new ones, so each
-//! message is sent exactly once.
+//! Any process may be killed at any time. The last messages of its writers are stored, and its checkpoint contains its position in
+//! each channel. The restarted process takes the inputs that it missed from the channels' histories, recomputes messages that may
+//! already have been sent, and sends only the new ones, so each message is sent exactly once.
 //!
 //! Apart from the tick, this crate does not know what messages mean. Only the supervisor creates channels,
 //! because a process that died while creating one would block it for good (iceoryx2 0.10).

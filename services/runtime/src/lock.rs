@@ -1,4 +1,4 @@
-//! A file lock held by a living process. The kernel releases the lock the moment the process dies.
+//! A file lock held by a living process. The kernel releases the lock as soon as the process dies.
 //!
 //! These are open-file-description locks (`F_OFD_SETLK`). Unlike `flock`, they can be queried without being taken.
 //! Unlike POSIX locks, they do not vanish when the process closes another descriptor of the file.
@@ -25,7 +25,7 @@ pub(crate) struct Lock {
 }
 
 impl Lock {
-    /// Takes the lock of the file, creating the file if it is missing. Returns `None` if another process holds the lock.
+    /// Acquires the lock of the file, creating the file if it is missing. Returns `None` if another process holds the lock.
     pub(crate) fn try_take(path: &Path) -> io::Result<Option<Self>> {
         match Self::of(open(path)?) {
             Ok(lock) => Ok(Some(lock)),
@@ -34,7 +34,7 @@ impl Lock {
         }
     }
 
-    /// Takes the lock of an open file.
+    /// Acquires the lock of an open file.
     ///
     /// # Errors
     /// [`io::ErrorKind::WouldBlock`] if another process holds it.

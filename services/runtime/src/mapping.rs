@@ -1,9 +1,8 @@
 //! A file in shared memory that one process writes, and that other processes read, including the same process
 //! after a restart. It survives a kill.
 //!
-//! The file is an array of atomic words. Because another process may write to it at any moment, there are no
-//! plain references into it, and words are copied in and out. The owner marks words that belong together with
-//! numbers that it writes first and last.
+//! The file is an array of atomic words. Because another process may write to it at any time, there are no plain references into
+//! it, and words are copied in and out. The owner marks words that belong together with numbers that it writes first and last.
 //!
 //! The memory is reserved when the file is created, so a full `/dev/shm` causes an error at that point
 //! instead of a signal later.

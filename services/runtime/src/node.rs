@@ -205,9 +205,8 @@ impl Node {
         Ok(reader)
     }
 
-    /// Records in a tick the newest message of each sensor that this node writes. The tick must be the last
-    /// message of an instant, sent after this call, since its readers wait for the messages that it refers
-    /// to.
+    /// Records in a tick the latest message of each sensor that this node writes. The tick must be the last message of an instant,
+    /// sent after this call, since its readers wait for the messages that it refers to.
     pub fn name_readings(&self, tick: &mut Tick) {
         for (newest, sensor) in tick.newest.iter_mut().zip(channels::sensors()) {
             let writers = self.writers.borrow();

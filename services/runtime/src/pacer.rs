@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-/// Determines when a moment of simulated time is due.
+/// Determines when a simulated time is due.
 #[derive(Debug, Clone, Copy)]
 pub struct Pacer {
     started: Instant,

@@ -22,7 +22,7 @@ struct Tally {
     /// Number of the last message, or `None` if the first one may have any number.
     last: Option<u64>,
     lost: u64,
-    /// With several writers, which number their messages independently, the numbers say nothing about lost messages.
+    /// With several writers, which number their messages independently, gaps in the numbers do not mean lost messages.
     many_writers: bool,
 }
 

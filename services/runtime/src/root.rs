@@ -29,8 +29,8 @@ pub(crate) fn of_this_user() -> Result<PathBuf> {
     Ok(root)
 }
 
-/// Takes the lock that is held while a system starts or is cleared, so that a system that is being created is not mistaken for
-/// a dead one.
+/// Acquires the lock that is held while a system starts or is cleared, so that a system that is being created is not mistaken for a
+/// dead one.
 ///
 /// # Errors
 /// [`Error::Guarded`] if another process holds the lock for too long.

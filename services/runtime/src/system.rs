@@ -33,7 +33,7 @@ use crate::shared::{self, Seen, SharedFiles, listed, unless_gone};
 use crate::survey::Room;
 use crate::{Error, Result, half_made, root};
 
-/// The names, after the prefix, of the files from which successors resume.
+/// Names, without the prefix, of the files that successors resume from.
 const SUCCESSORS: [&str; 3] = ["history_", "checkpoint_", "owner"];
 const MAX_NAME: usize = 32;
 /// Maximum length of the root plus twice the name, in bytes. iceoryx2 0.10 builds paths of at most 255 bytes from the system's
@@ -363,7 +363,7 @@ impl System {
         write(self.iceoryx2_config(), config.as_bytes())
     }
 
-    /// Ends processes that are still alive, and clears the files from which no run resumes.
+    /// Ends processes that are still alive, and removes the files that no run resumes from.
     fn clear_for_successors(&self, run: &RunConfig) -> Result<()> {
         self.end_processes()?;
         self.shared()?.remove_but(&SUCCESSORS)?;

@@ -179,9 +179,8 @@ impl Inputs {
         self.ticks.as_ref().is_some_and(|ticks| ticks.taken < tick)
     }
 
-    /// Resumes after the messages that the process had taken before the kill. Instructions are delivered
-    /// again, and the newest reading of each sensor is taken once more, because it belongs to the instants
-    /// that follow.
+    /// Resumes after the messages that the process had taken before the kill. Instructions are delivered again, and the latest
+    /// reading of each sensor is taken once more, because it belongs to the instants that follow.
     pub(super) fn resume(&mut self, positions: &Positions) {
         for (requests, &taken) in self.requests.iter_mut().zip(&positions.requests) {
             requests.taken = taken;
@@ -299,7 +298,7 @@ struct Sensor {
     newest: Option<RawSample>,
     /// A reading that belongs to a later instant.
     next: Option<RawSample>,
-    /// Number of the newest reading at the previous instant.
+    /// Number of the latest reading at the previous instant.
     before: u64,
 }
 

@@ -287,7 +287,7 @@ fn prepare(line: &mut ProcessLine) -> Result<()> {
 }
 
 /// Makes the kernel send SIGCONT to this process when the other end of the pipe closes, as it does when the supervisor dies.
-/// Otherwise, a process that is stopped at that moment would not notice that it has been asked to end.
+/// Otherwise, a process that is stopped at that time would not notice that it has been asked to end.
 fn wake_on_hang_up(end: &OwnedFd) -> io::Result<()> {
     let settings = [
         (libc::F_SETFD, 0),

@@ -16,7 +16,7 @@ use crate::{Death, Result};
 pub struct RecordingFailure {
     /// The last reason given by the recorder.
     pub words: String,
-    /// Number of messages that the recorder knows to be missing.
+    /// Number of messages that the recorder has reported missing.
     pub missing: u64,
 }
 

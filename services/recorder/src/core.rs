@@ -85,7 +85,7 @@ impl<W: Write> Core<W> {
         (self.newest_tick.seq, self.acknowledged_tick) = (acknowledged_tick, acknowledged_tick);
     }
 
-    /// Takes the messages with which the next file must begin: the last message of each latched channel.
+    /// Removes and returns the messages that the next file must begin with: the last message of each latched channel.
     pub fn take_latched(&mut self) -> Vec<Option<Latched>> {
         self.writer.as_mut().map(Writer::take_latched).unwrap_or_default()
     }

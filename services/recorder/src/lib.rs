@@ -60,7 +60,7 @@ pub struct Incomplete {
     pub failure: String,
 }
 
-/// The state from which a restarted recorder continues.
+/// The state that a restarted recorder resumes from.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 struct State {
     /// The numbers of this recording's parts, from 1. The last part is being written. Numbers whose files already existed
@@ -73,7 +73,7 @@ struct State {
     acknowledged_tick: u64,
     /// Simulated time of the acknowledged tick, in nanoseconds.
     acknowledged_ns: u64,
-    /// Simulated time at which the current file began, in nanoseconds.
+    /// Simulated start time of the current file, in nanoseconds.
     began_ns: u64,
 }
 
@@ -382,8 +382,8 @@ fn complain(node: &Node, disk: Option<&Disk>, error: &RecordingError) {
     }
 }
 
-/// Prints how the recording ended. If messages are missing, also reports that to the supervisor, because no other process
-/// knows how many.
+/// Prints how the recording ended. If messages are missing, also reports that to the supervisor, because only the recorder can
+/// count them.
 fn report_end(node: &Node, report: &Report) -> anyhow::Result<()> {
     let Report { messages, refused, .. } = report;
     let missing = report.missing + report.unrecorded;
@@ -405,8 +405,8 @@ fn file(run: &RunConfig, path: &Path, number: u32) -> PathBuf {
     }
 }
 
-/// Returns the state from which to continue. If no checkpoint can be used, the recording continues after the existing parts
-/// of this run, with whatever messages the channels still have.
+/// Returns the state to resume from. If no checkpoint can be used, the recording continues after the existing parts of this run,
+/// with whatever messages the channels still have.
 fn resume(run: &RunConfig, path: &Path, found: Found<State>) -> std::io::Result<State> {
     let is_lost = found.is_lost();
     match found.state {
@@ -563,10 +563,10 @@ impl Input {
         Ok(sample.map(|sample| core.record(self.reader.spec(), sample.message(), sample.cells())))
     }
 
-    /// Returns true if the messages stay in the channel while writing has failed. That applies to messages with cells,
-    /// which are stored nowhere else. When writing fails, the reader is opened again to get the history once more, because
-    /// the newest messages may have been in the part that was truncated. If that fails, the old reader still receives the
-    /// messages from now on.
+    /// Returns true if the messages stay in the channel while writing has failed. That applies to messages with cells, which are
+    /// stored nowhere else. When writing fails, the reader is opened again to get the history once more, because the latest
+    /// messages may have been in the part that was truncated. If that fails, the old reader still receives the messages from now
+    /// on.
     fn waits_for_room(&mut self, node: &Node) -> bool {
         if self.reader.spec().max_cells == 0 {
             return false;

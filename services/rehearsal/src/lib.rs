@@ -38,7 +38,7 @@ pub enum RehearsalError {
     Stage(#[source] StageError),
 }
 
-/// Watches a mission. An onlooker can also say where the robot is or end the mission; by default it does neither.
+/// Watches a mission. An onlooker can also set the robot's pose or end the mission; by default it does neither.
 pub trait Onlooker: Tap {
     /// Returns true to end the mission at this point. Called after each instant.
     fn has_enough(&self) -> bool {
@@ -115,8 +115,8 @@ impl Rehearsal {
         })
     }
 
-    /// Simulates real time on a slow machine, where each step takes the stages this many instants. In the
-    /// meantime, the world continues with the previous command, and readings are not used. 0 is lockstep.
+    /// Simulates real time on a slow machine, where the stages take `thinking_scans` instants for each step. In the meantime, the
+    /// world continues with the previous command, and readings are not used. 0 is lockstep.
     #[must_use]
     pub fn thinking_for(self, thinking_scans: u32) -> Self {
         Self { thinking_scans, ..self }

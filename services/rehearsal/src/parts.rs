@@ -62,7 +62,7 @@ impl World {
     }
 }
 
-/// Returns the sequence number of each sensor's newest message, for the tick. The number is 0 if a sensor has not sent any.
+/// Returns the sequence number of each sensor's latest message, for the tick. The number is 0 if a sensor has not sent any.
 fn newest_readings(memory: &InProcess) -> [u64; MAX_SENSORS] {
     let mut newest = [0; MAX_SENSORS];
     for (newest, sensor) in newest.iter_mut().zip(channels::sensors()) {

@@ -1,7 +1,7 @@
 //! Executes the core of one service again on the inputs in a recording.
 //!
-//! Inputs arrive in order of their stamps, and those of the same instant in the order of a step. Since a process takes its
-//! inputs by their stamps, this is the order in which it saw them the first time.
+//! Inputs arrive in order of their timestamps, and those of the same instant in the order of a step. Since a process takes its
+//! inputs by their timestamps, this is the order in which it saw them the first time.
 //!
 //! In real time, two things are not recorded and so cannot be repeated: which command had arrived by the time the world moved
 //! on, and between which two estimates an order reached the planner.

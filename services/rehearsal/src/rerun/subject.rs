@@ -26,7 +26,7 @@ pub(super) enum Subject {
 /// A process that hosts a stage.
 pub(super) struct Staged {
     part: Part,
-    /// The newest message of each channel that the process reads.
+    /// The latest message of each channel that the process reads.
     inputs: InProcess,
     /// The channel whose messages trigger a step.
     trigger: Option<&'static ChannelSpec>,

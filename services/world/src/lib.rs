@@ -56,7 +56,7 @@ pub fn run(node: &Node, files: &dyn Files) -> anyhow::Result<()> {
     }
 }
 
-/// Restores the world from the newest checkpoint, or creates a new one if there has been no checkpoint.
+/// Restores the world from the latest checkpoint, or creates a new one if there has been no checkpoint.
 fn resume(
     run: &RunConfig,
     files: &dyn Files,
@@ -121,7 +121,7 @@ impl<S: Simulation> Shell<'_, S> {
         self.recorded.resume_after(positions.recorded);
     }
 
-    /// Returns the positions from which the current command and the recorder's last acknowledgement are received again.
+    /// Returns the channel positions for receiving the current command and the recorder's last acknowledgement again.
     fn positions(&self) -> Positions {
         Positions {
             tick: self.tick.last_seq(),

@@ -46,7 +46,7 @@ pub struct Driver {
     recorded_tick: u64,
     health: HealthReporter,
     step: Step,
-    /// When the driver started, and the mission time at that moment.
+    /// Start of the driver, and the mission time at its start.
     began: (Instant, u64),
     /// Stamp of the last tick.
     tick_ns: Option<u64>,
@@ -149,7 +149,7 @@ impl Driver {
         self.period_ns
     }
 
-    /// Returns the mission time, in nanoseconds, which is the stamp for a reading taken now.
+    /// Returns the mission time, in nanoseconds, which is the timestamp for a reading taken now.
     pub fn now_ns(&self) -> u64 {
         let (began, begin_ns) = self.began;
         match (self.clock, self.tick_ns) {
@@ -246,10 +246,9 @@ impl Driver {
     /// Returns the velocity to drive at until the next instant, or `None` if the robot should stop for good
     /// because the mission is over, the system is gone, or the process was asked to end.
     ///
-    /// With a robot, this is the response to the last tick if it arrives within `wait`. Otherwise, it is the
-    /// newest command, or a standstill if that is older than half a second. With a simulator in lockstep, it
-    /// is the response to the last tick. With a simulator in real time, it is the newest command at the time
-    /// when the next instant is due. Simulators ignore `wait`.
+    /// With a robot, this is the response to the last tick if it arrives within `wait`. Otherwise, it is the latest command, or a
+    /// standstill if that is older than half a second. With a simulator in lockstep, it is the response to the last tick. With a
+    /// simulator in real time, it is the latest command at the time when the next instant is due. Simulators ignore `wait`.
     ///
     /// # Errors
     /// Those of the runtime.
@@ -264,7 +263,7 @@ impl Driver {
         Ok((!self.is_over).then_some(twist))
     }
 
-    /// Returns the number of the tick to which the newest command responds, or 0 before the first one.
+    /// Returns the number of the tick to which the latest command responds, or 0 before the first one.
     pub fn answered(&self) -> u64 {
         self.orders.answered()
     }

@@ -47,30 +47,30 @@ impl Orders {
         Ok(())
     }
 
-    /// Returns the number of the tick to which the newest command responds, or 0 before the first one.
+    /// Returns the number of the tick to which the latest command responds, or 0 before the first one.
     pub fn answered(&self) -> u64 {
         self.newest.map_or(0, |command| command.header.source_seq)
     }
 
-    /// Returns true if the newest command is the last one of the mission.
+    /// Returns true if the latest command is the last one of the mission.
     pub fn is_last(&self) -> bool {
         self.newest.is_some_and(|command| command.last == 1)
     }
 
-    /// Returns the newest velocity regardless of its age, or a standstill if there is none.
+    /// Returns the latest velocity regardless of its age, or a standstill if there is none.
     pub fn newest(&self) -> Twist {
         self.newest.map_or(STANDSTILL, |command| command.twist)
     }
 
-    /// Returns the newest velocity, or a standstill if its tick was more than half a second before this
-    /// mission time, in nanoseconds.
+    /// Returns the latest velocity, or a standstill if its tick was more than half a second before this mission time, in
+    /// nanoseconds.
     pub fn in_force_at(&self, now_ns: u64) -> Twist {
         let age_ns = |command: &VelocityCommand| now_ns.saturating_sub(command.header.stamp_ns);
         let fresh = self.newest.filter(|command| Duration::from_nanos(age_ns(command)) <= LIMIT);
         fresh.map_or(STANDSTILL, |command| command.twist)
     }
 
-    /// Returns the newest velocity, or a standstill if its tick was sent more than half a second ago.
+    /// Returns the latest velocity, or a standstill if its tick was sent more than half a second ago.
     pub fn in_force(&self) -> Twist {
         let fresh = self.newest.filter(|command| {
             let tick = command.header.source_seq;

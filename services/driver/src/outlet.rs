@@ -14,16 +14,15 @@ const MOST_TURN_RAD: f64 = 1.1 * std::f64::consts::TAU;
 /// The sending side of a channel. It checks messages, and sends at most as many between two ticks as the
 /// channel holds.
 ///
-/// If a sensor takes more readings than that, they are thinned evenly. The newest one is held back and sent
-/// just before the tick.
+/// If a sensor takes more readings than that, they are thinned evenly. The latest one is held back and sent just before the tick.
 pub struct Outlet {
     writer: RawWriter,
     thinning: Thinning,
     /// Number of messages since the last tick.
     since_tick: usize,
-    /// Stamp of the newest message, in nanoseconds.
+    /// Stamp of the latest message, in nanoseconds.
     newest_ns: Option<u64>,
-    /// The newest reading if it is held.
+    /// The latest reading if it is held.
     held: Owned,
     /// Memory for the next one.
     spare: Owned,
@@ -58,7 +57,7 @@ impl Outlet {
         self.writer.last_sent()
     }
 
-    /// Returns the stamp of the newest message, in nanoseconds.
+    /// Returns the timestamp of the latest message, in nanoseconds.
     pub fn newest_ns(&self) -> Option<u64> {
         self.newest_ns
     }
@@ -109,7 +108,7 @@ impl Outlet {
     }
 }
 
-/// Fills a message and checks it, also against the stamp of the one before.
+/// Fills a message and checks it, also against the timestamp of the one before.
 fn filled<E: From<DriverError>>(
     spec: &ChannelSpec,
     message: &mut [u8],
@@ -186,7 +185,7 @@ impl Thinning {
 mod tests {
     use super::*;
 
-    /// Returns the stamps of those readings that are sent at once.
+    /// Returns the timestamps of those readings that are sent at once.
     fn sent(thinning: &mut Thinning, stamps: impl Iterator<Item = u64>) -> Vec<u64> {
         let takes = |stamp: &u64| {
             let takes = thinning.takes(*stamp);

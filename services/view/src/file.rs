@@ -122,7 +122,7 @@ impl Player<'_> {
         Ok(Turn::Played)
     }
 
-    /// Waits at the end of the recording until a viewer plays it from somewhere, or starts again if the options say so.
+    /// Waits at the end of the recording until a viewer moves the playback position, or starts again if the options request it.
     fn rest(&mut self) -> Result<Turn> {
         let now = Instant::now();
         if self.options.again {

@@ -153,7 +153,7 @@ impl Source {
         self.topics().any(Topic::is_watched)
     }
 
-    /// Shows the messages that have arrived, and returns the time of the newest one.
+    /// Shows the messages that have arrived, and returns the time of the latest one.
     fn look(&mut self, node: &Node) -> Result<Option<u64>> {
         if !self.is_watched() {
             self.close();
@@ -217,8 +217,8 @@ fn is_wanted(topic: &Topic) -> bool {
     topic.is_watched() || topic.is_latched()
 }
 
-/// Opens a channel. For continuous data, a late reader needs only the newest message. Messages from people and reports of
-/// faults are shown as far back as the history goes.
+/// Opens a channel. For continuous data, a late reader needs only the latest message. Messages from people and reports of faults
+/// are shown as far back as the history goes.
 fn open(node: &Node, spec: &'static ChannelSpec) -> Result<RawReader> {
     let mut reader = node.raw_reader(spec)?;
     let is_kept = matches!(spec.role, Role::Instruction | Role::Request | Role::Reply | Role::Report);

@@ -35,9 +35,9 @@ pub struct Playback {
     last_ns: u64,
     rate: f64,
     state: State,
-    /// A recorded time in nanoseconds, and the moment at which it was reached.
+    /// A recorded time in nanoseconds, and the wall-clock time when it was reached.
     anchor: (u64, Instant),
-    /// True if a viewer watches. Otherwise time stands still.
+    /// True if a viewer is connected. Otherwise playback is paused.
     is_watched: bool,
 }
 
@@ -68,7 +68,7 @@ impl Playback {
         from_ns.saturating_add(passed_ns as u64).min(self.last_ns)
     }
 
-    /// Returns how long it takes until the message of this recorded time is due, or `None` while time stands still.
+    /// Returns how long it takes until the message of this recorded time is due, or `None` while playback is paused.
     pub fn until(&self, stamp_ns: u64, now: Instant) -> Option<Duration> {
         let left_ns = stamp_ns.saturating_sub(self.at_ns(now));
         match (left_ns, self.moves()) {
@@ -78,8 +78,8 @@ impl Playback {
         }
     }
 
-    /// Handles a viewer's request. Returns the time from which playing continues, if that changes. Playing from the end
-    /// starts again at the beginning.
+    /// Handles a viewer's request. Returns the new playback position, if it changes. Playing from the end starts again at the
+    /// beginning.
     pub fn ask(&mut self, request: Request, now: Instant) -> Option<u64> {
         self.settle(now);
         if request.rate.is_finite() && request.rate > 0.0 {

@@ -1,7 +1,7 @@
 //! The bridge process: reads channels as an observer, publishes their messages, and passes on orders.
 //!
-//! Only messages that are sent while the bridge runs are published. Of earlier messages, subscribers only
-//! receive the newest one of each latched channel.
+//! Only messages that are sent while the bridge runs are published. Of earlier messages, subscribers only receive the latest one of
+//! each latched channel.
 
 use std::time::{Duration, Instant};
 

@@ -10,7 +10,7 @@ use sketchnav_schemas::message::{Fault, Health};
 
 use crate::forms::{DiagnosticArray, DiagnosticStatus, KeyValue, time};
 
-/// Time after its last report at which the figures of a process are stale. A process reports its health once a second.
+/// Age of the last report beyond which the figures of a process are stale. A process reports its health once a second.
 const STALE_AFTER: Duration = Duration::from_secs(5);
 
 /// The severity of a status.

@@ -180,7 +180,7 @@ impl Robot {
         Ok(())
     }
 
-    /// Passes on each command, and stops the robot if the newest one is too old.
+    /// Passes on each command, and stops the robot if the latest one is too old.
     fn move_at(&mut self, twist: Twist) -> Result<(), BridgeError> {
         let command = (twist, self.driver.answered());
         if command != self.sent { self.send(command) } else { Ok(()) }

@@ -117,7 +117,7 @@ pub fn dds_type_name(kind: &str) -> String {
 
 /// Sends the messages of a topic.
 pub trait Sender {
-    /// Sends a message in CDR with its encapsulation header. Returns false if there was no room for it.
+    /// Sends a message in CDR with its encapsulation header. Returns false if the queue was full.
     ///
     /// # Errors
     /// A text with the reason if messages can no longer be sent.
@@ -145,8 +145,7 @@ pub struct Outlet {
 }
 
 impl Outlet {
-    /// Publishes a message in CDR with its encapsulation header. If there is no room for it, it is dropped
-    /// and counted.
+    /// Publishes a message in CDR with its encapsulation header. If the queue is full, it is dropped and counted.
     ///
     /// # Errors
     /// [`BridgeError::Middleware`] if messages can no longer be sent.
@@ -173,8 +172,8 @@ pub struct Intake<F> {
 }
 
 impl<F> Intake<F> {
-    /// Takes the next message. Any node may send anything, so data that is not a message of the type is reported on
-    /// standard error.
+    /// Takes the next message. Any node may send anything, so data that cannot be decoded as this type is reported on standard
+    /// error.
     pub fn take(&mut self) -> Option<F> {
         self.take_with_publisher().map(|(form, _)| form)
     }

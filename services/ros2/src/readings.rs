@@ -1,6 +1,6 @@
 //! Converts the readings of a ROS 2 robot into messages: its scans, its odometry, its time.
 //!
-//! Readings are checked here, and errors say what was expected and what was found. Ranges follow REP 117.
+//! Readings are checked here, and errors give what was expected and what was found. Ranges follow REP 117.
 
 use std::collections::BTreeSet;
 use std::time::Duration;
@@ -32,13 +32,13 @@ pub enum ReadingError {
     /// The pose or the velocity is impossible.
     #[error("expected a finite pose with a heading, and a finite velocity, found others")]
     Odometry,
-    /// The stamp cannot be right.
+    /// The timestamp cannot be right.
     #[error(
         "expected a stamp within {LIMIT_S} s of the time that has passed since the previous reading, found one that is {off_s:.1} s \
          off: a clock was set, or another robot publishes in this domain; start the bridge again if it was a clock"
     )]
     Jump {
-        /// How much later the stamp is than it should be, in seconds. Negative if it is earlier.
+        /// How much later the timestamp is than it should be, in seconds. Negative if it is earlier.
         off_s: f64,
     },
     /// The driver refused the reading.
@@ -48,16 +48,16 @@ pub enum ReadingError {
 
 const SECOND_NS: i128 = NS_PER_S as i128;
 
-/// Maximum difference, in seconds, between a stamp and its time of arrival, relative to the previous reading.
-/// Clocks that run at another speed, as in simulators, stay far below this.
+/// Maximum difference, in seconds, between a timestamp and its time of arrival, relative to the previous reading. Clocks that run
+/// at another speed, as in simulators, stay far below this.
 const LIMIT_S: i128 = 60;
 
-/// Converts the robot's stamps to simulation time. The first reading is assigned the current mission time.
+/// Converts the robot's timestamps to simulation time. The first reading is assigned the current mission time.
 #[derive(Debug, Clone, Copy)]
 pub struct Timebase {
     begin_ns: u64,
     first_ns: Option<i128>,
-    /// The stamp of the last reading, in nanoseconds, and when it arrived.
+    /// The timestamp of the last reading, in nanoseconds, and when it arrived.
     last: Option<(i128, Duration)>,
 }
 
@@ -67,11 +67,11 @@ impl Timebase {
         Self { begin_ns, first_ns: None, last: None }
     }
 
-    /// Returns the simulation time of a stamp that arrived at `now`, in nanoseconds. It is never before the
-    /// start. `now` is the time since any fixed moment.
+    /// Returns the simulation time of a timestamp that arrived at `now`, in nanoseconds. It is never before the start. `now` is the
+    /// time since an arbitrary fixed epoch.
     ///
     /// # Errors
-    /// [`ReadingError::Jump`] if the stamp is too far from the previous one for the time that has passed.
+    /// [`ReadingError::Jump`] if the timestamp is too far from the previous one for the time that has passed.
     pub fn of(&mut self, stamp: &Time, now: Duration) -> Result<u64, ReadingError> {
         let found = i128::from(stamp.sec) * SECOND_NS + i128::from(stamp.nanosec);
         if let Some((last, arrived)) = self.last {
@@ -223,7 +223,7 @@ mod tests {
         assert_eq!(of(1_699_999_999, 0, 4), 500);
     }
 
-    /// The stamps of a second robot with another clock once made a mission 56 years older.
+    /// The timestamps of a second robot with another clock once made a mission 56 years older.
     #[test]
     fn a_stamp_that_cannot_be_right_is_rejected() {
         let mut time = Timebase::at(0);

@@ -192,7 +192,7 @@ impl Sender for Outgoing {
     }
 }
 
-/// A message as it was sent, with its attachment and time stamp.
+/// A message as it was sent, with its attachment and timestamp.
 #[derive(Clone)]
 struct Message {
     cdr: zenoh::bytes::ZBytes,
@@ -200,7 +200,7 @@ struct Message {
     stamp: Timestamp,
 }
 
-/// The newest message of a latched topic, which late subscribers query.
+/// The latest message of a latched topic, which late subscribers query.
 struct Newest {
     message: Arc<Mutex<Option<Message>>>,
     _answers: Queryable<()>,

@@ -17,7 +17,7 @@ pub enum Delivery {
         /// Length of the queue, in messages.
         depth: usize,
     },
-    /// Reliable and transient local (latched). A late subscriber gets the newest message.
+    /// Reliable and transient local (latched). A late subscriber gets the latest message.
     Latched,
 }
 

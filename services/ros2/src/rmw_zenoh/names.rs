@@ -120,8 +120,8 @@ pub fn identity(token: &str) -> [u8; 16] {
     twox_hash::XxHash3_128::oneshot(token.as_bytes()).to_le_bytes()
 }
 
-/// Returns the attachment of a message, which consists of its number, from 1, the time at which it was sent,
-/// in nanoseconds since 1970, and its publisher's identity.
+/// Returns the attachment of a message, which consists of its number, from 1, its send time in nanoseconds since 1970, and its
+/// publisher's identity.
 pub fn attachment(number: i64, sent_ns: i64, identity: [u8; 16]) -> [u8; ATTACHMENT_BYTES] {
     let mut bytes = [0; ATTACHMENT_BYTES];
     bytes[..8].copy_from_slice(&number.to_le_bytes());
@@ -136,10 +136,9 @@ pub fn publisher_of(attachment: &[u8]) -> PublisherId {
     attachment.get(17..).and_then(|identity| identity.try_into().ok()).unwrap_or_default()
 }
 
-/// Returns the key under which the newest message of a latched topic can be queried. The same text is the
-/// token that announces it.
+/// Returns the query key for the latest message of a latched topic. The same text is the token that announces it.
 ///
-/// Source: the advanced publisher of zenoh-ext, which rmw_zenoh uses. It distinguishes messages by their time stamps.
+/// Source: the advanced publisher of zenoh-ext, which rmw_zenoh uses. It distinguishes messages by their timestamps.
 pub fn latched(key: &str, session: &str) -> String {
     format!("{key}/@adv/pub/{session}/uhlc/_")
 }

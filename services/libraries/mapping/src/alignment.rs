@@ -8,8 +8,8 @@
 //! any stretch of the drawing, at a small cost per sample. Both outlines run counter-clockwise, so no
 //! alignment is a mirror image.
 //!
-//! The outline of a drawing is closed and has no natural first sample, so several samples are tried in turn as the partner of the
-//! first piece. [`Search`] spreads these trials over as many steps as the caller likes.
+//! The outline of a drawing is closed and has no natural first sample, so several samples are tried in turn as the match of the
+//! first piece. [`Search`] spreads these trials over any number of steps.
 
 use serde::{Deserialize, Serialize};
 
@@ -78,7 +78,7 @@ pub struct Anchor {
     pub scale_m: f64,
 }
 
-/// Rules out a place in the map as the partner of a sample.
+/// Rules out a position in the map as the match of a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Forbidden {
     /// Index of the sample in the drawing.
@@ -102,10 +102,10 @@ pub struct Problem<'a> {
     pub forbidden: &'a [Forbidden],
 }
 
-/// The partner of a sample of the drawing.
+/// The match of a sample of the drawing.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Partner {
-    /// The sample has no partner because the map does not include it.
+    /// The sample has no match because the map does not include it.
     Nothing,
     /// A place on a wall of the map.
     Wall(Place),
@@ -118,10 +118,9 @@ pub enum Partner {
 pub struct Alignment {
     /// Cost of the alignment. Lower is better.
     pub cost: f64,
-    /// The partner of each sample of the drawing.
+    /// The match of each sample of the drawing.
     pub partners: Vec<Partner>,
-    /// Difference in direction between each sample and its partners, as the mean of 1 − cos over the partners, or 0 without
-    /// partners.
+    /// Difference in direction between each sample and its matches, as the mean of 1 − cos over the matches, or 0 without matches.
     pub misfits: Vec<f32>,
 }
 
@@ -437,7 +436,7 @@ mod tests {
         Search::whole(&mut aligner).unwrap()
     }
 
-    /// Returns the greatest distance, in metres, between the partner of a corner of the drawing and the corresponding corner of the
+    /// Returns the greatest distance, in metres, between the match of a corner of the drawing and the corresponding corner of the
     /// floor.
     fn off_m(drawn: &Outline, alignment: &Alignment, floor: &[Place]) -> f64 {
         let nearest = |corner: &Place| {

@@ -2,7 +2,7 @@
 //!
 //! - [`mapper`]: local mapping, which matches each laser scan with the map so far and then adds it.
 //! - [`occupancy`]: the map itself, with a bounded number of cells that are free, occupied or unknown.
-//! - [`matching`]: finds the pose at which a scan fits the map best, within a window around the odometry's guess.
+//! - [`matching`]: finds the best-fitting pose of a scan in the map, within a window around the odometry's guess.
 //! - [`grid`]: the map as a rectangular grid of cells.
 //! - [`region`], [`survey`], [`outline`]: the free space in a map or a drawing, and its outline.
 //! - [`alignment`]: finds the corresponding pieces of two outlines.

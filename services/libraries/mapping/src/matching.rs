@@ -1,4 +1,4 @@
-//! Finds the pose at which a scan fits the map best.
+//! Finds the best-fitting pose of a scan in the map.
 //!
 //! The search is correlative scan matching (Olson 2009), by branch and bound over fields of maxima (Hess,
 //! Kohler, Rapp and Andor 2016). Newton's method on the interpolated field then refines the result to less
@@ -26,7 +26,7 @@ pub struct Prior {
     pub sigma_rad: f64,
 }
 
-/// The pose at which a scan fits best, and how well it fits.
+/// Best-fitting pose of a scan, and its quality.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fit {
     /// The robot's pose.

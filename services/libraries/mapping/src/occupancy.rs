@@ -164,8 +164,8 @@ impl Occupancy {
         (tile != NO_TILE).then(|| usize::from(tile) * TILE_CELLS + within)
     }
 
-    /// Returns the index of the first cell of a slot's tile. Creates the tile if it is missing, or returns `None` if there is no
-    /// room.
+    /// Returns the index of the first cell of a slot's tile. Creates the tile if it is missing, or returns `None` if all slots are
+    /// taken.
     fn find_or_make(&mut self, slot: usize) -> Option<usize> {
         if self.slots[slot] == NO_TILE {
             if self.tiles() >= self.max_tiles {
@@ -178,8 +178,8 @@ impl Occupancy {
         Some(usize::from(self.slots[slot]) * TILE_CELLS)
     }
 
-    /// Begins to enter a scan. `touched` is working memory. If it has room for all cells in range, entering the scan allocates
-    /// nothing.
+    /// Begins to enter a scan. `touched` is working memory. If its capacity covers all cells in range, adding the scan does not
+    /// allocate.
     pub(crate) fn scan<'a>(&'a mut self, touched: &'a mut Vec<u32>) -> Entering<'a> {
         touched.clear();
         Entering { map: self, touched, tile: None }

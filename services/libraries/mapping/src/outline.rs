@@ -94,7 +94,7 @@ pub struct Taking {
     pub piece_m: f64,
     /// Standard deviation of the Gaussian that smooths the outline, in metres.
     pub smoothing_m: f64,
-    /// Maximum distance from an occupied cell, in metres, at which the outline counts as wall.
+    /// Maximum distance between an occupied cell and the part of the outline that counts as wall, in metres.
     pub wall_m: f64,
     /// Minimum length of a gap, in metres. A shorter gap between walls counts as wall.
     pub least_gap_m: f64,

@@ -84,7 +84,7 @@ pub enum Due {
     Begin,
     /// Keep driving.
     Drive,
-    /// Stand still. The status says why.
+    /// Stop. The status gives the reason.
     Stand,
 }
 
@@ -184,7 +184,8 @@ impl Agenda {
     }
 
     /// Returns true if the planner can take a step. In lockstep this requires its instructions, reported by `has_instructions`, and
-    /// the order to start. In real time a planner always takes its steps, and the robot stands still until everything has arrived.
+    /// the order to start. In real time a planner always takes its steps, and the robot remains stationary until everything has
+    /// arrived.
     pub fn is_ready(&self, has_instructions: bool) -> bool {
         self.now.ordered && has_instructions || !self.waits_for_order
     }
@@ -219,7 +220,7 @@ impl Agenda {
         self.now.phase == Phase::Over && !self.pad.draws()
     }
 
-    /// Discards all progress. The robot then stands still until the start is ordered again.
+    /// Discards all progress. The robot then remains stationary until the start is ordered again.
     pub fn begin_again(&mut self) {
         let now = &mut self.now;
         (now.phase, now.held, now.ordered) = (Phase::Waiting, None, false);
@@ -388,8 +389,8 @@ impl Agenda {
         self.report(state, reason);
     }
 
-    /// Reports that the robot is lost. If people take part, the robot stands still until one of them orders
-    /// it to resume. Otherwise the task ends.
+    /// Reports that the robot is lost. If people take part, the robot remains stationary until one of them orders it to resume.
+    /// Otherwise the task ends.
     pub fn lose(&mut self, reason: impl Display) {
         if self.pad.is_absent() {
             self.end(TaskState::Lost, reason);

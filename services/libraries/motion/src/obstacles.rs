@@ -25,7 +25,7 @@ pub const REACH_M: f64 = (SIDE / 2 - 2) as f64 * CELL_M;
 const MASK: i32 = SIDE as i32 - 1;
 /// Maximum gap, in metres, across which the ends of neighbouring beams are joined. Smaller than a door.
 const JOIN_M: f64 = 0.5;
-/// Cosine of the largest bend in a wall at which the ends of neighbouring beams are still joined.
+/// Cosine of the maximum bend in a wall between the endpoints of neighbouring beams that are joined.
 const STRAIGHT_COS: f64 = 0.97;
 /// Evidence about a cell. Zero means that nothing is known, one means free, and more means that an obstacle was seen there.
 const FREE: u8 = 1;

@@ -15,7 +15,7 @@ const ELSEWHERE_M: f64 = 2.0;
 /// Speed limit, in m/s, for which the time limits are meant. A robot with a lower limit needs longer for the same distance and gets
 /// proportionally more time.
 pub const USUAL_MPS: f64 = 0.5;
-/// Number of places at which the robot was stuck that are remembered.
+/// Maximum number of stored positions where the robot was stuck.
 const REMEMBERED: usize = 16;
 
 /// Criteria for deciding that the robot is stuck, and limits on how often this may happen.
@@ -38,7 +38,7 @@ pub struct ProgressParameters {
     pub recoveries_per_task: u32,
 }
 
-/// A place that the robot has not left, and the time at which it arrived there.
+/// A position that the robot has not left, and its arrival time there.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Anchor {
     place: Point<Odom>,

@@ -27,7 +27,7 @@ const TURN_UNTIL_RAD: f64 = 0.35;
 const BLIND_RAD: f64 = 1.7;
 /// Minimum share of the top speed, next to obstacles.
 const SLOWEST: f64 = 0.3;
-/// Free space beyond the robot's radius, in metres, at which it drives at full speed.
+/// Free space beyond the robot's radius required for full speed, in metres.
 const WIDE_M: f64 = 0.4;
 /// Free space beyond the robot's radius, in metres, that no command may use up.
 const SAFETY_M: f64 = 0.02;

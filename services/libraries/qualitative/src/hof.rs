@@ -1,5 +1,5 @@
-//! The histogram of forces between two polygons (Matsakis and Wendling 1999). It says how much of one polygon lies in each
-//! direction from the other, with near parts counting more.
+//! The histogram of forces between two polygons (Matsakis and Wendling 1999). It gives the extent to which one polygon lies in each
+//! direction from the other, with near parts weighted more.
 //!
 //! The force that an argument A exerts on a referent B in direction θ is a sum over all pairs of a point p in A and a point
 //! q in B for which p − q points in direction θ. Each pair attracts with |p − q|^−r:

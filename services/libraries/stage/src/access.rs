@@ -55,7 +55,7 @@ pub enum Denied {
 }
 
 impl Access {
-    /// Creates the access that `process` has in a run of this kind of navigator.
+    /// Creates the access rights of `process` in a run with a navigator of kind `kind`.
     pub fn new(process: Process, kind: &str) -> Self {
         Self { process, kind: kind.to_owned() }
     }
@@ -114,7 +114,7 @@ mod tests {
     use super::*;
     use crate::{InProcess, Incoming, Instant};
 
-    /// Lets a planner of this kind ask for the newest message of a channel before any has arrived.
+    /// Lets a planner of this kind ask for the latest message of a channel before any has arrived.
     fn newest<T: Message>(kind: &str, channel: channels::Channel<T>) -> Result<bool, String> {
         let (access, inputs) =
             (Access::new(Process::Planner, kind), InProcess::of_reader(Process::Planner, kind));

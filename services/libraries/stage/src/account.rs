@@ -68,7 +68,7 @@ impl Summary {
 }
 
 impl Curve {
-    /// Creates a curve by plotting a value of each message over its time stamp.
+    /// Creates a curve by plotting a value of each message over its timestamp.
     pub fn of<'a, T: 'a>(
         name: &'static str,
         messages: impl IntoIterator<Item = &'a T>,

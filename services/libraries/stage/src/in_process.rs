@@ -12,8 +12,8 @@ pub trait Tap {
     fn see(&mut self, spec: &'static ChannelSpec, message: &[u8], cells: &[u8]);
 }
 
-/// The newest message of each channel that a process writes or reads. Each message of a channel reuses the
-/// memory of an earlier one. A stage can send its messages here.
+/// The latest message of each channel that a process writes or reads. Each message of a channel reuses the memory of an earlier
+/// one. A stage can send its messages here.
 #[derive(Debug, Clone, Default)]
 pub struct InProcess {
     slots: Vec<Slot>,
@@ -23,19 +23,19 @@ pub struct InProcess {
 struct Slot {
     spec: &'static ChannelSpec,
     newest: Owned,
-    /// Memory for the next message, which becomes the newest one once it is filled.
+    /// Memory for the next message, which becomes the latest one once it is filled.
     next: Owned,
     seq: u64,
     is_fresh: bool,
 }
 
 impl InProcess {
-    /// Creates memory for what `process` writes in a run of this kind of navigator.
+    /// Allocates memory for the channels that `process` writes in a run with a navigator of kind `kind`.
     pub fn of_writer(process: Process, kind: &str) -> Self {
         Self::of(channels::written_by(process, kind))
     }
 
-    /// Creates memory for what `process` reads in a run of this kind of navigator.
+    /// Allocates memory for the channels that `process` reads in a run with a navigator of kind `kind`.
     pub fn of_reader(process: Process, kind: &str) -> Self {
         Self::of(channels::read_by(process, kind))
     }
@@ -46,13 +46,12 @@ impl InProcess {
         Self { slots: specs.map(slot).collect() }
     }
 
-    /// Returns the newest message of a channel, if there is one.
+    /// Returns the latest message of a channel, if there is one.
     pub fn get(&self, spec: &ChannelSpec) -> Option<&Owned> {
         self.slots.iter().find(|slot| slot.spec == spec && slot.seq > 0).map(|slot| &slot.newest)
     }
 
-    /// Stores a numbered message as the newest of its channel. Messages of channels that this process does
-    /// not use are ignored.
+    /// Stores a numbered message as the latest of its channel. Messages of channels that this process does not use are ignored.
     pub fn keep(&mut self, spec: &ChannelSpec, message: Owned) {
         if let Some(slot) = self.slots.iter_mut().find(|slot| slot.spec == spec) {
             slot.seq = erased::header(message.bytes()).seq;

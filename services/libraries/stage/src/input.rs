@@ -19,7 +19,7 @@ pub struct Reading<'a> {
 
 /// The messages that a host provides for an instant.
 pub trait Inputs {
-    /// Returns the newest message of a channel, whether from this instant or an earlier one.
+    /// Returns the latest message of a channel, whether from this instant or an earlier one.
     fn newest(&self, spec: &ChannelSpec) -> Option<Reading<'_>>;
 }
 
@@ -39,9 +39,8 @@ impl<'a> Instant<'a> {
         Self { tick, stamp_ns, access, inputs }
     }
 
-    /// Returns the newest message of a sensor, or the message that this step responds to. Returns `None`
-    /// before the first message. If a sensor is slower than the heartbeat, its newest message may be from an
-    /// earlier instant.
+    /// Returns the latest message of a sensor, or the message that this step responds to. Returns `None` before the first message.
+    /// If a sensor is slower than the heartbeat, its latest message may be from an earlier instant.
     ///
     /// # Errors
     /// [`Denied`] if the channel can never deliver a message to this process.
@@ -58,7 +57,7 @@ impl<'a> Instant<'a> {
         Ok(reading.map(|reading| bytemuck::from_bytes(reading.message)))
     }
 
-    /// Returns the newest message of a channel as bytes, like [`Instant::newest`]. This is for hosts of stages whose messages are
+    /// Returns the latest message of a channel as bytes, like [`Instant::newest`]. This is for hosts of stages whose messages are
     /// declared at run time.
     ///
     /// # Errors
@@ -86,7 +85,7 @@ impl<'a> Incoming<'a> {
         Self { access, spec, message, cells, attempts: 0 }
     }
 
-    /// Returns the same message, marked as having been delivered this many times before.
+    /// Returns the same message with the number of earlier deliveries set to `attempts`.
     #[must_use]
     pub fn again(self, attempts: u32) -> Self {
         Self { attempts, ..self }

@@ -10,7 +10,7 @@
 //! - [`Stage`] is the trait that you implement to write a navigator.
 //! - [`Instant`] provides the inputs of a step, and [`Incoming`] is a message that can arrive at any time.
 //!   [`Outbox`] writes the stage's messages directly into the memory that they are sent from.
-//! - [`Navigator`] combines three stages under the name by which a mission selects them.
+//! - [`Navigator`] combines three stages under the name that a mission selects them with.
 //! - [`lookout`] draws what a page shows of a navigator while it drives, and [`drawn`] interprets drawings
 //!   made on that page. [`doubts`] warns about problems before the start, and [`account`] reports on a run
 //!   once it is over.

@@ -61,7 +61,7 @@ pub enum Sheet {
     Drawing(Option<[u32; 2]>),
 }
 
-/// The picture at one moment.
+/// Snapshot of what is drawn.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Picture {
     /// Shapes, the lowest first.

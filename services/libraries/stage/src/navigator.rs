@@ -38,8 +38,7 @@ pub type CheckMarkers = fn(&Mission, &[Marker]) -> Result<(), StageError>;
 /// Returns the parameters of a mission's stages.
 pub type InForce = fn(&Mission, &Robot) -> Result<Parameters, StageError>;
 
-/// Three stages under the name by which a mission selects them, together with what the rest of the system
-/// needs in order to show and report on them.
+/// Three stages under the name that a mission selects them with, plus the functions for displaying and reporting on them.
 ///
 /// [`Navigator::new`] takes the stages. Everything else is set by struct update syntax:
 ///
@@ -57,7 +56,7 @@ pub type InForce = fn(&Mission, &Robot) -> Result<Parameters, StageError>;
 pub struct Navigator {
     /// Name of the navigator in a mission, as in `[navigator] kind = "sketch"`.
     pub kind: &'static str,
-    /// One sentence that says what a person provides and how the robot navigates by it.
+    /// One sentence that describes what a person provides and how the robot navigates by it.
     pub about: &'static str,
     /// Possible values of `[navigator] method`, the default first. Empty if there is no choice.
     pub methods: &'static [&'static str],

@@ -4,7 +4,7 @@ use sketchnav_schemas::channels::COMMAND;
 use sketchnav_schemas::codes::Process;
 use sketchnav_stage::{InProcess, Outbox};
 
-/// The newest message used to be overwritten, and the failed one was counted.
+/// The latest message used to be overwritten, and the failed one was counted.
 #[test]
 fn a_message_whose_filling_fails_is_not_sent() {
     let mut memory = InProcess::of_writer(Process::Planner, "sketch");

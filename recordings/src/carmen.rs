@@ -1,12 +1,12 @@
 //! Reads laser logs of the CARMEN toolkit, which have one record per line, in the formats described in
 //! `record.rs`.
 //!
-//! **Odometry.** In logs that a mapper has corrected, both poses of a FLASER line are the reference pose, and the first ODOM
-//! line after it repeats that pose. The odometry is therefore chained from the steps between consecutive ODOM lines, leaving
-//! out each step that leads to such a repetition, so that the mapper's corrections never reach the odometry. In raw logs the
-//! chain is identical to the odometry: the first ODOM line after a FLASER line continues from the previous ODOM line, and its
-//! pose is that of the FLASER line only if the robot stands still. If there are no ODOM lines, or none that move, the
-//! odometry is the robot's pose that each scan states.
+//! **Odometry.** In logs that a mapper has corrected, both poses of a FLASER line are the reference pose, and the first ODOM line
+//! after it repeats that pose. The odometry is therefore chained from the steps between consecutive ODOM lines, leaving out each
+//! step that leads to such a repetition, so that the mapper's corrections never reach the odometry. In raw logs the chain is
+//! identical to the odometry: the first ODOM line after a FLASER line continues from the previous ODOM line, and its pose is that
+//! of the FLASER line only if the robot is stationary. If there are no ODOM lines, or none that move, the odometry is the robot
+//! pose in each scan.
 //!
 //! **Unreadable lines** (a line that is truncated, garbled, too long or has the wrong number of fields, or
 //! the end of a truncated compressed file) become an [`Entry::LeftOut`] with their line number, after which
@@ -169,7 +169,7 @@ impl Default for Chain {
 }
 
 impl Chain {
-    /// Takes the pose in an ODOM line.
+    /// Processes the pose in an ODOM line.
     fn take(&mut self, now: Pose<Odom>) {
         let starts_again = self.reset.take() == Some(now);
         if let Some(last) = self.last.replace(now).filter(|_| !starts_again) {
@@ -177,7 +177,7 @@ impl Chain {
         }
     }
 
-    /// Takes the pose of the robot that a scan states.
+    /// Processes the robot pose in a scan.
     fn meet(&mut self, stated: Option<Pose<Odom>>) {
         self.reset = stated.or(self.reset);
     }

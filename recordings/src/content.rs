@@ -23,7 +23,7 @@ pub struct RawMessage {
     /// Simulation time, in nanoseconds. On `/health`, which several processes write, it is never earlier than that of the
     /// previous message.
     pub stamp_ns: u64,
-    /// Time at which the message was sent, in nanoseconds, if the file stores that separately.
+    /// Send time of the message, in nanoseconds, if the file stores it separately.
     pub publish_ns: u64,
     /// CDR of the message, decompressed if rosbag2 compressed the message individually. See
     /// [`RawMessage::is_damaged`].

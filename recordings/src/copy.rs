@@ -55,7 +55,7 @@ pub struct Lost {
     pub bytes: u64,
     /// Why the part was left out.
     pub reason: String,
-    /// Number of messages in the part, if the file says so.
+    /// Number of messages in the part, if given in the file.
     pub messages: Option<u64>,
 }
 
@@ -79,10 +79,9 @@ impl Copied {
 /// How many messages a recording contains, however damaged it is.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Held {
-    /// Number of messages that can be read, plus those that the file says are in the parts that cannot.
+    /// Number of readable messages, plus the number in unreadable parts as given in the file.
     pub messages: u64,
-    /// True if the file says how many messages each damaged part contains, so that there cannot be any
-    /// others.
+    /// True if the file gives the number of messages in each damaged part, so that there cannot be any others.
     pub is_known: bool,
 }
 
@@ -570,7 +569,7 @@ pub fn merge<W: Write>(recordings: &[Recording], copy: &mut Copy<W>) -> Result<(
     }
 }
 
-/// The limit at which a part is full.
+/// The size limit of a part.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Limit {
     /// Maximum size of the messages, in bytes, before compression and without the latched messages that are repeated at the

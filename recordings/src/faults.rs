@@ -15,7 +15,7 @@ use crate::reader::Recording;
 /// A failure or recovery of a process, or an order given by a tool.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FaultInfo {
-    /// Simulation time of the mission's last status at that moment, in seconds.
+    /// Simulation time of the last status of the mission at that time, in seconds.
     pub stamp_s: f64,
     /// Word of the [`FaultKind`].
     pub kind: &'static str,

@@ -1,6 +1,5 @@
-//! Recognizes files that are not MCAP recordings, and unsupported forms of messages, and says what can
-//! convert them. "Not ours" and "not supported" do not mean "broken", so an error says what was found and
-//! what to do.
+//! Recognizes files that are not MCAP recordings, and unsupported forms of messages, and suggests converters. "Not ours" and "not
+//! supported" do not mean "broken", so an error describes what was found and what to do.
 
 use std::fmt;
 

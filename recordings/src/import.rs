@@ -53,7 +53,8 @@ pub struct Imported {
     pub unreadable: Vec<(u64, usize)>,
     /// How often the log's clock goes back. Such a scan is stamped one nanosecond after the previous scan.
     pub clock_goes_back: u64,
-    /// How often the log's clock stands still. Such a scan is stamped one nanosecond after the previous scan, too.
+    /// Number of times that the log's clock does not advance. Such a scan also gets a timestamp one nanosecond after that of the
+    /// previous scan.
     pub clock_stands: u64,
     /// Number of scans without a single distance below the maximum range.
     pub blind: u64,
@@ -146,7 +147,7 @@ pub fn import<W: Write>(
     Ok(imported)
 }
 
-/// Converts a log's times into stamps that begin with 0. The clocks of old logs sometimes go back, but stamps never do.
+/// Converts a log's times into timestamps that begin with 0. The clocks of old logs sometimes go back, but timestamps never do.
 #[derive(Default)]
 struct Clock {
     first_s: Option<f64>,
@@ -218,7 +219,7 @@ impl Messages {
     }
 }
 
-/// Returns the message of a scan. Each scan states the directions of its own beams.
+/// Returns the message of a scan. Each scan contains the directions of its own beams.
 fn laser_scan(scan: &CarmenScan, header: Header, rules: &Rules) -> LaserScan {
     let (beams, count) = (&scan.beams, scan.ranges_m.len());
     let range_max_m = scan.range_max_m.map_or(rules.range_max_m, |stated_m| stated_m.min(rules.range_max_m));
@@ -305,7 +306,7 @@ mod tests {
         assert!(why(&far).unwrap_err().contains("pose: expected a number within ±1e7, found 20000000"));
     }
 
-    /// A single garbled time affected the stamps of all scans after it.
+    /// A single garbled time affected the timestamps of all scans after it.
     #[test]
     fn stamps_increase_even_if_the_clock_jumps() {
         let mut clock = Clock::default();

@@ -81,7 +81,7 @@ impl RecordFile {
         Ok((Self { file, at, bytes, content: Vec::new(), read: at }, magic))
     }
 
-    /// Offset at which the next record begins.
+    /// Offset of the next record.
     pub fn at(&self) -> u64 {
         self.at
     }

@@ -193,9 +193,9 @@ pub struct MessageHead {
     pub channel: u16,
     /// Sequence number of the message on the channel.
     pub sequence: u32,
-    /// Time at which the message was recorded, in nanoseconds.
+    /// Recording time of the message, in nanoseconds.
     pub log_ns: u64,
-    /// Time at which the message was sent, in nanoseconds.
+    /// Send time of the message, in nanoseconds.
     pub publish_ns: u64,
 }
 

@@ -32,7 +32,7 @@ pub struct Bag {
     pub files: Vec<PathBuf>,
     /// The names of the listed files that are missing.
     pub missing: Vec<String>,
-    /// Number of messages in all files, if the metadata states it.
+    /// Number of messages in all files, if given in the metadata.
     pub messages: Option<u64>,
 }
 

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// Maximum number of gaps of a topic that are listed individually.
 pub(crate) const MAX_GAPS: usize = 16;
 
-/// What a sequence number says about its message.
+/// Status of a message, as determined by its sequence number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Seen {
     /// The message is new.

@@ -83,7 +83,7 @@ pub fn whole<W: Write>(files: &[PathBuf], sink: W) -> Result<W, RecordingError> 
     writer.finish()
 }
 
-/// Returns how often the recorder had been restarted when it wrote this file, if the file says so.
+/// Returns the number of restarts of the recorder before it wrote this file, if given in the file.
 fn restarts(file: &Path) -> Result<Option<u32>, RecordingError> {
     let facts = Recording::open(file)?.index()?.metadata(file, RECORDER_METADATA)?;
     Ok(facts.and_then(|facts| facts.get("restarts")?.parse().ok()))

@@ -6,7 +6,7 @@
 //! only read through [`RecordedRun`]. Its mission uses the names that the files have inside the recording,
 //! and its [`RecordedFiles`] contain no other files. Using a recording therefore reads nothing outside of it.
 //!
-//! A map's picture is found by the line `image:` in its YAML, and a plane's picture by the table `picture`. If a
+//! The line `image:` in the YAML file of a map names its image, and the table `picture` in a plane file names its picture. If a
 //! file cannot be read, it is left out, and the run is recorded without it.
 
 use std::collections::BTreeMap;
@@ -128,7 +128,7 @@ fn media_type(path: &Path) -> &'static str {
     }
 }
 
-/// Returns the picture that a map's YAML names, if it is in the same folder or below.
+/// Returns the image named in the YAML file of a map, if it is in the same folder or below.
 fn picture_of(yaml: &[u8]) -> Option<String> {
     let text = std::str::from_utf8(yaml).ok()?;
     let line = text.lines().find_map(|line| line.trim().strip_prefix("image:"))?;
@@ -136,7 +136,7 @@ fn picture_of(yaml: &[u8]) -> Option<String> {
     is_below(Path::new(name)).then(|| name.to_owned())
 }
 
-/// Returns the picture that a plane's file names, if it is in the same folder or below.
+/// Returns the picture named in a plane file, if it is in the same folder or below.
 fn picture_of_plane(plane: &[u8]) -> Option<String> {
     let table: toml::Table = toml::from_str(std::str::from_utf8(plane).ok()?).ok()?;
     let name = table.get("picture")?.get("file")?.as_str()?;

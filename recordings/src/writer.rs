@@ -32,7 +32,7 @@ pub use crate::facts::TopicFacts;
 use crate::records::Attachment;
 use crate::sequence::{Seen, Sequence};
 
-/// Uncompressed size, in bytes, at which a chunk is closed automatically.
+/// Maximum uncompressed size of a chunk, in bytes. A chunk that reaches it is closed.
 pub(crate) const CHUNK_BYTES: u64 = 768 * 1024;
 /// Bound on the size of a CDR form relative to the size of the largest message. The form can be larger because points gain a
 /// third coordinate.

@@ -28,11 +28,11 @@ const MAX_SHOWN: usize = 24;
 /// The kinds of lines that can be read as scans.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum ScanKind {
-    /// The line states the laser's angles and both poses.
+    /// The line contains the laser's angles and both poses.
     RobotLaser1,
-    /// The line states both poses. The angles follow from the number of readings.
+    /// The line contains both poses. The angles follow from the number of readings.
     Flaser,
-    /// The line states the laser's angles. The odometry is in ODOM lines.
+    /// The line contains the laser's angles. The odometry is in ODOM lines.
     RawLaser1,
 }
 
@@ -115,7 +115,7 @@ pub enum Fault {
     /// The line is longer than any line of a log should be.
     #[error("expected a line of less than 256 KiB")]
     Long,
-    /// The stamp does not fit into a recording.
+    /// The timestamp does not fit into a recording.
     #[error("expected a time at most 68 years after the first scan, found {since_s:.0} s after it")]
     Time {
         /// Time since the first scan, in seconds.
@@ -251,7 +251,7 @@ impl<'a> Fields<'a> {
         Self { kind, words, next: 1 }
     }
 
-    /// Takes the next field and parses it with `read`.
+    /// Parses the next field with `read`.
     fn take<T>(&mut self, expected: &'static str, read: impl FnOnce(&str) -> Option<T>) -> Result<T, Fault> {
         let word = self.words.get(self.next).copied().unwrap_or_default();
         self.next += 1;
@@ -312,7 +312,7 @@ impl<'a> Fields<'a> {
         Ok(ScanLine { kind, beams, ranges_m, range_max_m: None, surplus, poses, time_s })
     }
 
-    /// Parses the rest of a line that states its angles.
+    /// Parses the rest of a line that contains the laser's angles.
     fn stated(mut self, kind: ScanKind) -> Result<ScanLine, Fault> {
         self.next += 1; // the type of the laser
         let (angle_min_rad, view_rad, angle_increment_rad) = (self.number()?, self.number()?, self.number()?);

@@ -47,7 +47,7 @@ pub struct Reading {
 /// A reason to check a log before relying on it.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Doubt {
-    /// The odometry stands still while the reference moves.
+    /// The odometry is constant while the reference moves.
     #[error(
         "the odometry never moves, although the reference poses move {reference_m:.1} m: it is missing, and no localizer \
          can follow this log"
@@ -202,7 +202,7 @@ struct Facts {
 }
 
 impl Facts {
-    /// Takes the scan in a line, which comes after this many ODOM lines.
+    /// Processes the scan in a line, given the number of ODOM lines before it.
     fn take(&mut self, scan: &ScanLine, line: u64, odometry_lines: u64) {
         match (scan.surplus, &mut self.surplus) {
             (None, _) => self.scans += 1,

@@ -85,9 +85,9 @@ pub struct Corridor {
 pub struct Drive {
     /// Name of the drive, a word or two.
     pub name: &'static str,
-    /// Pose at which the robot starts.
+    /// Start pose of the robot.
     pub start: Pose<World>,
-    /// Position at which the drive ends, in metres.
+    /// End position of the drive, in metres.
     pub goal: [f64; 2],
     /// Length of the drive, in metres.
     pub distance_m: f64,

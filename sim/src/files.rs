@@ -81,11 +81,10 @@ fn map_in(files: &dyn Files, path: &Path) -> Result<WorldDescription, SimError> 
     occupancy_map_in(files, path)?.describe(&name).map_err(|error| error.in_file(path))
 }
 
-/// Reads a map in the format of map_server: the YAML file and the picture that it names.
+/// Reads a map in the format of map_server: the YAML file and the image named in it.
 ///
 /// # Errors
-/// [`SimError::InFile`], which names the YAML file or the picture, if one of them cannot be read or is
-/// invalid.
+/// [`SimError::InFile`], which names the YAML file or the image, if one of them cannot be read or is invalid.
 pub fn occupancy_map(path: &Path) -> Result<OccupancyMap, SimError> {
     occupancy_map_in(&Disk, path)
 }
@@ -111,8 +110,7 @@ pub fn occupancy_map_in(files: &dyn Files, path: &Path) -> Result<OccupancyMap, 
     picture.and_then(decode).map_err(|error| error.in_file(picture_path).in_file(path))
 }
 
-/// Returns the path of the picture named in the YAML file of a map, or `None` if the file does not describe a
-/// map.
+/// Returns the path of the image named in the YAML file of a map, or `None` if the file does not describe a map.
 pub fn picture_of(map: &Path) -> Option<PathBuf> {
     let yaml = sketchnav_files::read_to_string(map, MAP).ok()?;
     Some(map.with_file_name(MapInfo::parse(&yaml).ok()?.image))

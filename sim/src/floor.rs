@@ -42,8 +42,7 @@ pub struct Floor {
     sonar: Option<Sensor<SonarRing>>,
     camera: Option<Sensor<Camera>>,
     odometry: Option<(Schedule, Odometer)>,
-    /// The moments of the last step at which a ranging sensor took a reading. The vector has room for more
-    /// than `moment_count`.
+    /// Times of the ranging sensors' readings within the last step. The vector may be longer than `moment_count`.
     moments: Vec<Moment>,
     moment_count: usize,
     people: Vec<Walker>,
@@ -76,11 +75,11 @@ struct Sensor<S> {
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Reading {
     number: u64,
-    /// Index of the moment at which the reading was taken.
+    /// Index of the time of the reading.
     moment: usize,
 }
 
-/// The moment of a reading, as far as a ranging sensor depends on it.
+/// The state of the world at the time of a reading, as far as ranging sensors depend on it.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Moment {
     stamp_ns: u64,
@@ -128,7 +127,7 @@ impl<S> Sensor<S> {
         Self { model, schedule, readings: Vec::with_capacity(capacity) }
     }
 
-    /// Takes a reading if one is due after this many physics steps. Returns true if it was.
+    /// Takes a reading if one is due after the given number of physics steps. Returns true if it was.
     fn takes(&mut self, physics_steps: u64, moment: usize) -> bool {
         let number = self.schedule.take(physics_steps);
         self.readings.extend(number.map(|number| Reading { number, moment }));
@@ -211,7 +210,7 @@ impl Floor {
         Ok(floor)
     }
 
-    /// Takes a reading of each sensor that is due after this many physics steps since the start.
+    /// Takes a reading of each sensor that is due after the given number of physics steps since the start.
     fn read(&mut self, physics_steps: u64, stamp_ns: u64) {
         let (robot, moment) = (self.robot_pose(), self.moment_count);
         let by_laser = self.laser.as_mut().is_some_and(|laser| laser.takes(physics_steps, moment));
@@ -239,7 +238,7 @@ impl Floor {
         self.odometry.iter_mut().for_each(|(_, odometer)| odometer.clear());
     }
 
-    /// Returns the scene of a reading, and its time stamp.
+    /// Returns the scene of a reading, and its timestamp.
     fn scene(&self, reading: &Reading) -> (u64, Scene<'_>) {
         let Moment { stamp_ns, robot, people } = &self.moments[reading.moment];
         (*stamp_ns, Scene { robot: *robot, faces: &self.faces, people })
@@ -337,7 +336,7 @@ impl Simulation for Floor {
     fn step(&mut self, command: Option<&VelocityCommand>) {
         if let Some(command) = command {
             let Twist { vx_mps, vy_mps, yaw_rate_radps } = command.twist;
-            // A stamp in the future would never become too old.
+            // A timestamp in the future would never become too old.
             let stamp_ns = command.header.stamp_ns.min(self.stamp_ns());
             self.command = Some(Held { velocity: [vx_mps, vy_mps, yaw_rate_radps], stamp_ns });
         }

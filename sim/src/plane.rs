@@ -39,7 +39,7 @@ pub struct DotPlane {
     robot: Pose<World>,
     /// Velocity in the world's axes, in m/s.
     velocity: [f64; 2],
-    /// The command, forward and to the left, in m/s, and its time stamp.
+    /// The command, forward and to the left, in m/s, and its timestamp.
     command: Option<([f64; 2], u64)>,
     steps: u64,
     period_ns: u64,
@@ -138,7 +138,7 @@ impl Simulation for DotPlane {
     fn step(&mut self, command: Option<&VelocityCommand>) {
         if let Some(command) = command {
             let Twist { vx_mps, vy_mps, .. } = command.twist;
-            // A stamp in the future would never become too old.
+            // A timestamp in the future would never become too old.
             self.command = Some(([vx_mps, vy_mps], command.header.stamp_ns.min(self.stamp_ns())));
         }
         let dt_ns = self.period_ns / u64::from(self.substeps);

@@ -127,8 +127,8 @@ fn lengthened([a, b]: &Segment) -> [Vector2<f64>; 2] {
     [a - hair, b + hair]
 }
 
-/// Returns the distance at which a ray hits a disc, or `None` if it does not hit it within `max_m`. The
-/// distance is 0 if the ray starts inside the disc.
+/// Returns the distance to a disc along a ray, or `None` if the ray does not hit it within `max_m`. The distance is 0 if the ray
+/// starts inside the disc.
 pub fn cast_disc(
     center: Vector2<f64>,
     radius_m: f64,

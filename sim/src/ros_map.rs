@@ -1,12 +1,11 @@
-//! Maps in the format of ROS's map_server: a YAML file next to a picture.
+//! Maps in the format of ROS's map_server: a YAML file next to an image.
 //!
-//! The occupancy of a cell with the grey value v is p = (255 − v)/255, or v/255 if `negate` is set. The cell
-//! is occupied above `occupied_thresh`, free below `free_thresh`, and unknown in between (mode `trinary`).
-//! **Here, every cell that is not free is solid**, because the robot might not be able to drive through an
-//! unknown cell, and because furniture is often drawn with grey outlines. Everything outside the picture is
-//! solid. Anything drawn so lightly that it counts as free (the inside of a cupboard, the thin legs of a
-//! chair) stays free, but a grey outline still keeps the robot and the laser out of it. To make it solid,
-//! lower `free_thresh` in the YAML file.
+//! The occupancy of a cell with the grey value v is p = (255 − v)/255, or v/255 if `negate` is set. The cell is occupied above
+//! `occupied_thresh`, free below `free_thresh`, and unknown in between (mode `trinary`). **Here, every cell that is not free is
+//! solid**, because the robot might not be able to drive through an unknown cell, and because furniture is often drawn with grey
+//! outlines. Everything outside the image is solid. Anything drawn so lightly that it counts as free (the inside of a cupboard, the
+//! thin legs of a chair) stays free, but a grey outline still keeps the robot and the laser out of it. To make it solid, lower
+//! `free_thresh` in the YAML file.
 
 use std::io::Cursor;
 
@@ -20,7 +19,7 @@ use crate::description::{Extent, WorldDescription};
 use crate::error::{SimError, check, check_within};
 use crate::raster::{CellBox, Raster};
 
-/// Describes a position where the picture is transparent.
+/// Describes a position where the image is transparent.
 pub(crate) const TRANSPARENT: &str = "a transparent part of the map: transparent counts as unknown, and unknown as solid; \
     save the picture with a white background";
 /// Yaw of a map, in radians, below which the map counts as not turned. Over 100 m, it would be off by a centimetre.
@@ -29,7 +28,7 @@ const LEAST_YAW_RAD: f64 = 1e-4;
 /// The YAML file of a map. Unknown keys are ignored.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct MapInfo {
-    /// Path of the picture, relative to the YAML file.
+    /// Path of the image, relative to the YAML file.
     pub image: String,
     /// Metres per pixel.
     pub resolution: f64,
@@ -88,8 +87,7 @@ impl TryFrom<Written> for Negate {
 #[derive(Debug, Clone, PartialEq)]
 pub struct OccupancyMap {
     raster: Raster,
-    /// For each cell in the order of the raster, whether the picture is transparent there. Empty if it is not
-    /// transparent anywhere.
+    /// For each cell in the order of the raster, whether the image is transparent there. Empty if it is not transparent anywhere.
     transparent: Vec<bool>,
     resolution_m: f64,
     origin_m: [f64; 2],
@@ -131,7 +129,7 @@ impl MapInfo {
 }
 
 impl OccupancyMap {
-    /// Decodes a picture in PGM, PNG or BMP. The value of a pixel is the mean of red, green and blue. Where the picture is
+    /// Decodes an image in PGM, PNG or BMP. The value of a pixel is the mean of red, green and blue. Where the image is
     /// transparent, the cell is unknown and therefore solid.
     ///
     /// # Errors
@@ -145,7 +143,7 @@ impl OccupancyMap {
         check(cells <= bounds::MOST_MAP_CELLS, "image", "at most 16000000 pixels", &size)?;
         let image = DynamicImage::from_decoder(decoder)?.to_rgba8();
         let (width, height) = (image.width() as usize, image.height() as usize);
-        // The rows of a picture go down, those of a map go up.
+        // The rows of an image go down, those of a map go up.
         let pixels = image.rows().rev().flatten();
         let is_free = |pixel: &image::Rgba<u8>| {
             info.is_free(pixel.0[..3].iter().map(|v| f64::from(*v)).sum::<f64>() / 3.0)
@@ -184,12 +182,12 @@ impl OccupancyMap {
         Ok(Self { raster, transparent: Vec::new(), resolution_m, origin_m })
     }
 
-    /// Returns the share of cells where the picture is transparent, which makes them unknown.
+    /// Returns the share of cells where the image is transparent, which makes them unknown.
     pub fn transparent_share(&self) -> f64 {
         self.transparent.iter().filter(|clear| **clear).count() as f64 / self.transparent.len().max(1) as f64
     }
 
-    /// Returns true if the picture is transparent in the cell in column `x` and row `y`.
+    /// Returns true if the image is transparent in the cell in column `x` and row `y`.
     pub fn is_transparent(&self, x: i64, y: i64) -> bool {
         let (width, height) = self.raster.size();
         let inside = (0..width as i64).contains(&x) && (0..height as i64).contains(&y);
@@ -206,7 +204,7 @@ impl OccupancyMap {
         }
     }
 
-    /// Returns the extent of the picture.
+    /// Returns the extent of the image.
     pub(crate) fn extent(&self) -> Extent {
         let (width, height) = self.raster.size();
         Extent::of([self.corner([0, 0]), self.corner([width as i64, height as i64])])
@@ -230,7 +228,7 @@ impl OccupancyMap {
     /// Converts the map to a world with walls.
     ///
     /// # Errors
-    /// [`SimError::Value`] if it would need too many walls, as a picture of noise does.
+    /// [`SimError::Value`] if it would need too many walls, as an image of noise does.
     pub fn describe(&self, name: &str) -> Result<WorldDescription, SimError> {
         let outline = self.raster.outline().into_iter().map(|segment| segment.map(|p| self.corner(p)));
         let most = bounds::MOST_MAP_SOLIDS;
@@ -260,8 +258,8 @@ impl OccupancyMap {
     }
 }
 
-/// Returns the error for a picture without a free cell. People get such a picture when they export only the walls, on a
-/// transparent floor.
+/// Returns the error for an image without a free cell. People get such an image when they export only the walls, on a transparent
+/// floor.
 fn without_floor(size: String, transparent: usize) -> SimError {
     let found = match transparent {
         0 => size,
@@ -413,7 +411,7 @@ mod tests {
         assert!(error.contains("a transparent part of the map"), "{error}");
     }
 
-    /// A picture of noise turns into a rectangle every few pixels, all of which the physics has to keep. A picture of a billion
+    /// An image of noise turns into a rectangle every few pixels, all of which the physics has to keep. An image of a billion
     /// pixels used to fill the memory before its size was checked.
     #[test]
     fn a_picture_without_a_floor_is_refused() {

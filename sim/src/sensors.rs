@@ -20,7 +20,7 @@ const DRAWS_PER_READING: u128 = 1_000_003;
 /// A moving disc, such as a person: position and radius, in metres.
 pub type Disc = ([f64; 2], f64);
 
-/// The world at the moment at which a ranging sensor takes a reading.
+/// The world at the time of a ranging sensor's reading.
 pub struct Scene<'a> {
     /// True pose of the robot.
     pub robot: Pose<World>,
@@ -35,9 +35,9 @@ pub struct Scene<'a> {
 /// after that time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Schedule {
-    /// Physics steps between two moments at which the sensor may take a reading.
+    /// Number of physics steps between two possible readings of the sensor.
     grain: u64,
-    /// Number of such moments between two readings.
+    /// Number of such intervals between two readings.
     spacing: f64,
     taken: u64,
 }
@@ -51,8 +51,8 @@ impl Schedule {
         Self { grain, spacing, taken: 0 }
     }
 
-    /// Returns the number of the reading that is due after this many physics steps since the start, if one is. Each number is
-    /// returned once. It must be called after every physics step, and once before the first.
+    /// Returns the number of the reading that is due after the given number of physics steps since the start, if any. Each number
+    /// is returned once. It must be called after every physics step, and once before the first.
     pub fn take(&mut self, physics_steps: u64) -> Option<u64> {
         // A value that falls short of a whole number only because of rounding counts as that number.
         let moments = (self.taken as f64 * self.spacing - 1e-6).ceil();

@@ -1,9 +1,8 @@
 //! The interface of all simulations. A simulation advances by instants and yields the readings of the robot's
 //! sensors at each. Its state can be stored between any two instants.
 //!
-//! A host owns the channels, numbers the messages and sets the pace, and a simulation knows nothing about any
-//! of this. It names the channel of a reading and writes the reading to wherever the host wants it, in shared
-//! memory or elsewhere.
+//! A host owns the channels, numbers the messages and sets the pace. A simulation does not depend on any of this. It names the
+//! channel of a reading and writes the reading to wherever the host wants it, in shared memory or elsewhere.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;

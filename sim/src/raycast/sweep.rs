@@ -68,7 +68,7 @@ struct Seen<'a> {
     along_back: Real,
 }
 
-/// The point at which the lines of a ray and a face meet.
+/// The intersection of the lines of a ray and a face.
 struct Meeting {
     range: Real,
     share: Real,
@@ -151,7 +151,7 @@ impl Rays {
 }
 
 impl Faces {
-    /// Writes the distance at which each ray from `from` hits a face, or +∞ if it hits none within `max_m`.
+    /// Writes the distance to the nearest face along each ray from `from`, or +∞ if there is none within `max_m`.
     pub fn sweep(&self, from: Vector2<f64>, rays: &Rays, max_m: f64, ranges_m: &mut [Real]) {
         let (origin, max) = (vector(from), max_m as Real);
         // The tree skips whatever begins at the maximum range, just as it skips whatever begins after another hit.

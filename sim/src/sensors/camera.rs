@@ -24,8 +24,7 @@ use crate::convex::Convex;
 use crate::description::WorldDescription;
 use crate::raycast::{Faces, cast_disc};
 
-/// Distance in front of a marker at which a line of sight ends, in metres. The marker may be slightly inside
-/// its wall.
+/// Distance between a marker and the end of a line of sight in front of it, in metres. The marker may be slightly inside its wall.
 const BEFORE_M: f64 = 0.025;
 
 /// A camera in a world with markers.

@@ -79,7 +79,7 @@ fn dot([x, y]: [f64; 2]) -> SeenDot {
     SeenDot { x_m: x as f32, y_m: y as f32 }
 }
 
-/// Adds a dot, replacing the farthest one if there is no room.
+/// Adds a dot, replacing the farthest one if the view is full.
 fn keep(seen: &mut [SeenDot; MAX_DOTS], count: &mut usize, dot: SeenDot) {
     let far = |dot: &SeenDot| dot.x_m.hypot(dot.y_m);
     if *count < MAX_DOTS {

@@ -73,8 +73,7 @@ impl DeadReckoning {
         (self.x_m, self.y_m, self.yaw_rad) = (pose.x, pose.y, pose.yaw_rad);
     }
 
-    /// Returns the factor by which a slip increases the counted distance. The wheels turn up to twice as far as the robot
-    /// moves.
+    /// Returns the ratio of the counted to the actual distance in a slip. The wheels turn up to twice as far as the robot moves.
     fn slip(&mut self, distance_m: f64) -> f64 {
         let (chance, share) = (self.stream.random::<f64>(), self.stream.random::<f64>());
         if chance < self.noise.slips_per_m * distance_m { 1.0 + share } else { 1.0 }

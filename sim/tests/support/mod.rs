@@ -23,7 +23,7 @@ pub struct Readings {
     pub people: People,
     pub markers: MarkerView,
     pub view: Box<DotView>,
-    /// Channel name and time stamp of each reading, in order.
+    /// Channel name and timestamp of each reading, in order.
     pub log: Vec<(&'static str, u64)>,
     /// Bytes of all readings except the numbers in their headers, if they are kept.
     pub bytes: Option<Vec<u8>>,
@@ -65,7 +65,7 @@ impl Readings {
         let Ok(()) = simulation.sense(self);
     }
 
-    /// Returns the time stamps of all readings of a channel so far.
+    /// Returns the timestamps of all readings of a channel so far.
     pub fn stamps(&self, channel: &str) -> Vec<u64> {
         self.log.iter().filter(|(name, _)| *name == channel).map(|(_, stamp_ns)| *stamp_ns).collect()
     }

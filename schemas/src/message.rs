@@ -405,7 +405,7 @@ messages! {
         pub sketch_height_px: u32,
         /// Grid pixels per image pixel of the drawing.
         pub scale: f64,
-        /// Direction of the walls in (−π/4, π/4], modulo a right angle, or NaN if the drawing has no walls.
+        /// Direction of the walls in (−π/4, π/4], modulo a right angle.
         pub wall_direction_rad: f64,
         /// Why a drawing was rejected, or what is doubtful about an accepted one, in words.
         pub words: Text<256>,

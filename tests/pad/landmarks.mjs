@@ -66,7 +66,7 @@ async function asks() {
   await says("say", "The place has been sent to the robot.");
   await says("headline", "Where is the robot?");
   await press("abort");
-  await says("headline", "Aborted");
+  await says("headline", "Stopped");
 }
 
 /** The rest is drawn from where the robot stands, in the direction in which it looks. */
@@ -89,7 +89,7 @@ async function drawsOn() {
 
 async function saves() {
   await page.click("#menu-button");
-  await page.fill("#mission-name", "past the table");
+  await page.fill("#mission-name", "past-the-table");
   await page.click("#save-mission:enabled");
   await says("say", "past-the-table.toml");
 }

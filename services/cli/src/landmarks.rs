@@ -34,7 +34,7 @@ pub fn smooth(path: &Path, output: &Path) -> Result<Outcome, Failure> {
         return Err(in_file(path, "--smooth: expected a mission with a sketch, found a route in words"))
             .or_input();
     };
-    let drawings = mission.navigator_files_mut().map(|(_, file)| &*Path::new(file));
+    let drawings = mission.navigator_files_mut().map(|(_, file)| Path::new(file));
     sketchnav_files::draft::refuse_to_overwrite(drawings.chain([path]), output).or_input()?;
     sketchnav_files::write(output, file::write(&doubts::smoothed(&sketch), canvas))
         .with_context(|| output.display().to_string())

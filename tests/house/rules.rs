@@ -145,7 +145,6 @@ const MADE_FOR_ONE_KIND: [&str; 7] = [
     "services/cli/src/directions.rs",
     "services/cli/src/landmarks.rs",
     "services/cli/src/lib.rs",
-    "services/cli/src/pad.rs",
     "services/cli/src/recordings/args.rs",
     "services/cli/src/recordings/import.rs",
     "services/cli/src/recordings/learn.rs",

@@ -10,7 +10,7 @@
 //! All coordinates are pixels of the canvas: column and row, with row 0 at the top. `canvas` and `strokes`
 //! are required. A polygon in `obstacles` is read as a closed stroke with a label, and `route` as another
 //! stroke. Anything else that a pad writes (`start`, `goals`, the width of its pen) is ignored. What a stroke
-//! represents is determined by its shape (see [`crate::sketch::strokes`]). [`write`] writes a sketch in the same form.
+//! represents is determined by its shape (see [`crate::sketch::strokes`]). [`write()`] writes a sketch in the same form.
 
 use serde::Deserialize;
 use serde::de::IgnoredAny;

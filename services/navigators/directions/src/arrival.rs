@@ -19,6 +19,7 @@ use std::sync::Arc;
 
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
+use serde::{Deserialize, Serialize};
 use sketchnav_schemas::seed::stream;
 
 use crate::description::Descriptor;
@@ -67,7 +68,7 @@ impl Effort {
 }
 
 /// Number of journeys by how they ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Tally {
     /// Number of journeys of each kind, in the order of [`Kind::ALL`].
     pub counts: [u32; 6],

@@ -350,8 +350,10 @@ fn candidates(
 /// The words that this map-maker uses in plans above a plane. Each has a definite landmark, and together they connect more
 /// landmarks than any of them alone.
 pub const WORDS: [Descriptor; 2] = [Descriptor::Isolated, Descriptor::IsolatedPair];
-/// The words for a robot on land, which knows its heading: `*` means any landmark, by its bearing.
-pub const WORDS_ON_LAND: [Descriptor; 3] = [Descriptor::Isolated, Descriptor::IsolatedPair, Descriptor::Any];
+/// The words for a robot on land, which knows its heading: `*` means any landmark, by its bearing. Among walls, the robot also
+/// drives around a landmark.
+pub const WORDS_ON_LAND: [Descriptor; 4] =
+    [Descriptor::Isolated, Descriptor::IsolatedPair, Descriptor::Any, Descriptor::Same];
 
 #[cfg(test)]
 mod tests;

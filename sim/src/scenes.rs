@@ -3,8 +3,10 @@
 //! The figures of Chronis 2007 are lost. Scene A is reconstructed from the relations of figure 4.29, and
 //! scene B from its six commands. Both are in the pixels of the PDA, which are 5 inches each. A random scene
 //! is determined by a [`Kind`] and a number: yards, streets of blocks with crossings, halls of pillars and
-//! machines. The scenes for which results are reported were never looked at before robots had driven in them.
-//! The walls are beyond the range of sonars.
+//! machines. The scenes of [`sites`] are generated in another way. The scenes for which results are reported were never looked at
+//! before robots had driven in them. The walls are beyond the range of sonars.
+
+pub mod sites;
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -14,6 +16,8 @@ use sketchnav_schemas::floor_plan::{FloorPlan, Furniture, Marker, Wall};
 use sketchnav_schemas::geometry::encloses;
 use sketchnav_schemas::mission::{Place, Start};
 use sketchnav_schemas::seed;
+
+use self::sites::Site;
 
 /// Size of a pixel of the PDA, in metres.
 const PIXEL_M: f64 = 0.127;
@@ -203,6 +207,12 @@ impl Scene {
         kinds
             .into_iter()
             .flat_map(move |(kind, count)| (first..first + count).map(move |i| Self::laid_out(kind, i)))
+    }
+
+    /// Returns twelve scenes of other kinds, two of each [`Site`], numbered from `first`. As in [`Self::twelve`], results are
+    /// reported for numbers from 1.
+    pub fn sites(first: u64) -> impl Iterator<Item = Self> {
+        Site::ALL.into_iter().flat_map(move |site| (first..first + 2).map(move |number| site.scene(number)))
     }
 
     /// Returns a large empty area, for scenes that do not come from a file.

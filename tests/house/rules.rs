@@ -141,11 +141,10 @@ fn no_navigator_imports_another() {
 /// Files of the command line that serve a single kind of navigator. They draw a mission by hand, learn from a drive, import a
 /// log with its map, print the states of a route, or print what a map-maker derives. `lib.rs` contains the library's
 /// documentation.
-const MADE_FOR_ONE_KIND: [&str; 7] = [
+const MADE_FOR_ONE_KIND: [&str; 6] = [
     "services/cli/src/directions.rs",
     "services/cli/src/landmarks.rs",
     "services/cli/src/lib.rs",
-    "services/cli/src/pad.rs",
     "services/cli/src/recordings/args.rs",
     "services/cli/src/recordings/import.rs",
     "services/cli/src/recordings/learn.rs",

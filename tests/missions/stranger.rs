@@ -89,7 +89,7 @@ fn people_can_watch_it_but_not_draw_for_it() {
     let ended = place.run("pad --mission wall.toml --system walls");
     assert_eq!(ended.code, Some(2), "{ended}");
     for words in
-        ["navigator.kind: expected a mission of kind \"sketch\"", "found kind \"wall-follower\"", "--pad"]
+        ["navigator.kind: expected a mission of kind ", "\"sketch\"", "found kind \"wall-follower\"", "--pad"]
     {
         assert!(ended.err.contains(words), "{words}: {ended}");
     }

@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 
 use nix::sys::signal::Signal;
 use serde_json::{Value, json};
+use sketchnav_schemas::mission::Mission;
 use sketchnav_sketch::learned::{DrawingFile, Learned};
 use sketchnav_sketch::reading::{Options, read};
 use support::arms::doubtful;
@@ -153,6 +154,27 @@ fn what_the_robot_has_learned_is_accepted_driven_by_and_rejected() {
     assert_eq!(learned.goals.iter().map(|goal| goal.reached).collect::<Vec<_>>(), [true, true]);
     let mission = String::from_utf8(saved("again.toml")).unwrap();
     assert!(mission.contains("learned_file = \"again.learned\""), "{mission}");
+    pad.signal(Signal::SIGINT);
+    pad.end();
+    place.assert_nothing_left("pad");
+}
+
+/// A robot that drives past landmarks by a sketch from the page is lost where the route ends in the open. It is told where it is,
+/// and drives on by what is drawn from there.
+#[test]
+fn a_route_past_landmarks_is_drawn_and_drawn_on_from_where_the_robot_stands() {
+    let Some(browser) = Browser::find() else { return };
+    let place = Place::new();
+    let (mut pad, link) = pad_in(&place, "sim/missions/landmarks/pad", 4);
+    let ended = browser.passes_landmarks(&place, &link);
+    assert_eq!(ended.code, Some(0), "{ended}");
+    keep_pictures(place.files(), &["landmarks-lost.png", "landmarks-arrived.png"]);
+    pad.must_live();
+    let saved = fs::read_to_string(place.files().join("past-the-table.toml")).unwrap();
+    let saved = Mission::parse(&saved).unwrap();
+    let given = &saved.navigator.given;
+    assert_eq!(given["drawing"].as_str(), Some("past-the-table.json"), "{saved:?}");
+    assert!(given["route"].as_array().is_some_and(|route| route.len() > 2), "{saved:?}");
     pad.signal(Signal::SIGINT);
     pad.end();
     place.assert_nothing_left("pad");

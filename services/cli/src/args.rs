@@ -301,7 +301,7 @@ pub enum Command {
     },
     /// Print the landmark states of a mission's sketch in words, in the format of a `route_file`.
     #[command(
-        after_help = "Exit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav landmarks sim/missions/landmarks/scene-a-states.toml > route.txt"
+        after_help = "Exit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav landmarks sim/missions/landmarks/scene-a-states.toml > route.txt\nExample: sketchnav landmarks my-route.toml --smooth smoother.json"
     )]
     Landmarks {
         /// A mission of kind `landmarks`.
@@ -309,6 +309,10 @@ pub enum Command {
         /// Print the states as a table (Chronis 2007, table 4.1) instead of words.
         #[arg(long)]
         table: bool,
+        /// Write the sketch with a smoother route into this file, as a proposal. The route keeps its ends, and passes each object
+        /// on the same side.
+        #[arg(long, value_name = "FILE", conflicts_with = "table")]
+        smooth: Option<PathBuf>,
     },
     /// Print what the map-maker derives from a mission with directions: itineraries, landmarks, the transition matrix.
     #[command(

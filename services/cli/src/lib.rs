@@ -240,7 +240,10 @@ fn dispatch(cli: Cli) -> Result<Outcome, Failure> {
         Some(Command::Relations { file, options }) => {
             recordings::with(&file, |whole| relations::relations(whole, &options))
         }
-        Some(Command::Landmarks { mission, table }) => landmarks::print(&mission, table),
+        Some(Command::Landmarks { mission, table: _, smooth: Some(file) }) => {
+            landmarks::smooth(&mission, &file)
+        }
+        Some(Command::Landmarks { mission, table, smooth: None }) => landmarks::print(&mission, table),
         Some(Command::Directions { mission, options }) => directions::print(&mission, &options),
         Some(Command::Completions { shell }) => manuals::completions(shell),
         Some(Command::Man { folder }) => manuals::man(&folder),

@@ -7,7 +7,6 @@ use anyhow::{anyhow, ensure};
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::run::{Pad, RunConfig};
-use sketchnav_sketch::mission::{SketchMission, WallTone};
 use sketchnav_supervisor::{Error as SystemError, Progress, Supervisor};
 
 use crate::args::PadOptions;
@@ -108,7 +107,7 @@ fn check_kind(mission: &Mission) -> anyhow::Result<()> {
         navigator.drawn.is_some(),
         "navigator.kind: expected a mission of kind {}, because people draw on the page; found kind {:?}. To watch \
          it: sketchnav run MISSION --pad",
-        known.join(", "),
+        known.join(" or "),
         navigator.kind
     );
     Ok(())
@@ -122,17 +121,8 @@ fn run_config(
     mut mission: Mission,
     robot: Robot,
 ) -> anyhow::Result<RunConfig> {
-    let blank = SketchMission {
-        method: SketchMission::of(&mission)?.method,
-        drawing: sketchnav_sketch::reading::desk::NAME.to_owned(),
-        walls: WallTone::Auto,
-        start: None,
-        start_heading_deg: None,
-        places: Default::default(),
-        learned_file: None,
-        tasks: Vec::new(),
-    };
-    blank.write_to(&mut mission);
+    let drawn = sketchnav_navigators::of(&mission)?.drawn;
+    drawn.map_or(Ok(()), |drawn| (drawn.blank)(&mut mission)).map_err(|error| anyhow!("{error}"))?;
     configure(&options.system, folder, mission, robot, (options.speed, Pad::Draws))
 }
 

@@ -278,7 +278,8 @@ async function sendSketch() {
   robot.sent = drawing;
   setPlaced(null);
   desk.trail = [];
-  const degrees = (answer.wall_direction_rad * 180) / Math.PI;
+  // A sketch of objects has no walls.
+  const degrees = answer.wall_direction_rad === null ? NaN : (answer.wall_direction_rad * 180) / Math.PI;
   if (stands) return doubted(answer, "The map has arrived. The start is now where the robot stands.");
   // Nothing runs at minus nothing.
   return doubted(answer, Number.isFinite(degrees) ? `The map has arrived. Its walls run at ${(Math.round(degrees * 10) / 10 + 0).toFixed(1)}°.` : "The map has arrived.");

@@ -125,7 +125,7 @@ mod tests {
     use super::*;
 
     /// A navigator that leaves the mission unchanged.
-    const DRAWN: Drawn = Drawn { walls: |_, _| None, keep: |_, _| Ok(()), lessons: None };
+    const DRAWN: Drawn = Drawn { blank: |_| Ok(()), walls: |_, _| None, keep: |_, _| Ok(()), lessons: None };
 
     fn mission() -> Mission {
         Mission::parse(

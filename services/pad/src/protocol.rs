@@ -12,7 +12,7 @@
 //!
 //! | request | body | answer beside `ok` |
 //! |---|---|---|
-//! | `POST /api/sketch` | strokes in JSON, as the navigator reads them (members that only the page needs are under `pad`), or `content-type: image/png`, `image/jpeg`: a photo | `seq`; the sketch's `wall_direction_rad`, `width_px`, `height_px`; `doubts`: why the drawing may not lead anywhere, in words |
+//! | `POST /api/sketch` | strokes in JSON, as the navigator reads them (members that only the page needs are under `pad`), or `content-type: image/png`, `image/jpeg`: a photo | `seq`; the sketch's `wall_direction_rad` (null without walls), `width_px`, `height_px`; `doubts`: why the drawing may not lead anywhere, in words |
 //! | `POST /api/path` | `{"route":[[x,y],…]}` or `{"goals":[[x,y] or {"name","at"},…]}`, either with `"start":{"at","heading_deg"}` | the same |
 //! | `POST /api/order` | `{"order":"execute"}`, `abort`, `restore`, `again`; `accept`, `reject` what was learned | that of a sketch, for the last two |
 //! | `POST /api/here` | `{"at":[x,y]}`, optionally with `"heading_deg":90`: where the robot is, while it asks | |

@@ -92,6 +92,14 @@ impl Browser {
         self.runs(script)
     }
 
+    /// Draws a route past landmarks on the page at `link`, says where the lost robot is, and draws the rest of the route.
+    pub fn passes_landmarks(&self, place: &Place, link: &str) -> Ended {
+        let mut script = needs::program("node").expect("node, which was there before");
+        script.arg(repository().join("tests/pad/landmarks.mjs")).arg(link);
+        script.arg(repository().join("sim/missions/landmarks/sketches/pad.json")).arg(place.files());
+        self.runs(script)
+    }
+
     /// Waits until the robot asks on the page at `link`, and answers with a tap and with a button.
     pub fn answers(&self, place: &Place, link: &str) -> Ended {
         let mut script = needs::program("node").expect("node, which was there before");

@@ -1,5 +1,5 @@
 //! Suites of routes past landmarks (Chronis 2007, chapter 5): `landmark-scenes`, `landmark-features`,
-//! `landmark-isolation`, `landmark-deformed` and `landmark-labels`. For suites under the thesis's own
+//! `landmark-isolation`, `landmark-deformed`, `landmark-labels` and `landmark-sites`. For suites under the thesis's own
 //! conditions, see [`thesis`], and for what these leave open, see [`unknowns`].
 //!
 //! The scenes and sketches are not those of the thesis, whose figures are lost (see [`sketchnav_sim::scenes`]). A drive
@@ -202,7 +202,7 @@ fn source(folders: &Folders, scene: &Scene) -> WorldSource {
 pub fn deformed(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(Suite {
         title: "Twelve scenes with ten sketches of each degree, deformed as people deform them.".into(),
-        ..by_degrees(folders, by_deformed)?
+        ..by_degrees(folders, Scene::twelve(1), by_deformed)?
     })
 }
 
@@ -214,19 +214,35 @@ pub fn deformed(folders: &Folders) -> Result<Suite, EvalError> {
 pub fn labels(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(Suite {
         title: "The same scenes and sketches, driven by a robot with a camera. The objects have markers, and the mission assigns them the sketch's labels.".into(),
-        ..by_degrees(folders, by_labels)?
+        ..by_degrees(folders, Scene::twelve(1), by_labels)?
+    })
+}
+
+/// Loads the `landmark-sites` suite, whose scenes are of other kinds than those of `landmark-choice` and by another generator.
+///
+/// # Errors
+/// Same as [`scenes`].
+pub fn sites(folders: &Folders) -> Result<Suite, EvalError> {
+    Ok(Suite {
+        title: "Two shops, parks, car parks, churches, markets and depots with ten sketches of each degree, deformed as people deform them.".into(),
+        ..by_degrees(folders, Scene::sites(1), by_deformed)?
     })
 }
 
 /// A function that makes a trial of a scene with a sketch of a degree and a number, for a line of the table.
 type ByDegree = fn(&Folders, &Scene, f64, u64, String) -> Result<Trial, EvalError>;
 
-fn by_degrees(folders: &Folders, trial: ByDegree) -> Result<Suite, EvalError> {
+fn by_degrees(
+    folders: &Folders,
+    scenes: impl IntoIterator<Item = Scene>,
+    trial: ByDegree,
+) -> Result<Suite, EvalError> {
     let mut trials = Vec::new();
+    let scenes: Vec<_> = scenes.into_iter().collect();
     for degree in DEGREES {
-        for scene in Scene::twelve(1) {
+        for scene in &scenes {
             for number in 1..=SKETCHES {
-                trials.push(trial(folders, &scene, degree, number, format!("degree {degree:.1}"))?);
+                trials.push(trial(folders, scene, degree, number, format!("degree {degree:.1}"))?);
             }
         }
     }

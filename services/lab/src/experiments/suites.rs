@@ -27,7 +27,7 @@ const PAPER: &str = Method::Boniardi2015.word();
 
 /// All suites with their loaders. To add one, add a line here and a module for it. The last column lists methods for suites
 /// that compare several, or that use another one than the first of their navigator, when all suites are driven.
-const SUITES: [(&str, Loader, &[&str]); 37] = [
+const SUITES: [(&str, Loader, &[&str]); 38] = [
     ("ablation", ablation::suite, &[]),
     ("building-079", protocol::building_079, &[OUTLINE, PAPER]),
     ("building", protocol::building, &[OUTLINE, PAPER]),
@@ -51,6 +51,7 @@ const SUITES: [(&str, Loader, &[&str]); 37] = [
     ("landmark-published", landmarks::thesis::suite, &[]),
     ("landmark-published-degrees", landmarks::thesis::degrees, &[]),
     ("landmark-scenes", landmarks::scenes, &[]),
+    ("landmark-sites", landmarks::sites, &[]),
     ("landmark-unknowns", landmarks::unknowns::suite, &[]),
     ("learned-building", learned::building, &[]),
     ("learned-building-079", learned::building_079, &[]),

@@ -53,6 +53,8 @@ pub trait Frame: Debug + Send + Sync {
 /// Functions with which a navigator interprets drawings.
 #[derive(Debug, Clone, Copy)]
 pub struct Drawn {
+    /// Removes everything from a mission that it says about a drawing, because people draw while it runs.
+    pub blank: fn(&mut Mission) -> Result<(), StageError>,
     /// Returns the walls of a drawing as the sketcher understands them, or `None` if the sketcher rejects the drawing.
     pub walls: fn(&RunConfig, &[u8]) -> Option<Walls>,
     /// Writes the drawing and its marks into a mission, so that the mission can be driven without a page.

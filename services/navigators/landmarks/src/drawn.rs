@@ -29,6 +29,11 @@ impl DrawnMetres {
         Self(self.0.max(other.0))
     }
 
+    /// Returns the shorter of the two lengths.
+    pub const fn min(self, other: Self) -> Self {
+        Self(self.0.min(other.0))
+    }
+
     /// Restricts the length to the range from `low` to `high`.
     pub const fn clamp(self, low: Self, high: Self) -> Self {
         Self(self.0.clamp(low.0, high.0))

@@ -61,6 +61,14 @@ pub enum Error {
         /// Start of the other stroke.
         at: Pixel,
     },
+    /// A drawing from the pad has goals in place of a route.
+    #[error(
+        "expected a path past the objects, found none and {found} goals; draw a path to the object at which to stop"
+    )]
+    Goals {
+        /// Number of goals.
+        found: usize,
+    },
     /// The drawing has no landmarks.
     #[error("expected at least one closed outline as a landmark, found none")]
     NoObjects,

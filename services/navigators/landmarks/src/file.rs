@@ -10,13 +10,16 @@
 //! All coordinates are pixels of the canvas: column and row, with row 0 at the top. `canvas` and `strokes`
 //! are required. A polygon in `obstacles` is read as a closed stroke with a label, and `route` as another
 //! stroke. Anything else that a pad writes (`start`, `goals`, the width of its pen) is ignored. What a stroke
-//! represents is determined by its shape (see [`crate::sketch::strokes`]).
+//! represents is determined by its shape (see [`crate::sketch::strokes`]). [`write()`] writes a sketch in the same form.
 
 use serde::Deserialize;
 use serde::de::IgnoredAny;
+use serde_json::json;
+use sketchnav_schemas::geometry::Point;
 
+use crate::drawn::Drawn;
 use crate::error::{Error, Pixel};
-use crate::sketch::{Drawing, Label, Stroke};
+use crate::sketch::{Drawing, Label, Sketch, Stroke};
 
 /// Maximum number of strokes in a drawing (also that of labels), and of points in all its strokes together.
 const MOST_STROKES: usize = 500;
@@ -63,6 +66,14 @@ struct Obstacle {
 /// - [`Error::Json`], which gives line and column, if the file is not a sketch in JSON.
 /// - [`Error::Number`] if there are too many strokes, points or labels.
 pub fn read(bytes: &[u8]) -> Result<Drawing, Error> {
+    read_with_route(bytes, None)
+}
+
+/// Reads a sketch file as [`read`] does, but with this route, whose points are columns and rows, in place of the file's own.
+///
+/// # Errors
+/// Same as [`read`].
+pub fn read_with_route(bytes: &[u8], route: Option<&[[f64; 2]]>) -> Result<Drawing, Error> {
     let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let page: Page = serde_json::from_slice(text).map_err(|error| Error::Json(error.to_string()))?;
     let height = page.canvas[1];
@@ -77,14 +88,33 @@ pub fn read(bytes: &[u8]) -> Result<Drawing, Error> {
         polygon.push(first);
         strokes.push(line(polygon));
     }
-    if !page.route.is_empty() {
-        strokes.push(line(page.route));
+    let route = route.map_or(page.route, |route| route.iter().copied().map(Pixel::from).collect());
+    if !route.is_empty() {
+        strokes.push(line(route));
     }
     check("strokes", "at most 500", strokes.len(), MOST_STROKES)?;
     let points = strokes.iter().map(|stroke| stroke.points.len()).sum();
     check("points of all strokes", "at most 50000", points, MOST_POINTS)?;
     check("labels", "at most 500", labels.len(), MOST_STROKES)?;
     Ok(Drawing { canvas: page.canvas, strokes, labels })
+}
+
+/// Writes a sketch on a canvas of this width and height, in pixels.
+pub fn write(sketch: &Sketch, canvas: [f64; 2]) -> String {
+    let place = |at: &Point<Drawn>| {
+        let at = sketch.pixel(*at);
+        [at.x, canvas[1] - at.y].map(|x| (x * 100.0).round() / 100.0)
+    };
+    let line = |points: &[Point<Drawn>]| points.iter().map(place).collect::<Vec<_>>();
+    let obstacles = sketch.landmarks.iter();
+    let obstacles = obstacles.map(|one| json!({ "polygon": line(&one.outline), "label": one.name }));
+    json!({
+        "canvas": canvas,
+        "strokes": [],
+        "obstacles": obstacles.collect::<Vec<_>>(),
+        "route": line(&sketch.route),
+    })
+    .to_string()
 }
 
 fn check(what: &str, expected: &'static str, found: usize, most: usize) -> Result<(), Error> {
@@ -99,6 +129,22 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::sketch::Reading;
+
+    #[test]
+    fn what_is_written_is_read_again() {
+        let drawn = br#"{ "canvas": [200, 100], "strokes": [], "route": [[5, 90], [80, 90], [190, 20]],
+            "obstacles": [{ "polygon": [[20, 40], [60, 40], [60, 70], [20, 70]], "label": "table" }] }"#;
+        let sketch = |bytes: &[u8]| Sketch::read(&read(bytes).unwrap(), &Reading::default()).unwrap();
+        let first = sketch(drawn);
+        let second = sketch(write(&first, [200.0, 100.0]).as_bytes());
+        assert_eq!((second.landmarks.len(), &second.landmarks[0].name[..]), (1, "table"));
+        assert_eq!(first.route.len(), second.route.len());
+        let apart = first.route.iter().zip(&second.route).map(|(a, b)| a.distance(b)).fold(0.0, f64::max);
+        assert!(apart < 0.02, "{apart}");
+        let other = read_with_route(drawn, Some(&[[5.0, 10.0], [190.0, 10.0]])).unwrap();
+        assert_eq!(other.strokes.len(), 2, "a given route takes the place of the file's own");
+    }
 
     #[test]
     fn rows_go_down_and_drawings_go_up() {

@@ -165,6 +165,11 @@ impl Guide {
         self.look_again();
     }
 
+    /// Returns true if the drive has ended.
+    pub const fn has_ended(&self) -> bool {
+        self.state.outcome.is_some()
+    }
+
     /// Returns the position of the robot along the drawn route.
     pub const fn along(&self) -> DrawnMetres {
         self.state.along

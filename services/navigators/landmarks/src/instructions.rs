@@ -22,6 +22,9 @@ pub struct Instructions {
     /// The landmark states in words. Empty if the sketch does not yield any and the method does not need
     /// them.
     pub words: String,
+    /// Width and height of the canvas, in pixels, or `None` if the route was given in words.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub canvas: Option<[f64; 2]>,
     /// The markers on objects of the sketch, sorted by number.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub markers: Vec<Marked>,
@@ -55,10 +58,12 @@ impl Instructions {
             return Ok(Self {
                 sketch: None,
                 words: language::print(&language::read(text)?),
+                canvas: None,
                 markers: Vec::new(),
             });
         };
-        let sketch = Sketch::read(&file::read(bytes)?, reading)?;
+        let drawing = file::read_with_route(bytes, mission.route.as_deref())?;
+        let sketch = Sketch::read(&drawing, reading)?;
         let words = match extract(&sketch, parameters) {
             Ok(route) => language::print(&route),
             Err(Error::NothingInView { .. } | Error::States { .. }) if mission.method == Method::Belief => {
@@ -67,7 +72,7 @@ impl Instructions {
             Err(error) => return Err(error),
         };
         let markers = marked(&mission.markers, &sketch)?;
-        Ok(Self { sketch: Some(sketch), words, markers })
+        Ok(Self { sketch: Some(sketch), words, canvas: Some(drawing.canvas), markers })
     }
 
     /// Reads instructions from the slice after a message.

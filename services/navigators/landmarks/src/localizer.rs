@@ -31,8 +31,10 @@ pub struct Localizer {
     ring: Ring,
     perception: Perception,
     motion: Motion,
-    /// Whether the route has been received.
-    is_told: bool,
+    /// Number of the route that was received, or 0 before the first.
+    route: u64,
+    /// Whether people draw the route while the mission runs. The robot then reports what it sees before there is a route.
+    is_drawn: bool,
     sketch: Option<Sketch>,
     locator: Option<Locator>,
     /// The markers on objects, sorted by number.
@@ -42,6 +44,7 @@ pub struct Localizer {
 /// State of the localizer, as read back from a checkpoint.
 #[derive(Debug, Deserialize)]
 pub struct State {
+    route: u64,
     motion: Motion,
     located: Option<Located>,
 }
@@ -49,6 +52,7 @@ pub struct State {
 /// Borrowed counterpart of [`State`], with the same fields, from which a checkpoint is written.
 #[derive(Debug, Serialize)]
 struct StateView<'a> {
+    route: u64,
     motion: &'a Motion,
     located: Option<&'a Located>,
 }
@@ -76,7 +80,8 @@ impl Localizer {
             ring,
             perception,
             motion,
-            is_told: false,
+            route: 0,
+            is_drawn: run.pad.draws(),
             sketch: None,
             locator: None,
             markers: Vec::new(),
@@ -131,17 +136,17 @@ fn sense(ring: &mut Ring, instant: &Instant<'_>) -> Result<bool, Denied> {
 }
 
 impl Stage for Localizer {
-    const FORM: &'static str = "landmarks localizer 4";
+    const FORM: &'static str = "landmarks localizer 5";
     type State = State;
 
     fn receive(&mut self, message: &Incoming<'_>) -> Result<(), StageError> {
-        if message.on(LANDMARK_ROUTE)?.is_some() {
+        if let Some(route) = message.on(LANDMARK_ROUTE)? {
             let instructions = Instructions::read(message.cells())?;
             let seed = seed::stream(self.seed, STREAM).random();
             self.markers = instructions.markers;
             let locate = |sketch: &Sketch| Locator::new(sketch, self.locating, seed);
             self.locator = instructions.sketch.as_ref().map(locate).transpose()?;
-            (self.sketch, self.is_told) = (instructions.sketch, true);
+            (self.sketch, self.route) = (instructions.sketch, route.header.seq);
         } else if let Some(here) = message.order()?.and_then(MissionCommand::here)
             && let (Some(locator), Some(sketch)) = (&mut self.locator, &self.sketch)
         {
@@ -151,7 +156,7 @@ impl Stage for Localizer {
     }
 
     fn is_ready(&self) -> bool {
-        self.is_told
+        self.route > 0 || self.is_drawn
     }
 
     fn step(&mut self, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError> {
@@ -175,12 +180,19 @@ impl Stage for Localizer {
     }
 
     fn state(&self) -> impl Serialize {
-        StateView { motion: &self.motion, located: self.locator.as_ref().map(Locator::located) }
+        StateView {
+            route: self.route,
+            motion: &self.motion,
+            located: self.locator.as_ref().map(Locator::located),
+        }
     }
 
     fn restore(&mut self, state: State) -> Result<(), StageError> {
         self.motion = state.motion;
-        if let (Some(locator), Some(located)) = (&mut self.locator, state.located) {
+        // If people draw, a newer route may have arrived instead.
+        if let (Some(locator), Some(located)) = (&mut self.locator, state.located)
+            && state.route == self.route
+        {
             locator.restore(located);
         }
         Ok(())

@@ -8,35 +8,50 @@ use sketchnav_stage::lookout::{self, Color, Picture, Shape, Sheet, Stroke, Walls
 use sketchnav_stage::{Denied, Incoming};
 
 use crate::drawn::{Drawn, DrawnMetres, Stretch};
+use crate::error::Pixel;
 use crate::instructions::Instructions;
 use crate::memory::polar;
 use crate::messages::{
-    LANDMARK_PROGRESS, LANDMARK_ROUTE, LANDMARK_VIEW, LandmarkProgress, LandmarkView, RouteCommand,
+    LANDMARK_PROGRESS, LANDMARK_ROUTE, LANDMARK_VIEW, LandmarkEvent, LandmarkProgress, LandmarkView,
+    RouteCommand,
 };
 use crate::plane;
 use crate::route::Route;
 use crate::view;
 
-/// Longer side of the sheet, in pixels.
-const SHEET_PX: f64 = 1000.0;
-/// Margin around the sketch, in pixels of the sheet.
-const RIM_PX: f64 = 40.0;
+/// Longer side of the grid on which outlines are painted, in cells.
+const GRID_PX: f64 = 1000.0;
+/// Side length of the sheet of a route in words, in pixels and in metres.
+const EMPTY_PX: u32 = 1000;
+const EMPTY_M: f64 = 10.0;
 /// Fit below which the robot counts as unsure of its position.
 const DOUBTFUL: f64 = 0.3;
 
 /// The latest messages about the route, ready to be drawn.
 pub struct Lookout {
     radius_m: f64,
+    /// Whether the robot drives by its position in the sketch, and can be told it.
+    is_by_position: bool,
     sketched: Option<Sketched>,
+    /// Position along the route at which the robot was lost, while it is.
+    lost_at_m: Option<f64>,
     walls: Option<Walls>,
     view: Option<Box<LandmarkView>>,
     progress: Option<Box<LandmarkProgress>>,
 }
 
 impl Lookout {
-    /// Creates a lookout for this robot.
-    pub fn new(robot: &Robot) -> Self {
-        Self { radius_m: robot.radius_m, sketched: None, walls: None, view: None, progress: None }
+    /// Creates a lookout for this robot. `is_by_position` says whether it drives by its position in the sketch.
+    pub fn new(robot: &Robot, is_by_position: bool) -> Self {
+        Self {
+            radius_m: robot.radius_m,
+            is_by_position,
+            sketched: None,
+            lost_at_m: None,
+            walls: None,
+            view: None,
+            progress: None,
+        }
     }
 }
 
@@ -47,12 +62,16 @@ impl lookout::Lookout for Lookout {
             && let Ok(instructions) = Instructions::read(message.cells())
         {
             let sketched = Sketched::of(&instructions);
-            (self.walls, self.sketched) = (Some(sketched.walls()), Some(sketched));
+            let walls = painted(&sketched.outlines(), sketched.size_px.map(f64::from));
+            (self.walls, self.sketched, self.lost_at_m) = (Some(walls), Some(sketched), None);
         }
         if let Some(view) = message.on(LANDMARK_VIEW)? {
             self.view = Some(Box::new(*view));
         }
         if let Some(progress) = message.on(LANDMARK_PROGRESS)? {
+            let is_lost = LandmarkEvent::from_code(progress.event) == Some(LandmarkEvent::Lost);
+            let stays = |at: &f64| (progress.along_m - at).abs() < f64::EPSILON;
+            self.lost_at_m = is_lost.then_some(progress.along_m).or(self.lost_at_m.filter(stays));
             self.progress = Some(Box::new(*progress));
         }
         Ok(())
@@ -64,6 +83,11 @@ impl lookout::Lookout for Lookout {
 
     fn take_walls(&mut self) -> Option<Walls> {
         self.walls.take()
+    }
+
+    /// Asks where the robot is if it drives by its position in a sketch and is lost. It may be anywhere.
+    fn question(&self) -> Option<Vec<[f64; 2]>> {
+        (self.is_by_position && self.lost_at_m.is_some()).then(Vec::new)
     }
 
     fn draw(&mut self, picture: &mut Picture) {
@@ -80,6 +104,28 @@ impl lookout::Lookout for Lookout {
     }
 }
 
+/// Paints outlines, in pixels of a canvas of this width and height, as a grid whose longer side has [`GRID_PX`] cells.
+pub(crate) fn painted(outlines: &[Vec<Pixel>], canvas: [f64; 2]) -> Walls {
+    let scale = GRID_PX / canvas[0].max(canvas[1]).max(1.0);
+    let size_px = canvas.map(|side| (side * scale).ceil().max(1.0) as u32);
+    let [width, height] = size_px.map(|side| side as usize);
+    let mut cells = vec![0; width * height];
+    for [a, b] in outlines.iter().flat_map(|outline| plane::edges(outline)) {
+        let steps = (a.distance(&b) * scale).ceil().max(1.0);
+        for i in 0..=steps as usize {
+            let at = a.towards(&b, i as f64 / steps);
+            for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+                let (column, row) =
+                    ((at.x * scale) as usize + dx, ((at.y * scale) as usize).saturating_sub(dy));
+                if column < width && row < height {
+                    cells[row * width + column] = WALL;
+                }
+            }
+        }
+    }
+    Walls { size_px, cells }
+}
+
 /// Returns the stretch of the sketch around the robot. A view without a sketch may have none.
 fn stretch(view: &LandmarkView) -> Stretch {
     Stretch(view.stretch.max(0.1))
@@ -93,8 +139,8 @@ struct Sketched {
     /// The drawn route, and the outlines of objects.
     line: Vec<Point<Drawn>>,
     outlines: Vec<Vec<Point<Drawn>>>,
-    /// Lower left corner of the drawing.
-    low: Point<Drawn>,
+    /// Position of the sketch's origin on the sheet, in pixels.
+    origin_px: [f64; 2],
     pixels_per_m: f64,
 }
 
@@ -102,24 +148,17 @@ impl Sketched {
     /// Lays out a route. Without a sketch, the robot stays in the middle of the sheet.
     fn of(instructions: &Instructions) -> Self {
         let route = instructions.route().ok().flatten();
-        let points = || {
-            let sketch = instructions.sketch.iter();
-            sketch.flat_map(|sketch| {
-                sketch.route.iter().chain(sketch.landmarks.iter().flat_map(|one| &one.outline))
-            })
-        };
-        let [low, high] = match points().next() {
-            Some(_) => plane::bounds(points()),
-            None => [Point::new(-5.0, -5.0), Point::new(5.0, 5.0)],
-        };
-        let extent = [high.x - low.x, high.y - low.y];
-        let pixels_per_m = (SHEET_PX - 2.0 * RIM_PX) / extent[0].max(extent[1]).max(0.1);
-        let size_px = extent.map(|side| (side * pixels_per_m + 2.0 * RIM_PX).ceil() as u32);
         let sketch = instructions.sketch.as_ref();
+        let (size_px, pixels_per_m, origin_px) = match sketch.zip(instructions.canvas) {
+            Some((sketch, canvas)) => {
+                (canvas.map(|side| side.ceil() as u32), 1.0 / sketch.metres_per_pixel, [0.0; 2])
+            }
+            None => ([EMPTY_PX; 2], f64::from(EMPTY_PX) / EMPTY_M, [f64::from(EMPTY_PX) / 2.0; 2]),
+        };
         let line = sketch.map_or(Vec::new(), |sketch| sketch.route.clone());
         let landmarks = sketch.map_or(&[][..], |sketch| &sketch.landmarks);
         let outlines = landmarks.iter().map(|one| one.outline.clone()).collect();
-        Self { size_px, route, line, outlines, low, pixels_per_m }
+        Self { size_px, route, line, outlines, origin_px, pixels_per_m }
     }
 
     /// Converts a drawn length to pixels of the sheet.
@@ -129,26 +168,14 @@ impl Sketched {
 
     /// Converts a point of the sketch to pixels of the sheet.
     fn point(&self, at: &Point<Drawn>) -> [f64; 2] {
-        [at.x - self.low.x, at.y - self.low.y].map(|v| v * self.pixels_per_m + RIM_PX)
+        let [x, y] = self.origin_px;
+        [x + at.x * self.pixels_per_m, y + at.y * self.pixels_per_m]
     }
 
-    /// Returns the outlines as a grid.
-    fn walls(&self) -> Walls {
-        let [width, height] = self.size_px.map(|side| side as usize);
-        let mut cells = vec![0; width * height];
-        for [a, b] in self.outlines.iter().flat_map(|outline| plane::edges(outline)) {
-            let steps = self.pixels(DrawnMetres::between(&a, &b)).ceil().max(1.0);
-            for i in 0..=steps as usize {
-                let [x, y] = self.point(&a.towards(&b, i as f64 / steps));
-                for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-                    let (column, row) = (x as usize + dx, (y as usize).saturating_sub(dy));
-                    if column < width && row < height {
-                        cells[row * width + column] = WALL;
-                    }
-                }
-            }
-        }
-        Walls { size_px: self.size_px, cells }
+    /// Returns the outlines on the sheet.
+    fn outlines(&self) -> Vec<Vec<Pixel>> {
+        let outline = |outline: &Vec<Point<Drawn>>| outline.iter().map(|at| self.point(at).into()).collect();
+        self.outlines.iter().map(outline).collect()
     }
 
     /// Returns the estimated pose of the robot on the sheet, or `None` if there is no sketch.
@@ -241,7 +268,7 @@ mod tests {
         let route = [[0.0, 0.0], [5.0, 0.0], [10.0, 0.0]].map(Point::from).into();
         let sketch = Sketch { landmarks, route, metres_per_pixel: 0.1 };
         let words = "When the desk is left, then turn left.\nAt the end, stop.\n".to_owned();
-        Instructions { sketch: Some(sketch), words, markers: Vec::new() }
+        Instructions { sketch: Some(sketch), words, canvas: Some([100.0, 40.0]), markers: Vec::new() }
     }
 
     fn robot() -> Robot {
@@ -249,12 +276,13 @@ mod tests {
     }
 
     #[test]
-    fn the_sketch_fills_the_sheet_and_its_outlines_are_walls() {
+    fn the_sheet_is_the_canvas_and_outlines_are_walls() {
         let sketched = Sketched::of(&instructions());
-        let Walls { size_px, cells } = sketched.walls();
-        assert_eq!((size_px, cells.len()), ([1000, 356], 1000 * 356));
-        let [x, y] = sketched.point(&Point::new(4.0, 2.0)).map(|v| v as usize);
-        assert!(cells[y * 1000 + x] == WALL && cells[y * 1000 + x + 50] == 0);
+        assert_eq!(sketched.size_px, [100, 40]);
+        assert_eq!(sketched.point(&Point::new(4.0, 2.0)), [40.0, 20.0]);
+        let Walls { size_px, cells } = painted(&sketched.outlines(), [100.0, 40.0]);
+        assert_eq!((size_px, cells.len()), ([1000, 400], 1000 * 400));
+        assert!(cells[200 * 1000 + 400] == WALL && cells[200 * 1000 + 450] == 0);
     }
 
     #[test]
@@ -267,7 +295,7 @@ mod tests {
         let mut progress = LandmarkProgress::zeroed();
         (progress.next, progress.state_count, progress.met_count) = (1, 3, 1);
         (progress.along_m, progress.length_m) = (5.0, 10.0);
-        let mut lookout = Lookout::new(&robot);
+        let mut lookout = Lookout::new(&robot, true);
         (lookout.view, lookout.progress) = (Some(Box::new(view)), Some(Box::new(progress)));
         lookout.sketched = Some(Sketched::of(&instructions()));
         let mut picture = Picture::default();

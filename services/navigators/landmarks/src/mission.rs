@@ -6,6 +6,7 @@
 //! method = "belief"              # or chronis-2007
 //! drawing = "sketch.json"        # strokes: see `file`
 //! canvas_m = 20.32               # what the longer side of the canvas stands for, in metres
+//! # route = [[12, 80], [90, 75]]  # the route, as columns and rows, if it is not in the drawing
 //! # route_file = "route.txt"     # for chronis-2007, in place of a drawing: see `language`
 //! # [navigator.markers]          # for belief and a robot with a camera: which markers are on which labelled object
 //! # desk = [7, 8]
@@ -59,6 +60,15 @@ pub enum Given {
     Words(String),
 }
 
+impl Given {
+    /// Returns the name of the file.
+    pub fn file(&self) -> &str {
+        match self {
+            Self::Drawing(file, _) | Self::Words(file) => file,
+        }
+    }
+}
+
 /// The mission keys that are specific to this navigator.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LandmarksMission {
@@ -66,6 +76,8 @@ pub struct LandmarksMission {
     pub method: Method,
     /// Description of the route.
     pub given: Given,
+    /// The route on the canvas, as columns and rows, if it is not part of the drawing.
+    pub route: Option<Vec<[f64; 2]>>,
     /// Numbers of the markers on each object, by the label of the object in the sketch.
     pub markers: BTreeMap<String, Vec<u32>>,
 }
@@ -78,6 +90,7 @@ struct NavigatorKeys {
     drawing: Option<String>,
     canvas_m: Option<f64>,
     route_step_m: Option<f64>,
+    route: Option<Vec<[f64; 2]>>,
     route_file: Option<String>,
     #[serde(default)]
     markers: BTreeMap<String, Numbers>,
@@ -110,11 +123,14 @@ impl LandmarksMission {
     /// # Errors
     /// [`MissionError`], which names the key and what was expected.
     pub fn of(mission: &Mission) -> Result<Self, MissionError> {
-        let NavigatorKeys { method, drawing, canvas_m, route_step_m, route_file, markers } =
+        let NavigatorKeys { method, drawing, canvas_m, route_step_m, route, route_file, markers } =
             keys("navigator", &mission.navigator.given)?;
         let wrong = |key: &str, expected, found: String| {
             Err(MissionError::Value { key: format!("navigator.{key}"), expected, found })
         };
+        if let Some(found) = route.as_ref().map(Vec::len).filter(|found| *found < 2) {
+            return wrong("route", "2 points or more", found.to_string());
+        }
         let markers: BTreeMap<_, _> =
             markers.into_iter().map(|(label, numbers)| (label, numbers.list())).collect();
         if method != Method::Belief && !markers.is_empty() {
@@ -156,15 +172,19 @@ impl LandmarksMission {
                 let expected = "a drawing for method \"belief\"; words are driven by \"chronis-2007\"";
                 return wrong("route_file", expected, format!("{file:?}"));
             }
-            (None, Some(_)) if canvas_m.or(route_step_m).is_some() => {
-                let key = if canvas_m.is_some() { "canvas_m" } else { "route_step_m" };
+            (None, Some(_)) if canvas_m.or(route_step_m).is_some() || route.is_some() => {
+                let key = match (canvas_m, route_step_m) {
+                    (Some(_), _) => "canvas_m",
+                    (None, Some(_)) => "route_step_m",
+                    (None, None) => "route",
+                };
                 return wrong(key, "this key only with a drawing", "it together with route_file".into());
             }
             (None, Some(file)) => Given::Words(file),
             (None, None) => return wrong("drawing", "drawing or route_file", "neither".into()),
             (Some(_), Some(_)) => return wrong("drawing", "drawing or route_file", "both".into()),
         };
-        Ok(Self { method, given, markers })
+        Ok(Self { method, given, route, markers })
     }
 }
 
@@ -310,6 +330,11 @@ mod tests {
             (
                 ("drawing='s.json'", "method='chronis-2007'\nroute_file='r.txt'\nroute_step_m=0.5"),
                 "navigator.route_step_m: expected this key only with a drawing",
+            ),
+            (("drawing=", "route=[[1,2]]\ndrawing="), "navigator.route: expected 2 points or more, found 1"),
+            (
+                ("drawing='s.json'", "method='chronis-2007'\nroute_file='r.txt'\nroute=[[1,2],[3,4]]"),
+                "navigator.route: expected this key only with a drawing",
             ),
             (("drawing=", "method='best'\ndrawing="), "navigator.method: unknown variant `best`"),
             (("drawing=", "metres=1\ndrawing="), "navigator: unknown field `metres`"),

@@ -21,15 +21,21 @@ pub const NAVIGATOR: Navigator = Navigator {
     },
     channels: crate::messages::CHANNELS,
     derived: crate::derived::DERIVED,
-    lookout: Some(|run| Box::new(crate::lookout::Lookout::new(&run.robot))),
-    canvas: Some(|run, files| Ok(crate::sketcher::canvas(&run.mission, files)?)),
+    lookout: Some(|run| {
+        let mission = crate::mission::LandmarksMission::of(&run.mission);
+        let is_by_position = mission.is_ok_and(|mission| mission.method == crate::mission::Method::Belief);
+        Box::new(crate::lookout::Lookout::new(&run.robot, is_by_position))
+    }),
+    canvas: Some(|run, files| Ok(crate::sketcher::canvas(run, files)?)),
+    drawn: Some(crate::live::DRAWN),
+    doubts: Some(|run, files| Ok(crate::sketcher::doubts(run, files)?)),
     resumes_at_states: true,
     account: Some(|_| Box::new(crate::account::Account::default())),
     ..Navigator::new(
         crate::mission::KIND,
         "drives along a route that a person sketched past landmarks, or described in words",
         [
-            |run, files| Ok(Box::new(crate::sketcher::Sketcher::new(run, files)?)),
+            crate::sketcher::sketcher,
             |run, _| Ok(Box::new(crate::localizer::Localizer::new(run)?)),
             |run, _| Ok(Box::new(crate::planner::Planner::new(run)?)),
         ],

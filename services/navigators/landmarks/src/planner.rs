@@ -11,7 +11,7 @@ use sketchnav_schemas::floor_plan::Marker;
 use sketchnav_schemas::message::{Here, Twist};
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::{Limits, Robot};
-use sketchnav_schemas::run::RunConfig;
+use sketchnav_schemas::run::{Pad, RunConfig};
 use sketchnav_stage::{Incoming, Instant, Outbox, Remains, Stage, StageError};
 
 use crate::control::{self, Drive};
@@ -54,9 +54,12 @@ enum Driven {
 /// Planner of a run.
 pub struct Planner {
     method: Method,
+    pad: Pad,
     parameters: PlannerParameters,
     limits: Limits,
     driver: Option<Driver>,
+    /// Number of the route that was received, or 0 before the first.
+    route: u64,
     /// Position of each state along the route, as far as it is known.
     along: Vec<DrawnMetres>,
     seen: Vec<Seen>,
@@ -81,6 +84,7 @@ struct Course {
 /// State of the planner, for a checkpoint.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct State {
+    route: u64,
     agenda: Standing,
     motion: Motion,
     course: Course,
@@ -131,9 +135,11 @@ impl Planner {
         }
         Ok(Self {
             method: mission.method,
+            pad: run.pad,
             parameters,
             limits,
             driver: None,
+            route: 0,
             along: Vec::new(),
             seen: Vec::with_capacity(crate::messages::MAX_SEEN_OBJECTS),
             agenda: Agenda::new(run),
@@ -212,6 +218,15 @@ impl Planner {
         self.course.next = self.course.next.min(self.along.len().saturating_sub(1));
         self.course.standing_s = 0.0;
         self.agenda.find();
+    }
+
+    /// Returns true if the robot has already driven to the end of the route, or as far as it could find its way.
+    fn is_behind(&self) -> bool {
+        match &self.driver {
+            Some(Driver::Belief { guide, .. }) => guide.has_ended(),
+            Some(Driver::States(follower)) => follower.next() >= follower.route().states.len(),
+            None => false,
+        }
     }
 
     fn stop(&mut self) {
@@ -378,11 +393,15 @@ impl Driver {
 }
 
 impl Stage for Planner {
-    const FORM: &'static str = "landmarks planner 2";
+    const FORM: &'static str = "landmarks planner 3";
     type State = State;
 
     fn receive(&mut self, message: &Incoming<'_>) -> Result<(), StageError> {
-        if message.on(LANDMARK_ROUTE)?.is_some() {
+        if let Some(route) = message.on(LANDMARK_ROUTE)? {
+            let before = std::mem::replace(&mut self.route, route.header.seq);
+            if self.pad.draws() && before != 0 && before != route.header.seq {
+                self.agenda.begin_again();
+            }
             let instructions = Instructions::read(message.cells())?;
             let driver = Driver::new(self.method, &instructions, &self.parameters)?;
             self.driver = Some(driver);
@@ -411,6 +430,10 @@ impl Stage for Planner {
         let motion = self.motion.to(&view.odometry());
         self.course.event = LandmarkEvent::Nothing.code();
         match self.agenda.due(self.missing()) {
+            Due::Begin if self.is_behind() => {
+                self.agenda.end(TaskState::Blocked, "the route has been driven; draw another one from here");
+                self.stop();
+            }
             Due::Begin => {
                 self.course = Course { next: 1, ..Course::default() };
                 self.drive(view, motion, dt_s);
@@ -428,12 +451,23 @@ impl Stage for Planner {
             Driver::States(follower) => Driven::States(*follower.progress()),
             Driver::Belief { guide, .. } => Driven::Belief(*guide.state()),
         });
-        State { agenda: self.agenda.standing(), motion: self.motion, course: self.course, driven }
+        State {
+            route: self.route,
+            agenda: self.agenda.standing(),
+            motion: self.motion,
+            course: self.course,
+            driven,
+        }
     }
 
     fn restore(&mut self, state: State) -> Result<(), StageError> {
-        let State { agenda, motion, course, driven } = state;
-        (self.motion, self.course) = (motion, course);
+        let State { route, agenda, motion, course, driven } = state;
+        self.motion = motion;
+        // If people draw, a newer route may have arrived instead, which waits for the order to start.
+        if self.pad.draws() && route != self.route {
+            return Ok(());
+        }
+        self.course = course;
         self.agenda.restore(agenda);
         match (&mut self.driver, driven) {
             (Some(Driver::States(follower)), Some(Driven::States(progress))) => follower.restore(progress)?,

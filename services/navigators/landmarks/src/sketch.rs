@@ -8,7 +8,7 @@ use sketchnav_schemas::geometry::Point;
 use sketchnav_schemas::message::Here;
 use sketchnav_schemas::nearest::folded;
 
-use crate::drawn::Drawn;
+use crate::drawn::{Drawn, DrawnMetres};
 use crate::error::{Error, Pixel};
 use crate::plane;
 
@@ -86,6 +86,12 @@ impl Sketch {
     /// Returns the point at which a person says the robot is.
     pub fn place(&self, here: &Here) -> Point<Drawn> {
         drawn(&here.at, self.metres_per_pixel)
+    }
+
+    /// Returns the distance of a point to the nearest landmark, which is 0 inside one.
+    pub fn clearance(&self, at: Point<Drawn>) -> DrawnMetres {
+        let distances = self.landmarks.iter().map(|one| plane::distance_to_outline(at, &one.outline));
+        DrawnMetres(distances.fold(f64::INFINITY, f64::min))
     }
 
     /// Converts a point to pixels of the canvas.
@@ -168,6 +174,20 @@ impl Sketch {
             metres_per_pixel,
         })
     }
+}
+
+/// Returns the outlines of a drawing whose route may be missing.
+///
+/// # Errors
+/// Same as [`Sketch::read`].
+pub fn check_objects(drawing: &Drawing) -> Result<Vec<Vec<Pixel>>, Error> {
+    drawing.check()?;
+    let outlines = strokes::outlines(drawing);
+    if outlines.is_empty() {
+        return Err(Error::NoObjects);
+    }
+    check_outlines(&outlines, &names(&outlines, &drawing.labels, drawing.canvas[0].max(drawing.canvas[1])))?;
+    Ok(outlines)
 }
 
 /// Assigns each label to the outline around it, or else to the nearest one within a tenth of the canvas.

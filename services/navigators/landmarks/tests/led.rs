@@ -51,7 +51,9 @@ impl Drive {
         mission.task[0].time_limit_s = 1000.0;
         let run = RunConfig::lockstep("t", mission, Robot::parse(NOMAD).unwrap(), 1);
         let mut planner = Planner::new(&RunConfig { pad, ..run }).unwrap();
-        let cells = Instructions { sketch: None, words: WORDS.into(), markers: Vec::new() }.write().unwrap();
+        let cells = Instructions { sketch: None, words: WORDS.into(), canvas: None, markers: Vec::new() }
+            .write()
+            .unwrap();
         let route = LandmarkRoute::zeroed();
         let access = Access::new(Process::Planner, "landmarks");
         planner

@@ -19,7 +19,7 @@ const TIME_LIMIT_S: f64 = 1800.0;
 
 /// The functions with which the pad shows and saves drawings for this navigator.
 pub const DRAWN: Drawn =
-    Drawn { walls, keep, lessons: Some(Lessons { learn: learned::learn, show: learned::show }) };
+    Drawn { blank, walls, keep, lessons: Some(Lessons { learn: learned::learn, show: learned::show }) };
 
 /// Reads the walls with the sketcher's own code, so that the page shows exactly what the sketcher would read. Returns `None` if
 /// the drawing cannot be read.
@@ -27,6 +27,21 @@ fn walls(run: &RunConfig, bytes: &[u8]) -> Option<Walls> {
     let options = Options::of_mission(&run.mission, run.seed).ok()?;
     let drawing = reading::read(bytes, desk::NAME, &options).ok()?;
     Some(Walls { size_px: [drawing.width_px, drawing.height_px], cells: drawing.cells })
+}
+
+fn blank(mission: &mut Mission) -> Result<(), StageError> {
+    let blank = SketchMission {
+        method: SketchMission::of(mission)?.method,
+        drawing: desk::NAME.to_owned(),
+        walls: WallTone::Auto,
+        start: None,
+        start_heading_deg: None,
+        places: BTreeMap::new(),
+        learned_file: None,
+        tasks: Vec::new(),
+    };
+    blank.write_to(mission);
+    Ok(())
 }
 
 fn keep(mission: &mut Mission, kept: &Kept<'_>) -> Result<(), StageError> {

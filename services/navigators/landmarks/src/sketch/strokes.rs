@@ -66,13 +66,7 @@ struct Line {
 /// - [`Error::SeveralRoutes`] if more than one line qualifies as the route.
 /// - [`Error::NoObjects`] if there is no outline.
 pub fn classify(drawing: &Drawing) -> Result<Classified, Error> {
-    let canvas = drawing.canvas[0].max(drawing.canvas[1]);
-    let (lines, mut stray, deleted) = without_deletions(drawing, canvas);
-    let (closed, open): (Vec<_>, Vec<_>) = lines.into_iter().partition(|line| is_outline(&line.points));
-    let (joined, mut open) = join(open, JOINT * canvas);
-    let mut closed: Vec<_> = closed.into_iter().chain(joined).collect();
-    closed.sort_by_key(|line| line.number);
-    let outlines: Vec<_> = closed.iter().map(|line| outline(&line.points, canvas)).collect();
+    let Marks { outlines, mut open, mut stray, deleted } = marks(drawing);
     open.sort_by(|a, b| plane::length(&b.points).total_cmp(&plane::length(&a.points)));
     let mut open = open.into_iter();
     let Some(route) = open.next() else { return Err(Error::NoRoute { objects: outlines.len(), stray }) };
@@ -91,6 +85,34 @@ pub fn classify(drawing: &Drawing) -> Result<Classified, Error> {
         return Err(Error::NoRoute { objects: outlines.len(), stray });
     }
     Ok(Classified { outlines, route, stray, deleted })
+}
+
+/// Returns the outlines of the objects in a drawing that may have no route.
+pub fn outlines(drawing: &Drawing) -> Vec<Vec<Pixel>> {
+    marks(drawing).outlines
+}
+
+/// The strokes of a drawing, before one of them is selected as the route.
+struct Marks {
+    outlines: Vec<Vec<Pixel>>,
+    open: Vec<Line>,
+    stray: usize,
+    deleted: usize,
+}
+
+fn marks(drawing: &Drawing) -> Marks {
+    let canvas = drawing.canvas[0].max(drawing.canvas[1]);
+    let (lines, stray, deleted) = without_deletions(drawing, canvas);
+    let (closed, open): (Vec<_>, Vec<_>) = lines.into_iter().partition(|line| is_outline(&line.points));
+    let (joined, open) = join(open, JOINT * canvas);
+    let mut closed: Vec<_> = closed.into_iter().chain(joined).collect();
+    closed.sort_by_key(|line| line.number);
+    Marks {
+        outlines: closed.iter().map(|line| outline(&line.points, canvas)).collect(),
+        open,
+        stray,
+        deleted,
+    }
 }
 
 /// Returns the lines that are neither stray nor deletions nor deleted, and how many were stray and deleted.

@@ -1,0 +1,102 @@
+// A robot that drives past landmarks, on the running system: `node landmarks.mjs URL SKETCH.json OUT`.
+// Environment: SKETCHNAV_PLAYWRIGHT (the folder of node_modules), SKETCHNAV_CHROMIUM.
+//
+// Draws the objects of a sketch and the first half of its route with a pen, and lets the robot drive. It finds nothing where the
+// route ends, is lost and asks; a tap says where it is. Then draws the rest of the route from where the robot stands, and lets it
+// drive to its goal. Saves the mission. Leaves screenshots in OUT; fails with the first thing that does not hold.
+
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { join } from "node:path";
+
+import { BROWSER, LIMIT_MS, assertNoFaults, chromium, inTurn, opened } from "./visit.mjs";
+
+const [url, sketchFile, out] = process.argv.slice(2);
+const { canvas, strokes, route } = JSON.parse(readFileSync(sketchFile, "utf8"));
+/** The first half of the route ends in the open, between the second and the third turn. */
+const HALF = 22;
+const browser = await chromium.launch(BROWSER);
+let page = null;
+let hand = null;
+/** What the server has said last. */
+const told = { feed: null };
+
+const says = async (id, words) => {
+  await page.waitForFunction(
+    ([where, what]) => document.getElementById(where).textContent.includes(what), [id, words], { timeout: LIMIT_MS },
+  );
+};
+const press = (id) => page.click(`#${id}:enabled`);
+const pose = () => told.feed.pose;
+
+function listen(newPage) {
+  newPage.on("websocket", (socket) => socket.on("framereceived", ({ payload }) => {
+    const { feed } = JSON.parse(payload);
+    told.feed = feed ?? told.feed;
+  }));
+}
+
+async function draws() {
+  const context = await browser.newContext({ viewport: { width: 1500, height: 900 } });
+  ({ page, hand } = await opened(context, url, canvas, listen));
+  await says("headline", "No map yet");
+  await hand.menu("new-landscape");
+  await hand.look();
+  for (const { points } of strokes) await hand.draw(points);
+  await hand.tool("path");
+  await hand.draw(route.slice(0, HALF));
+}
+
+async function drives() {
+  await press("send-sketch");
+  await says("headline", "Map sent");
+  await press("send-path");
+  await says("headline", "Path sent");
+  await press("execute");
+  await says("headline", "Driving");
+}
+
+/** Nothing is where the route ends. The robot asks, is told that it is right, looks again and asks again. */
+async function asks() {
+  await says("headline", "Where is the robot?");
+  await hand.settled();
+  await page.screenshot({ path: join(out, "landmarks-lost.png") });
+  const { x, y } = pose();
+  await hand.tap([x, y]);
+  await says("say", "The place has been sent to the robot.");
+  await says("headline", "Where is the robot?");
+  await press("abort");
+  await says("headline", "Stopped");
+}
+
+/** The rest is drawn from where the robot stands, in the direction in which it looks. */
+async function drawsOn() {
+  const { x, y, heading_rad: heading } = pose();
+  const ahead = [x + 60 * Math.cos(heading), y - 60 * Math.sin(heading)];
+  const rest = route.slice(HALF + 1).filter(([column]) => column > ahead[0] + 40);
+  assert.ok(rest.length > 2, `the rest of the route from ${x}, ${y}: ${JSON.stringify(rest)}`);
+  await hand.menu("clear-path");
+  await hand.tool("path");
+  await hand.draw([[x, y], ahead, ...rest]);
+  await press("send-path");
+  await says("headline", "Path sent");
+  await press("execute");
+  await says("headline", "Finished");
+  await says("task", "1 of 1 task reached");
+  await hand.settled();
+  await page.screenshot({ path: join(out, "landmarks-arrived.png") });
+}
+
+async function saves() {
+  await page.click("#menu-button");
+  await page.fill("#mission-name", "past-the-table");
+  await page.click("#save-mission:enabled");
+  await says("say", "past-the-table.toml");
+}
+
+try {
+  await inTurn([draws, drives, asks, drawsOn, saves], (step) => step(), () => page, out);
+  assertNoFaults(/^$/);
+} finally {
+  await browser.close();
+}

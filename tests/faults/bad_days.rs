@@ -263,6 +263,9 @@ fn removing_the_systems_folder_stops_no_process() {
     fs::remove_dir_all(place.root()).unwrap();
     let ended = running.end();
     assert_eq!(ended.code, Some(0), "{ended}");
+    let report = ended.json();
+    let processes = report["processes"].as_array().unwrap();
+    assert!(processes.len() > 4 && processes.iter().all(|process| process["restarts"] == 0), "{report:#}");
     place.assert_nothing_left("day");
 }
 

@@ -138,7 +138,7 @@ fn no_navigator_imports_another() {
     }
 }
 
-/// Files of the command line that serve a single kind of navigator. They draw a mission by hand, learn from a drive, import a
+/// Files of the command line that serve a single kind of navigator. They learn from a drive, import a
 /// log with its map, print the states of a route, or print what a map-maker derives. `lib.rs` contains the library's
 /// documentation.
 const MADE_FOR_ONE_KIND: [&str; 6] = [

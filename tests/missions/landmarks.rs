@@ -87,6 +87,25 @@ fn a_sketch_and_its_description_lead_to_the_same_place() {
     assert_eq!(commands(&recording), commands(&again));
 }
 
+/// The proposal is a sketch of its own. The person's sketch is never overwritten, and words have nothing to smooth.
+#[test]
+fn a_smoother_route_is_proposed_and_can_be_driven() {
+    let place = place("scene-a.toml");
+    place.fine("landmarks mission.toml --smooth smoother.json");
+    let mission = read(&place, "mission.toml");
+    let line = mission.lines().find(|line| line.starts_with("drawing")).unwrap();
+    write(&place, "smoother.toml", &mission.replace(line, "drawing = \"smoother.json\""));
+    let recording = place.driven("smoother.toml");
+    let judged = place.fine(&format!("judge {recording} --json")).json();
+    assert_eq!(judged.pointer("/0/verdict/tasks/0/reached"), Some(&Value::Bool(true)), "{judged}");
+    let sketch = line.split('"').nth(1).unwrap();
+    let refused = place.run(&format!("landmarks mission.toml --smooth {sketch}"));
+    assert_eq!(refused.code, Some(2), "{refused}");
+    let place = self::place("scene-a-words.toml");
+    let refused = place.run("landmarks mission.toml --smooth smoother.json");
+    assert!(refused.err.contains("expected a mission with a sketch, found a route in words"), "{refused}");
+}
+
 /// A person tells the robot where in the sketch it is, in this case near the start of the route. The robot believes this from
 /// the next view on.
 #[test]

@@ -326,6 +326,21 @@ fn logs_are_shown_by_process_followed_to_the_end_and_kept() {
     assert!(nothing.code == Some(2) && nothing.err.contains("no system is running"), "{nothing}");
 }
 
+/// On a full disk, a run once failed with exit code 3 because it could not keep its logs.
+#[test]
+fn a_run_that_cannot_keep_its_logs_reports_this_and_does_not_fail() {
+    let place = Place::new();
+    let mut running = place.start(&format!("run demo --json --system {NAME} --speed 2 --out out"));
+    place.wait_until_driving(&mut running, NAME);
+    std::fs::write(place.files().join("out/demo-001/logs"), "in the way").unwrap();
+    let ended = ended(running);
+    let report = ended.json();
+    assert_eq!((ended.code, &report["logs"]), (Some(1), &Value::Null), "{ended}");
+    let why = report["logs_incomplete"].as_str().unwrap();
+    assert!(why.contains("logs of the recorder"), "{why}");
+    place.assert_nothing_left(NAME);
+}
+
 #[test]
 fn a_graph_shows_the_rates_of_a_running_system() {
     let place = Place::new();

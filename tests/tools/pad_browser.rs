@@ -159,8 +159,8 @@ fn what_the_robot_has_learned_is_accepted_driven_by_and_rejected() {
     place.assert_nothing_left("pad");
 }
 
-/// A robot that drives past landmarks by a sketch from the page is lost where the route ends in the open. It is told where it is,
-/// and drives on by what is drawn from there.
+/// A robot follows a route past landmarks that was drawn on the page, and gets lost because the route ends in the open. A person taps
+/// its position and then draws the rest of the route, which leads it to the goal.
 #[test]
 fn a_route_past_landmarks_is_drawn_and_drawn_on_from_where_the_robot_stands() {
     let Some(browser) = Browser::find() else { return };

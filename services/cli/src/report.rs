@@ -56,6 +56,9 @@ pub struct Report {
     /// The folder with what the processes have printed.
     #[serde(skip_serializing_if = "Option::is_none")]
     logs: Option<PathBuf>,
+    /// Why some of what the processes have printed is not in that folder.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    logs_incomplete: Option<String>,
     /// Why there are fewer pictures than expected.
     #[serde(skip_serializing_if = "Option::is_none")]
     not_drawn: Option<String>,
@@ -161,6 +164,7 @@ impl Report {
             incomplete: incomplete.map(|gap| gap.words),
             pictures,
             logs: supervisor.and_then(Supervisor::logs).map(Path::to_owned),
+            logs_incomplete: supervisor.and_then(Supervisor::logs_failure).map(str::to_owned),
             not_drawn: drawn.err().map(|error| format!("{error:#}")),
             processes,
         })
@@ -213,6 +217,9 @@ impl Report {
         }
         if let Some(logs) = &self.logs {
             out!("logs       {}", logs.display())?;
+        }
+        if let Some(why) = &self.logs_incomplete {
+            out!("not kept   what a process printed: {why}")?;
         }
         if let Some(why) = &self.not_drawn {
             out!("not drawn  {why}")?;

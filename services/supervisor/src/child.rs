@@ -110,21 +110,18 @@ impl Child {
 
     /// Copies the output of the process to a file in `folder`, which is created if missing, and returns true. If the process has
     /// printed nothing, returns false.
-    pub(crate) fn keep_log(&self, folder: &Path) -> Result<bool> {
-        let path = folder.join(format!("{}.log", self.process.word()));
-        let keep = || {
-            let mut log = match File::open(&self.log) {
-                Err(error) if error.kind() == ErrorKind::NotFound => return Ok(false),
-                opened => opened?,
-            };
-            let has_lines = log.metadata()?.len() > 0;
-            if has_lines {
-                std::fs::create_dir_all(folder)?;
-                io::copy(&mut log, &mut File::create(&path)?)?;
-            }
-            Ok(has_lines)
+    pub(crate) fn keep_log(&self, folder: &Path) -> io::Result<bool> {
+        let mut log = match File::open(&self.log) {
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(false),
+            opened => opened?,
         };
-        keep().map_err(|source| Error::Log { process: self.process, path: path.clone(), source })
+        let has_lines = log.metadata()?.len() > 0;
+        if has_lines {
+            std::fs::create_dir_all(folder)?;
+            let copy = folder.join(format!("{}.log", self.process.word()));
+            io::copy(&mut log, &mut File::create(copy)?)?;
+        }
+        Ok(has_lines)
     }
 
     /// Returns true if the process resumes from where it was when it is restarted.

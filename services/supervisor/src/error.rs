@@ -1,7 +1,6 @@
 //! Errors of a running system.
 
 use std::fmt::{Display, Formatter};
-use std::path::PathBuf;
 use std::process::ExitStatus;
 
 use nix::sys::signal::Signal;
@@ -48,16 +47,6 @@ pub enum Error {
         /// The process.
         process: Process,
         /// Why waiting failed.
-        source: std::io::Error,
-    },
-    /// The output of a process could not be copied to the folder of the recording.
-    #[error("{process}: copying what it has printed to {}: {source}", path.display())]
-    Log {
-        /// The process.
-        process: Process,
-        /// The file to copy it to.
-        path: PathBuf,
-        /// Why it could not be copied.
         source: std::io::Error,
     },
     /// A process died before the mission ended, or failed when it ended.

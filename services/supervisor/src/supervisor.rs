@@ -103,6 +103,8 @@ pub struct Supervisor {
     recording: Option<PathBuf>,
     /// The folder next to the recording that contains the output of the processes.
     logs: Option<PathBuf>,
+    /// Why the output of a process is missing from that folder.
+    logs_failure: Option<String>,
     /// Detects a stuck lockstep. `None` unless the processes are paced only by each other.
     stall: Option<Stall>,
     /// The processes that the user runs by hand.
@@ -292,24 +294,28 @@ impl Supervisor {
         self.logs.as_deref()
     }
 
+    /// Returns why the output of a process could not be copied to the folder of [`Supervisor::logs`], or `None` if all of it was.
+    pub fn logs_failure(&self) -> Option<&str> {
+        self.logs_failure.as_deref()
+    }
+
     /// Ends the services, and then the recorder, which by then has received everything that was sent. Finally, the channels and
     /// the system are removed, even if an earlier step fails.
     ///
-    /// Everything that the supervisor has received can still be queried. A second call does nothing. An incomplete recording is
-    /// not an error; see [`Supervisor::recording_failure`]. A further SIGINT, SIGTERM or SIGHUP, at least a second after the
-    /// shutdown began, kills the processes that have not ended yet.
+    /// Everything that the supervisor has received can still be queried. A second call does nothing. Incomplete
+    /// recordings and logs are not errors; see [`Supervisor::recording_failure`] and [`Supervisor::logs_failure`]. A further SIGINT,
+    /// SIGTERM or SIGHUP, at least a second after the shutdown began, kills the processes that have not ended yet.
     ///
     /// # Errors
     /// - [`Error::Died`] if a process failed while it was ending.
     /// - [`Error::Killed`] if a process did not end.
-    /// - [`Error::Log`] if the output of a process could not be copied to the folder of the recording.
     pub fn shut_down(&mut self) -> Result<()> {
         let met = self.await_recorder();
         let services = self.end_children(|process| process != Process::Recorder, self.grace.services);
         let recorder = self.end_recorder();
         let received = self.receive();
         let recorder = self.take_recording_failure_from(recorder);
-        let kept = self.keep_logs();
+        self.keep_logs();
         self.children.clear();
         if let Some(node) = &self.node {
             node.clear_dead(CLEARING);
@@ -320,19 +326,19 @@ impl Supervisor {
         let outstanding = outstanding.map(|found| self.outstanding_faults = found);
         let removed = self.system.take().and_then(Rc::into_inner).map_or(Ok(()), System::remove);
         let removed = outstanding.and(removed).map_err(Error::from);
-        met.and(services).and(recorder).and(received).and(kept).and(removed)
+        met.and(services).and(recorder).and(received).and(removed)
     }
 
     /// Copies the output of the processes to the folder of the recording, since their logs are removed with the system.
-    fn keep_logs(&mut self) -> Result<()> {
-        let Some(recording) = &self.recording else { return Ok(()) };
+    fn keep_logs(&mut self) {
+        let Some(recording) = &self.recording else { return };
         let folder = recording.with_file_name("logs");
         for child in &self.children {
-            if child.keep_log(&folder)? {
-                self.logs = Some(folder.clone());
+            match child.keep_log(&folder) {
+                Ok(has_lines) => self.logs = self.logs.take().or_else(|| has_lines.then(|| folder.clone())),
+                Err(error) => self.logs_failure = Some(format!("{} of the {}: {error}", folder.display(), child.process.word())),
             }
         }
-        Ok(())
     }
 
     /// Stores the recorder's report about its files. A recorder that ended because they are incomplete has done all it could.
@@ -387,6 +393,7 @@ impl Supervisor {
             recording_failure: None,
             recording,
             logs: None,
+            logs_failure: None,
             stall: None,
             by_hand: Vec::new(),
         };

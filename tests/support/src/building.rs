@@ -5,14 +5,16 @@ use std::path::Path;
 
 use super::repository;
 
-/// The file name of a mission in which every task has plenty of time, for runs in real time, since the robot gets less done per
-/// second on a busy machine.
+/// The file name of a mission for runs in real time, whose outcome depends on how busy the machine is: every task has plenty of
+/// time, and only those are kept that are reached even if many scans are missed.
 pub const PATIENT: &str = "patient.toml";
 
 /// Writes [`PATIENT`] into a folder.
 pub fn write_patient(folder: &Path) {
     write(&folder.join(PATIENT), |mission| {
-        for task in mission["task"].as_array_mut().unwrap() {
+        let tasks = mission["task"].as_array_mut().unwrap();
+        tasks.truncate(5);
+        for task in tasks {
             task.as_table_mut().unwrap().insert("time_limit_s".into(), 400.0.into());
         }
     });

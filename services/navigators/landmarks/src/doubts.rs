@@ -1,5 +1,5 @@
-//! Doubts about a sketch that are raised before a robot drives by it: turns at which nothing is in view, places that look alike,
-//! states that cannot be told apart, and routes that a smoother one would replace with fewer states.
+//! Warnings about a sketch, given before the robot starts. They point out turns without an object in view, places that look alike,
+//! and states that the robot cannot distinguish. If a smoother route needs fewer states, they suggest it.
 
 use std::f64::consts::{FRAC_PI_4, TAU};
 use std::fmt;
@@ -106,11 +106,13 @@ pub fn of(
     extraction: &extraction::Parameters,
 ) -> Vec<Doubt> {
     match (mission.method, &instructions.sketch) {
-        // A camera tells labelled objects apart.
-        (Method::Belief, Some(sketch)) if instructions.markers.is_empty() => {
-            of_sketch(sketch, parameters.localizer.belief.reach_m)
+        (Method::Belief, None) => Vec::new(),
+        (Method::Belief, Some(sketch)) => {
+            let mut found = of_sketch(sketch, parameters.localizer.belief.reach_m);
+            // The camera distinguishes objects that carry markers.
+            found.retain(|doubt| instructions.markers.is_empty() || !matches!(doubt, Doubt::Alike { .. }));
+            found
         }
-        (Method::Belief, _) => Vec::new(),
         (Method::Chronis2007, sketch) => instructions.route().ok().flatten().map_or(Vec::new(), |route| {
             of_states(&route, sketch.as_ref(), parameters.planner.states.features, extraction)
         }),

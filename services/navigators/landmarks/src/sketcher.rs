@@ -61,13 +61,15 @@ pub fn sketcher(run: &RunConfig, files: &Files<'_>) -> Result<Box<dyn Hosted>, S
 /// the mission runs.
 ///
 /// # Errors
-/// See [`understand`].
+/// See [`understand`], and [`LandmarksError::Instructions`] if the sketch has too many points to be sent.
 pub fn doubts(run: &RunConfig, files: &Files<'_>) -> Result<Doubts, LandmarksError> {
     if run.pad.draws() {
         return Ok(Doubts::default());
     }
     let (mission, parameters) = (LandmarksMission::of(&run.mission)?, Parameters::of(&run.mission)?);
     let instructions = understand(&run.mission, &run.robot, files)?;
+    // Instructions that are too large to be sent are an error before the start, too.
+    Announced::of(&instructions)?;
     let extraction = extraction_of(&parameters, &run.robot);
     let found = crate::doubts::of(&instructions, &mission, &parameters, &extraction);
     let file = Path::new(mission.given.file()).file_name().unwrap_or_default().display();

@@ -336,7 +336,10 @@ impl Supervisor {
         for child in &self.children {
             match child.keep_log(&folder) {
                 Ok(has_lines) => self.logs = self.logs.take().or_else(|| has_lines.then(|| folder.clone())),
-                Err(error) => self.logs_failure = Some(format!("{} of the {}: {error}", folder.display(), child.process.word())),
+                Err(error) => {
+                    self.logs_failure =
+                        Some(format!("{} of the {}: {error}", folder.display(), child.process.word()))
+                }
             }
         }
     }

@@ -128,6 +128,40 @@ fn an_experiment_in_parts_has_the_report_of_one_machine_byte_for_byte() {
     assert_eq!(local, merged);
 }
 
+/// A study of three worlds. Each of them is a job.
+const STUDY: &str = "directions-views --trials 3 --seed 2";
+
+#[test]
+fn a_study_in_parts_has_the_report_of_one_machine_byte_for_byte() {
+    let place = Place::new();
+    std::fs::create_dir(place.files().join("parts")).unwrap();
+    let listed = eval(&place, &format!("{STUDY} --list-jobs --json")).json();
+    assert_eq!(listed["jobs"].as_array().unwrap().len(), 3);
+    for jobs in ["1", "2-3", "3"] {
+        let ended = eval(&place, &format!("{STUDY} --job {jobs} -o parts/{jobs}.json"));
+        assert_eq!(ended.code, Some(0), "{ended}");
+    }
+    let page = || std::fs::read(place.files().join("page.html")).unwrap();
+    for option in ["", "--json"] {
+        let local = eval(&place, &format!("{STUDY} {option} -o page.html"));
+        let local_page = page();
+        let merged = eval(&place, &format!("{STUDY} {option} -o page.html --merge parts"));
+        assert_eq!((merged.code, local.code), (Some(0), Some(0)), "{merged}");
+        assert_eq!(merged.out, local.out);
+        assert!(page() == local_page, "the pages differ");
+    }
+    let refused = |options: &str, words: &str| {
+        let ended = eval(&place, options);
+        assert_eq!(ended.code, Some(2), "{options}: {ended}");
+        assert!(ended.err.contains(words), "{options}: {ended}");
+    };
+    refused("directions-views --trials 4 --seed 2 --merge parts", "experiment: expected 4 jobs");
+    refused("directions-views --trials 3 --seed 1 --merge parts", "seed: expected 1, found 2");
+    refused("directions-success --trials 3 --seed 2 --merge parts", "suite: expected directions-success");
+    refused(&format!("{STUDY} --job 4 -o parts/none.json"), "--job: expected numbers from 1 to 3, found 4-4");
+    refused("directions-paths --list-jobs", "--list-jobs: directions-paths is not divided into jobs");
+}
+
 #[test]
 fn missing_and_foreign_parts_are_refused() {
     let place = Place::new();

@@ -59,19 +59,16 @@ pub fn eval(name: &str, options: &EvalOptions) -> Result<Outcome, Failure> {
     }
     if let (Some(numbers), Some(path)) = (&options.job, &options.output) {
         let chosen = parts::chosen(&jobs, numbers).or_input()?;
-        parts::write(path, origin()?, numbers, drive_each(&chosen, options)?)?;
-        if options.json {
-            out!("{}", serde_json::json!({ "part": path, "first": numbers.start(), "last": numbers.end() }))?;
-        } else {
-            say!("part       {}", path.display());
-        }
+        parts::write(path, origin()?, numbers, drive_each(chosen, options)?)?;
+        parts::say(path, numbers, options.json)?;
         return Ok(Outcome::Success);
     }
     let began = Instant::now();
     let outcomes = match &options.merge {
         Some(parts) => parts::merge(parts, &origin()?, &options.accept).or_input()?,
-        None => drive_each(&jobs, options)?.concat(),
+        None => drive_each(&jobs, options)?,
     };
+    let outcomes = outcomes.concat();
     let wall = began.elapsed();
     // Print what was driven in any case, since it may have taken hours.
     let check = options.check_processes.map(|count| processes::check(&jobs, count));
@@ -231,10 +228,14 @@ fn write_files(driven: &Driven<'_>, options: &EvalOptions) -> anyhow::Result<()>
 }
 
 fn progress_bar(length: usize, quiet: bool) -> ProgressBar {
+    bar_of(length, quiet, "{bar:30.cyan/dim} {pos}/{len} trials, {msg}; {eta} to go")
+}
+
+fn bar_of(length: usize, quiet: bool, template: &str) -> ProgressBar {
     if quiet {
         return ProgressBar::hidden();
     }
-    let style = ProgressStyle::with_template("{bar:30.cyan/dim} {pos}/{len} trials, {msg}; {eta} to go");
+    let style = ProgressStyle::with_template(template);
     ProgressBar::new(length as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 

@@ -163,10 +163,10 @@ fn of_suite(
             continue;
         }
         say!("{}: jobs {}-{} of {}", suite.name, numbers.start(), numbers.end(), jobs.len());
-        let driven = drive_each(&parts::chosen(&jobs, &numbers).or_input()?, options)?;
+        let driven = drive_each(parts::chosen(&jobs, &numbers).or_input()?, options)?;
         parts::write(&path, origin.clone(), &numbers, driven)?;
     }
-    let outcomes = parts::merge(&parts_folder, &origin, &options.accept).or_input()?;
+    let outcomes = parts::merge(&parts_folder, &origin, &options.accept).or_input()?.concat();
     let driven = Driven { suite: &suite, methods: &methods, jobs: &jobs, outcomes: &outcomes };
     let command = command(name, &methods, options);
     write(&folder.join(format!("{}.json", suite.name)), &super::json(&driven, options, None, None)?)?;
@@ -256,7 +256,7 @@ fn of_study(
         return Ok(Ok(entry(tables)));
     }
     say!("{}: {} worlds", study.name, size.worlds);
-    let figures = match study.run(&folders(options).or_input()?, size) {
+    let figures = match study.run(&folders(options).or_input()?, size, options.jobs()) {
         Err(error @ EvalError::NoData { .. }) => return Ok(Err(error.to_string())),
         figures => figures.map_err(classify)?,
     };

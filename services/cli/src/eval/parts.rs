@@ -10,17 +10,19 @@ use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow, ensure};
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use sketchnav_files::PART;
 use sketchnav_lab::experiments::TaskOutcome as Ended;
 use sketchnav_lab::experiments::jobs::Job;
+use sketchnav_lab::experiments::studies::{Attempt, ByWorld, Size, Study, World};
 use sketchnav_lab::experiments::suite::{Folders, Suite};
 use sketchnav_lab::experiments::trial::Trial;
 use sketchnav_recordings::sources;
 
 use super::machine::{self, Machine};
 use crate::args::Foreign;
-use crate::output::out;
+use crate::output::{out, say};
 
 /// The extension of part files.
 const EXTENSION: &str = "json";
@@ -42,24 +44,47 @@ pub struct Origin {
 /// The outcomes of some jobs of an experiment.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Part {
+pub struct Part<T> {
     #[serde(rename = "experiment")]
     origin: Origin,
     /// The outcomes of each job, by its number, from 1.
-    outcomes: BTreeMap<usize, Vec<Ended>>,
+    outcomes: BTreeMap<usize, Vec<T>>,
 }
+
+/// What a job yields, and a part stores.
+pub trait Yield: Serialize + DeserializeOwned + Clone + PartialEq {
+    /// Returns the same without what depends on the clock.
+    fn timeless(&self) -> Self {
+        self.clone()
+    }
+}
+
+impl Yield for Ended {
+    fn timeless(&self) -> Self {
+        let mut ended = self.clone();
+        ended.cost.busy_s = 0.0;
+        ended
+    }
+}
+
+impl Yield for Attempt {}
 
 impl Origin {
     /// Returns the origin of parts of these jobs that are driven on this machine.
     pub fn of(suite: &Suite, jobs: &[Job<'_>], seed: u64, folders: &Folders) -> anyhow::Result<Self> {
-        Ok(Self {
-            suite: suite.name.clone(),
-            seed,
-            jobs: jobs.len(),
-            fingerprint: fingerprint(jobs, folders)?,
-            program: machine::program()?,
-            machine: Machine::this(),
-        })
+        Self::here(&suite.name, seed, jobs.len(), fingerprint(jobs, folders)?)
+    }
+
+    /// Returns the origin of parts of a study that is run on this machine.
+    pub fn of_study(study: &Study, by_world: &ByWorld, size: Size) -> anyhow::Result<Self> {
+        let cases = format!("{:?}", (by_world.cases)()?);
+        let jobs = by_world.worlds(size).len();
+        Self::here(study.name, size.seed, jobs, crc32fast::hash(cases.as_bytes()))
+    }
+
+    fn here(name: &str, seed: u64, jobs: usize, fingerprint: u32) -> anyhow::Result<Self> {
+        let (program, machine) = (machine::program()?, Machine::this());
+        Ok(Self { suite: name.to_owned(), seed, jobs, fingerprint, program, machine })
     }
 
     /// Says why a part of origin `other` does not belong to this experiment as it is driven here, or returns `None` if
@@ -161,37 +186,57 @@ pub fn list(origin: &Origin, jobs: &[Job<'_>], json: bool) -> anyhow::Result<()>
     Ok(())
 }
 
+/// Prints the worlds of a study with the numbers of their jobs.
+pub fn list_worlds(origin: &Origin, worlds: &[World], json: bool) -> anyhow::Result<()> {
+    if json {
+        let object = |(job, seed): &World| serde_json::json!({ "job": job, "seed": seed });
+        let jobs: Vec<_> = worlds.iter().map(object).collect();
+        return out!("{}", serde_json::json!({ "experiment": origin, "jobs": jobs }));
+    }
+    worlds.iter().try_for_each(|(job, seed)| out!("{job:>5}  world of seed {seed}"))
+}
+
 /// Returns the jobs with these numbers.
 ///
 /// # Errors
 /// If there are no jobs with these numbers.
-pub fn chosen<'a>(jobs: &[Job<'a>], numbers: &RangeInclusive<usize>) -> anyhow::Result<Vec<Job<'a>>> {
+pub fn chosen<'a, T>(jobs: &'a [T], numbers: &RangeInclusive<usize>) -> anyhow::Result<&'a [T]> {
     let (first, last) = (*numbers.start(), *numbers.end());
     let found = jobs.get(first - 1..last);
-    let found = found
-        .ok_or_else(|| anyhow!("--job: expected numbers from 1 to {}, found {first}-{last}", jobs.len()))?;
-    Ok(found.to_vec())
+    found.ok_or_else(|| anyhow!("--job: expected numbers from 1 to {}, found {first}-{last}", jobs.len()))
 }
 
 /// Writes a part with the outcomes of some jobs. The file is written either completely or not at all.
-pub fn write(
+pub fn write<T: Yield>(
     path: &Path,
     origin: Origin,
     numbers: &RangeInclusive<usize>,
-    outcomes: Vec<Vec<Ended>>,
+    outcomes: Vec<Vec<T>>,
 ) -> anyhow::Result<()> {
     let part = Part { origin, outcomes: numbers.clone().zip(outcomes).collect() };
     sketchnav_files::write(path, serde_json::to_vec(&part)?).with_context(|| path.display().to_string())
 }
 
-/// Reads the parts in `folder` and returns the outcomes of all jobs, in order.
+/// Prints where a part with these jobs was written.
+pub fn say(path: &Path, numbers: &RangeInclusive<usize>, json: bool) -> anyhow::Result<()> {
+    if json {
+        return out!(
+            "{}",
+            serde_json::json!({ "part": path, "first": numbers.start(), "last": numbers.end() })
+        );
+    }
+    say!("part       {}", path.display());
+    Ok(())
+}
+
+/// Reads the parts in `folder` and returns the outcomes of each job, in order.
 ///
 /// # Errors
 /// If a file is not a part or belongs to something else, a job is missing, or a job has two different outcomes.
-pub fn merge(folder: &Path, origin: &Origin, accepted: &[Foreign]) -> anyhow::Result<Vec<Ended>> {
-    let mut found: BTreeMap<usize, (PathBuf, Vec<Ended>)> = BTreeMap::new();
+pub fn merge<T: Yield>(folder: &Path, origin: &Origin, accepted: &[Foreign]) -> anyhow::Result<Vec<Vec<T>>> {
+    let mut found: BTreeMap<usize, (PathBuf, Vec<T>)> = BTreeMap::new();
     for path in files_in(folder)? {
-        let part = read(&path)?;
+        let part: Part<T> = read(&path)?;
         if let Some(why) = origin.refuses(&part.origin, accepted) {
             return Err(anyhow!("{}: {why}", path.display()));
         }
@@ -225,20 +270,15 @@ pub fn merge(folder: &Path, origin: &Origin, accepted: &[Foreign]) -> anyhow::Re
         origin.jobs,
         ranges(&missing)
     );
-    Ok(found.into_values().flat_map(|(_, outcomes)| outcomes).collect())
+    Ok(found.into_values().map(|(_, outcomes)| outcomes).collect())
 }
 
 /// Returns true if two outcomes of one job agree in everything that does not depend on the clock.
-fn is_same(a: &[Ended], b: &[Ended]) -> bool {
-    let timeless = |all: &[Ended]| -> Vec<Ended> {
-        let mut all = all.to_vec();
-        all.iter_mut().for_each(|ended| ended.cost.busy_s = 0.0);
-        all
-    };
-    timeless(a) == timeless(b)
+fn is_same<T: Yield>(a: &[T], b: &[T]) -> bool {
+    a.iter().map(T::timeless).eq(b.iter().map(T::timeless))
 }
 
-fn read(path: &Path) -> anyhow::Result<Part> {
+fn read<T: Yield>(path: &Path) -> anyhow::Result<Part<T>> {
     let bytes = sketchnav_files::read(path, PART).with_context(|| path.display().to_string())?;
     serde_json::from_slice(&bytes)
         .with_context(|| format!("{}: expected a part that `eval --job` wrote", path.display()))

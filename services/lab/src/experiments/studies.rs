@@ -9,9 +9,10 @@ pub mod directions;
 pub mod logs;
 pub mod report;
 
-pub use sketchnav_directions::experiments::Table;
+pub use sketchnav_directions::experiments::{Attempt, Case, Table};
 
 use crate::error::EvalError;
+use crate::experiments::jobs::in_parallel;
 use crate::experiments::suite::Folders;
 
 /// The number of worlds in a study, and its seed.
@@ -37,6 +38,56 @@ pub enum Run {
     BySize(fn(Size) -> Result<Vec<Figure>, EvalError>),
     /// With files from these folders.
     WithFiles(fn(&Folders, Size) -> Result<Vec<Figure>, EvalError>),
+    /// World by world. Each world is a job that any machine can run.
+    ByWorld(ByWorld),
+}
+
+/// A study that tries the same cases in each world.
+#[derive(Clone, Copy)]
+pub struct ByWorld {
+    /// Offset of the worlds' seeds.
+    pub offset: u64,
+    /// Returns what is tried in each world.
+    pub cases: fn() -> Result<Vec<Case>, EvalError>,
+    /// Makes the figures from the attempts of all cases in each world.
+    pub figures: fn(&[Case], &[Vec<Attempt>]) -> Vec<Figure>,
+}
+
+/// A world of a study, with the number of its job, from 1, and its seed.
+pub type World = (usize, u64);
+
+impl ByWorld {
+    /// Returns the worlds of a study of this size.
+    pub fn worlds(&self, size: Size) -> Vec<World> {
+        (1..).zip(size.seeds(self.offset)).collect()
+    }
+
+    /// Tries all cases in these worlds, `threads` at a time. Returns the attempts in the order of the worlds.
+    ///
+    /// # Errors
+    /// The first error of a case, in the order of the worlds.
+    pub fn attempt(
+        &self,
+        worlds: &[World],
+        threads: usize,
+        progress: &(dyn Fn() + Sync),
+    ) -> Result<Vec<Vec<Attempt>>, EvalError> {
+        let cases = (self.cases)()?;
+        let attempt = |&(_, seed): &World| {
+            let attempts = cases.iter().map(|case| Ok(case.attempt(seed)?)).collect();
+            progress();
+            attempts
+        };
+        in_parallel(worlds, threads, attempt).into_iter().collect()
+    }
+
+    /// Makes the figures from the attempts in all worlds.
+    ///
+    /// # Errors
+    /// The error of a case that cannot be set up.
+    pub fn figures(&self, worlds: &[Vec<Attempt>]) -> Result<Vec<Figure>, EvalError> {
+        Ok((self.figures)(&(self.cases)()?, worlds))
+    }
 }
 
 /// A study that can be run by name.
@@ -52,14 +103,15 @@ pub struct Study {
 }
 
 impl Study {
-    /// Runs the study.
+    /// Runs the study, on several threads if it goes world by world. The figures do not depend on their number.
     ///
     /// # Errors
     /// [`EvalError::NoData`] if its data are missing, and otherwise the error of its files or of the experiment.
-    pub fn run(&self, folders: &Folders, size: Size) -> Result<Vec<Figure>, EvalError> {
+    pub fn run(&self, folders: &Folders, size: Size, threads: usize) -> Result<Vec<Figure>, EvalError> {
         match self.run {
             Run::BySize(run) => run(size),
             Run::WithFiles(run) => run(&Folders { suite: self.name, ..folders.clone() }, size),
+            Run::ByWorld(study) => study.figures(&study.attempt(&study.worlds(size), threads, &|| {})?),
         }
     }
 }

@@ -117,7 +117,7 @@ fn taken(log: &Log, map: Option<&CustomMap>, steps: &[&Journey], dots: &[[f64; 2
     let (mut taken, mut reference): (Vec<Taken>, _) = (Vec::new(), Reference::default());
     for step in steps {
         if let Some(map) = map {
-            reference.receive(map, step);
+            reference.update(map, step);
         }
         if let Some(last) = taken.last_mut().filter(|last| last.node.is_none()) {
             last.node = reference.node();

@@ -4,7 +4,7 @@
 use std::time::Instant;
 
 use sketchnav_directions::arrival::Effort;
-use sketchnav_directions::experiments::{Choice, Setting, success};
+use sketchnav_directions::experiments::{Case, Choice, Setting, Success};
 use sketchnav_schemas::statistics::mean;
 
 #[expect(clippy::disallowed_methods, reason = "an example measures time")]
@@ -27,13 +27,17 @@ fn main() -> Result<(), sketchnav_directions::Error> {
         .filter(|(name, _)| chosen(name))
         {
             let begin = Instant::now();
-            let result = success(choice, &Setting::of_sigma(sigma)?, first..first + worlds, 20)?;
+            let setting = Setting::of_sigma(sigma)?;
+            let case = Case { name: name.into(), method: name, choice, setting, journeys: 20 };
+            let attempts =
+                (first..first + worlds).map(|seed| case.attempt(seed)).collect::<Result<Vec<_>, _>>()?;
+            let result = Success::of(&attempts);
             let each_s = begin.elapsed().as_secs_f64() / f64::from(result.planned.max(1));
             println!(
                 "{sigma} mm {name}: {:.1} % of {} worlds, stated {:.1} %, {:.1} entries, {each_s:.2} s a world, kinds {:?}",
                 100.0 * mean(&result.arrived),
                 result.planned,
-                100.0 * mean(&result.stated.iter().map(|[stated, _]| *stated).collect::<Vec<_>>()),
+                100.0 * mean(&result.stated.iter().map(|(stated, _)| *stated).collect::<Vec<_>>()),
                 mean(&result.entries),
                 result.tally.counts,
             );

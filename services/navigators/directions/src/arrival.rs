@@ -19,6 +19,7 @@ use std::sync::Arc;
 
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
+use serde::{Deserialize, Serialize};
 use sketchnav_schemas::seed::stream;
 
 use crate::description::Descriptor;
@@ -67,7 +68,7 @@ impl Effort {
 }
 
 /// Number of journeys by how they ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Tally {
     /// Number of journeys of each kind, in the order of [`Kind::ALL`].
     pub counts: [u32; 6],
@@ -349,8 +350,10 @@ fn candidates(
 /// The words that this map-maker uses in plans above a plane. Each has a definite landmark, and together they connect more
 /// landmarks than any of them alone.
 pub const WORDS: [Descriptor; 2] = [Descriptor::Isolated, Descriptor::IsolatedPair];
-/// The words for a robot on land, which knows its heading: `*` means any landmark, by its bearing.
-pub const WORDS_ON_LAND: [Descriptor; 3] = [Descriptor::Isolated, Descriptor::IsolatedPair, Descriptor::Any];
+/// The words for a robot on land, which knows its heading: `*` means any landmark, by its bearing. Among walls, the robot also
+/// drives around a landmark.
+pub const WORDS_ON_LAND: [Descriptor; 4] =
+    [Descriptor::Isolated, Descriptor::IsolatedPair, Descriptor::Any, Descriptor::Same];
 
 #[cfg(test)]
 mod tests;

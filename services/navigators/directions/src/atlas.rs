@@ -120,11 +120,12 @@ impl Atlas {
     }
 
     /// Returns the bearing that a map states for the landmark that a transition sees, if it states one. It does so if this is how
-    /// the landmark is known, or if the robot's heading is uncertain. Confusable landmarks have no single bearing.
+    /// the landmark is known, or if the robot's heading is uncertain. Confusable landmarks have no single bearing, and the landmark
+    /// itself has none.
     pub fn bearing_deg(&self, from: DotId, transition: &Transition) -> Option<u16> {
         let is_stated = match transition.word {
             Descriptor::Any => true,
-            Descriptor::Confusable => false,
+            Descriptor::Confusable | Descriptor::Same => false,
             _ => self.reliability.noise.heading_rad > 0.0,
         };
         is_stated.then(|| bearing_deg(self.plane.dot(transition.seen) - self.plane.dot(from)))

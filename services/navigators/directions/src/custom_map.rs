@@ -19,6 +19,8 @@
 //! quadrants in order instead of a count: `(none+point+pair+group, SW, Isol)` (8). Of all panoramas of an entry, the one most
 //! similar to the view is used.
 //!
+//! `Same` means the reference itself, and is ours: `(Same, NE)` drives around the landmark until it lies in the corner NE.
+//!
 //! As our own extension, a map may also *branch*. A number in place of a word is the number of an entry, from
 //! 1:
 //!
@@ -308,7 +310,7 @@ impl Entry {
 }
 
 impl CustomMap {
-    /// Creates a map of these entries. Branches must lead to existing entries, and each entry except the first must be
+    /// Creates a map of these entries. The first one needs a landmark other than the reference. Branches must lead to existing entries, and each entry except the first must be
     /// reachable from the previous one or by a branch.
     pub fn new(entries: Vec<Entry>) -> Result<Self, Error> {
         if entries.is_empty() || entries.len() > MOST_ENTRIES {
@@ -316,6 +318,14 @@ impl CustomMap {
         }
         let mut is_led_to = vec![false; entries.len()];
         for (number, entry) in (1..).zip(&entries) {
+            let is_same = entry.word == Descriptor::Same;
+            if is_same && (number == 1 || entry.trajectory.is_some()) {
+                let expected = match number {
+                    1 => "a landmark other than \"Same\", since there is none before the first",
+                    _ => "a landmark other than \"Same\", since a line to slide along needs two",
+                };
+                return Err(Error::Same { entry: number, expected });
+            }
             for to in entry.branches() {
                 let all = entries.len();
                 *is_led_to.get_mut(usize::from(to)).ok_or(Error::NoEntry {

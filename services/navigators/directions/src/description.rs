@@ -38,11 +38,13 @@ pub enum Descriptor {
     Confusable,
     /// The closest candidate, whichever it is.
     Any,
+    /// The reference itself. This word is ours: by it, a robot drives from one side of a landmark to another.
+    Same,
 }
 
 impl Descriptor {
     /// All words.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Obvious,
         Self::Isolated,
         Self::IsolatedPair,
@@ -50,6 +52,7 @@ impl Descriptor {
         Self::New,
         Self::Confusable,
         Self::Any,
+        Self::Same,
     ];
 
     /// The words whose landmark follows from a single view.
@@ -65,12 +68,13 @@ impl Descriptor {
             Self::New => "New",
             Self::Confusable => "Confusable",
             Self::Any => "*",
+            Self::Same => "Same",
         }
     }
 
     /// Returns the index of the candidate that the word means, or `None` if the view has no such landmark.
     ///
-    /// For [`Descriptor::New`], pass only the new candidates.
+    /// For [`Descriptor::New`], pass only the new candidates. [`Descriptor::Same`] means none of them.
     pub fn pick(self, candidates: &[Point]) -> Option<usize> {
         if candidates.is_empty() || candidates.len() > MOST_CANDIDATES {
             return None;
@@ -85,6 +89,7 @@ impl Descriptor {
             Self::PlusPair => None,
             Self::Confusable if candidates.len() < 2 => None,
             Self::Confusable | Self::Any => all.min_by(furthest),
+            Self::Same => None,
         }
     }
 
@@ -114,7 +119,7 @@ pub struct Vocabulary(u8);
 
 impl Vocabulary {
     /// Every word.
-    pub const ALL: Self = Self(0x7f);
+    pub const ALL: Self = Self(0xff);
 
     /// Returns the set of these words.
     pub fn of(words: &[Descriptor]) -> Self {

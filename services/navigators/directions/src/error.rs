@@ -76,6 +76,14 @@ pub enum Error {
         /// Number of the entry, from 1.
         entry: usize,
     },
+    /// An entry refers to its reference where it has none, or where it needs a second landmark.
+    #[error("entry {entry}: expected {expected}")]
+    Same {
+        /// Number of the entry, from 1.
+        entry: usize,
+        /// What the entry needs.
+        expected: &'static str,
+    },
     /// A branch leads to an entry that the map doesn't have.
     #[error("entry {entry}: expected a branch to one of the {all} entries, found {found}")]
     NoEntry {

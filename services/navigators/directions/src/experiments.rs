@@ -8,6 +8,7 @@
 mod journeys;
 mod paths;
 mod predictions;
+mod success;
 mod worlds;
 
 use std::fmt;
@@ -15,9 +16,10 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::statistics::{interval_of_mean, mean, wilson};
 
-pub use journeys::{Calibration, Choice, Setting, Success, calibration, costs, success, words_and_windows};
+pub use journeys::{Attempt, Case, Choice, Setting};
 pub use paths::{Goal, PUBLISHED_WAY, paths};
 pub use predictions::{of_paths, of_transitions};
+pub use success::{Success, by_case, calibration, costs, stated_and_reached, success, words_and_windows};
 pub use worlds::{components, fits, parkways, recoverable, reliability, windows};
 
 use crate::error::Error;

@@ -111,6 +111,11 @@ impl Corner {
         }
     }
 
+    /// Returns true if two corners are the ends of one side of the window.
+    pub fn is_next_to(self, other: Self) -> bool {
+        self.inward().dot(other.inward()) == 0.0
+    }
+
     /// Returns true if a quadrant with this side covers a point, given relative to the landmark. The edges belong to the
     /// quadrant.
     pub fn covers(self, relative: Point, side: f64) -> bool {

@@ -140,6 +140,9 @@ impl<'a> Recoveries<'a> {
 
     /// Returns the dots that can be mistaken for the target, in ascending order.
     pub fn mistaken(&self, from: DotId, transition: &Transition, aside: f64) -> Vec<DotId> {
+        if transition.word == Descriptor::Same {
+            return Vec::new();
+        }
         let mut dots = if transition.movement == Movement::Seek {
             let mut candidates = Candidates::default();
             candidates.find(self.plane, self.window, from, transition.corner);

@@ -54,8 +54,9 @@ pub struct Transitions {
 /// The kinds of transitions that a map-maker looks for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Kinds<'a> {
-    /// The words to use. [`Descriptor::Any`] means each landmark by its bearing, which takes a robot that knows its heading. A
-    /// word that isn't in [`Descriptor::DEFINITE`] yields no other transitions.
+    /// The words to use. [`Descriptor::Any`] means each landmark by its bearing, which takes a robot that knows its heading. On
+    /// land, that includes landmarks outside the quadrant. Among walls, [`Descriptor::Same`] leads from one side of a landmark to
+    /// another. A word that isn't in [`Descriptor::DEFINITE`] yields no other transitions.
     pub words: &'a [Descriptor],
     /// Whether to look for trajectories as well.
     pub trajectories: bool,
@@ -77,6 +78,8 @@ pub struct Candidates {
     pub dots: Vec<DotId>,
     /// Positions of the dots, relative to the landmark.
     pub places: Vec<Point>,
+    /// On land, the dots in sight outside the quadrant. Only a bearing means one of them.
+    pub beside: Vec<DotId>,
 }
 
 impl Candidates {
@@ -85,21 +88,30 @@ impl Candidates {
     pub fn find(&mut self, plane: &Plane, window: Window, landmark: DotId, corner: Corner) {
         self.dots.clear();
         self.places.clear();
+        self.beside.clear();
         let place = plane.dot(landmark);
-        let far = place + corner.inward() * window.side;
-        let low = Point::new(place.x.min(far.x), place.y.min(far.y));
-        let high = Point::new(place.x.max(far.x), place.y.max(far.y));
-        let eye = Eye { at: place + window.centre_from(corner), walls: plane.walls() };
-        let is_seen = |dot: DotId, at: Point| match window.land {
-            None => true,
-            Some(land) => {
-                let others = plane.around(eye.at, land.range).filter(|&(other, _)| other != dot);
-                is_seen(land, eye, at - eye.at, others.map(|(_, at)| at - eye.at))
+        let Some(land) = window.land else {
+            let far = place + corner.inward() * window.side;
+            let low = Point::new(place.x.min(far.x), place.y.min(far.y));
+            let high = Point::new(place.x.max(far.x), place.y.max(far.y));
+            for (dot, at) in plane.within(low, high).filter(|&(dot, _)| dot != landmark) {
+                self.dots.push(dot);
+                self.places.push(at - place);
             }
+            return;
         };
-        for (dot, at) in plane.within(low, high).filter(|&(dot, at)| dot != landmark && is_seen(dot, at)) {
-            self.dots.push(dot);
-            self.places.push(at - place);
+        let eye = Eye { at: place + window.centre_from(corner), walls: plane.walls() };
+        for (dot, at) in plane.around(eye.at, land.range).filter(|&(dot, _)| dot != landmark) {
+            let others = plane.around(eye.at, land.range).filter(|&(other, _)| other != dot);
+            if !is_seen(land, eye, at - eye.at, others.map(|(_, at)| at - eye.at)) {
+                continue;
+            }
+            if corner.covers(at - place, window.side) {
+                self.dots.push(dot);
+                self.places.push(at - place);
+            } else {
+                self.beside.push(dot);
+            }
         }
     }
 
@@ -119,6 +131,8 @@ impl Transitions {
         let mut begins = Vec::with_capacity(plane.len() + 1);
         let mut entries = Vec::new();
         let mut candidates = Candidates::default();
+        // In an open field, a robot reaches every side of a landmark from wherever it comes.
+        let turns = kinds.words.contains(&Descriptor::Same) && !plane.walls().is_empty();
         begins.push(0);
         for from in 0..plane.len() as DotId {
             for corner in Corner::ALL {
@@ -131,6 +145,7 @@ impl Transitions {
                         entries.extend(trajectories(plane, window, from, seek));
                     }
                 }
+                entries.extend(turns.then(|| around(from, corner)));
             }
             begins.push(entries.len() as u32);
         }
@@ -189,7 +204,7 @@ impl Transitions {
     pub fn attained_from(&self) -> Vec<u32> {
         let mut counts = vec![0; self.landmarks()];
         let mut last = vec![DotId::MAX; self.landmarks()];
-        for (from, entry) in self.all() {
+        for (from, entry) in self.all().filter(|(from, entry)| entry.to != *from) {
             let to = entry.to as usize;
             counts[to] += u32::from(last[to] != from);
             last[to] = from;
@@ -225,9 +240,12 @@ fn seeks(
 ) -> impl Iterator<Item = Transition> + use<'_> {
     // The cast can't overflow: a word means nothing among more than [`MOST_CANDIDATES`] dots.
     let count = candidates.dots.len() as u16;
-    let by_bearing = word == Descriptor::Any && candidates.dots.len() <= MOST_CANDIDATES;
-    let (all, among) = if by_bearing { (&candidates.dots[..], 1) } else { (&[][..], count) };
-    candidates.pick(word).into_iter().chain(all.iter().copied()).map(move |seen| Transition {
+    let by_bearing =
+        word == Descriptor::Any && candidates.dots.len() + candidates.beside.len() <= MOST_CANDIDATES;
+    let all = || candidates.dots.iter().chain(&candidates.beside).copied();
+    let among = if by_bearing { 1 } else { count };
+    let known = by_bearing.then(all).into_iter().flatten();
+    candidates.pick(word).into_iter().chain(known).map(move |seen| Transition {
         to: seen,
         seen,
         slide: 0.0,
@@ -236,6 +254,19 @@ fn seeks(
         word,
         movement: Movement::Seek,
     })
+}
+
+/// Returns the transition from one side of a landmark to another.
+fn around(landmark: DotId, corner: Corner) -> Transition {
+    Transition {
+        to: landmark,
+        seen: landmark,
+        slide: 0.0,
+        candidates: 1,
+        corner,
+        word: Descriptor::Same,
+        movement: Movement::Seek,
+    }
 }
 
 /// Returns the trajectories along the line of the reference and the landmark that is seen, forwards and backwards.
@@ -275,9 +306,12 @@ impl Components {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
     use crate::geometry::Land;
     use crate::testing::plane;
+    use crate::walls::{Body, Walls};
 
     fn window() -> Window {
         Window::new(10.0, 0.0).unwrap()
@@ -312,11 +346,11 @@ mod tests {
         assert!((of_d[1].slide - 30.5).abs() < 0.2, "{}", of_d[1].slide);
     }
 
-    /// The last pole is hidden by the one before it.
+    /// The last pole is hidden by the one before it. Another one is in sight outside the quadrant.
     #[test]
     fn on_land_bearings_lead_to_every_pole_in_sight() {
         let land = Land { radius: 0.15, range: 8.0, stand_off: 0.8, clearance: 0.5 };
-        let poles = plane(&[(0.0, 0.0), (1.5, 4.0), (4.0, 4.0), (5.5, 1.5), (5.0, 5.0)]);
+        let poles = plane(&[(0.0, 0.0), (1.5, 4.0), (4.0, 4.0), (5.5, 1.5), (5.0, 5.0), (-2.0, 3.0)]);
         let lead = |words: &[Descriptor]| {
             let kinds = Kinds { words, trajectories: true };
             let all = Transitions::new(&poles, Window::on_land(land).unwrap(), kinds);
@@ -326,7 +360,24 @@ mod tests {
         assert_eq!(lead(&[Descriptor::Isolated]).len(), 1);
         let mut by_bearing = lead(&[Descriptor::Any]);
         by_bearing.sort_unstable();
-        assert_eq!(by_bearing, [(1, 1), (2, 1), (3, 1)]);
+        assert_eq!(by_bearing, [(1, 1), (2, 1), (3, 1), (5, 1)]);
+    }
+
+    #[test]
+    fn among_walls_a_robot_drives_around_a_landmark() {
+        let land = Land { radius: 0.15, range: 8.0, stand_off: 0.8, clearance: 0.5 };
+        let window = Window::on_land(land).unwrap();
+        let pair = plane(&[(0.0, 0.0), (3.0, 4.0)]);
+        let kinds = Kinds { words: &[Descriptor::Any, Descriptor::Same], trajectories: true };
+        let turns = |plane: &Plane| {
+            let all = Transitions::new(plane, window, kinds);
+            assert_eq!(all.attained_from(), [1, 1], "from the other landmark");
+            all.all().filter(|(from, it)| it.to == *from).count()
+        };
+        assert_eq!(turns(&pair), 0);
+        let wall = [Point::new(-9.0, -9.0), Point::new(9.0, -9.0)];
+        let walls = Walls::new([wall], 0.1, Body { radius: 0.2, keeps: 0.35, merges: 0.4 });
+        assert_eq!(turns(&pair.among(Arc::new(walls))), 8, "from each side of both");
     }
 
     #[test]

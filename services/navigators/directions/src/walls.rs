@@ -42,7 +42,8 @@ pub struct Body {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Walls {
     pieces: Vec<Piece>,
-    /// The edges of all pieces, which hide what is behind them.
+    /// The edges of all pieces, which hide what is behind them, and to which the robot keeps its distance. A piece itself has no
+    /// corners: at a door, its line would reach into the opening by half its thickness.
     edges: Vec<Piece>,
     body: Body,
 }
@@ -82,7 +83,7 @@ impl Walls {
     /// Returns true if a wall is closer to the straight path than the robot keeps.
     pub fn bar(&self, from: Point, to: Point) -> bool {
         let strip = Strip { ends: [from, to], limit: self.body.keeps };
-        self.pieces.iter().any(|piece| strip.contains(piece))
+        self.edges.iter().any(|edge| strip.contains(edge))
     }
 
     /// Returns true if a wall lies across a straight line.
@@ -94,9 +95,9 @@ impl Walls {
     /// Returns true if the robot touches a wall on a short path without moving away from it.
     pub fn touch(&self, from: Point, to: Point) -> bool {
         let strip = Strip { ends: [from, to], limit: self.body.radius };
-        self.pieces
+        self.edges
             .iter()
-            .any(|piece| strip.contains(piece) && piece.squared_distance(to) <= piece.squared_distance(from))
+            .any(|edge| strip.contains(edge) && edge.squared_distance(to) <= edge.squared_distance(from))
     }
 
     /// Returns true if walls hide any part of a landmark, or the laser merges it with one. `landmark` is relative to the eye, and
@@ -229,8 +230,9 @@ mod tests {
         let gap = walls(&[[(5.0, -9.0), (5.0, -1.0)], [(5.0, 1.0), (5.0, 9.0)]]);
         assert!(gap.bar(point(0.0, 4.0), point(9.0, 4.0)) && gap.cross(point(0.0, 4.0), point(9.0, 4.0)));
         assert!(!gap.bar(point(0.0, 0.0), point(9.0, 0.5)));
-        // The path passes the end of a wall at a distance of 0.3, of which 0.05 is half the wall's own thickness.
+        // The path passes the end of a wall, which is at 1, at a distance of 0.3 or 0.4.
         assert!(gap.bar(point(0.0, 0.7), point(9.0, 0.7)) && !gap.cross(point(0.0, 0.7), point(9.0, 0.7)));
+        assert!(!gap.bar(point(0.0, 0.6), point(9.0, 0.6)), "the thickness of a wall lies beside it");
         assert!(gap.bar(point(4.7, 4.0), point(4.7, 8.0)) && !gap.bar(point(4.5, 4.0), point(4.5, 8.0)));
         assert!(!Walls::default().bar(point(0.0, 0.0), point(9.0, 9.0)));
     }

@@ -44,7 +44,8 @@ pub fn reworded(atlas: &Atlas, path: &Path, vocabulary: Vocabulary, slack: f64) 
 
 /// Returns true if the landmark of a leg is the only one of several candidates that the last movement brought into view.
 fn is_new(atlas: &Atlas, before: &Leg, leg: &Leg, slack: f64) -> bool {
-    if before.transition.movement != Movement::Seek || leg.transition.movement != Movement::Seek {
+    let is_seek = |leg: &Leg| leg.transition.movement == Movement::Seek;
+    if !is_seek(before) || !is_seek(leg) || leg.transition.word == Descriptor::Same {
         return false;
     }
     let (old, now) = (candidates(atlas, before), candidates(atlas, leg));
@@ -67,8 +68,8 @@ fn is_new(atlas: &Atlas, before: &Leg, leg: &Leg, slack: f64) -> bool {
 /// Returns true if the next leg leads to the same landmark from each of several candidates.
 fn are_confusable(atlas: &Atlas, leg: &Leg, next: &Leg) -> bool {
     let (onward, now) = (next.transition, candidates(atlas, leg));
-    // From each candidate, the same landmark lies at another bearing.
-    if onward.word == Descriptor::Any {
+    // From each candidate, the same landmark lies at another bearing. Nothing can be confused with the landmark at hand.
+    if onward.word == Descriptor::Any || leg.transition.word == Descriptor::Same {
         return false;
     }
     let leads = |dot: DotId| {

@@ -2,16 +2,14 @@
 //! landmark over random planes of dots.
 
 use sketchnav_directions::arrival::Effort;
-use sketchnav_directions::experiments::{self, Goal, PUBLISHED_WAY, Setting, Table};
+use sketchnav_directions::experiments::{self, Goal, PUBLISHED_WAY, Table};
 use sketchnav_directions::fit;
 
-use super::{Drawn, Figure, Run, Size, Study};
+use super::{Attempt, ByWorld, Case, Drawn, Figure, Run, Size, Study};
 use crate::error::EvalError;
 
 /// Standard deviations of position errors, in millimetres: those of figure 26, and one in between.
 const SIGMAS: [f64; 3] = [1.0, 3.0, 5.0];
-/// Number of journeys over each world.
-const JOURNEYS: u64 = 5;
 /// Seeds for fitting equations 1 and 2. The coefficients in use are those of the first one.
 const FITS: [u64; 3] = [1995, 1, 2];
 /// Columns of the success rate and its interval in a table of kinds.
@@ -55,19 +53,20 @@ pub static STUDIES: [Study; 8] = [
         name: "directions-views",
         title: "Success by the map-maker's vocabulary and by the size of the window.",
         worlds: 200,
-        run: Run::BySize(views),
+        run: Run::ByWorld(ByWorld { offset: 0, cases: views, figures: views_figures }),
     },
     Study {
         name: "directions-success",
         title: "Success by cost, verification and error of position, with counts of the six outcomes (figures 26 and 28, and 7.2.6).",
         worlds: 200,
-        run: Run::BySize(success),
+        run: Run::ByWorld(ByWorld { offset: 0, cases: success, figures: success_figures }),
     },
     Study {
         name: "directions-calibration",
         title: "The stated probability of arrival against the share of journeys that arrive, on worlds that were not used for any fit.",
-        worlds: 400,
-        run: Run::BySize(calibration),
+        // About 20,000 journeys of each method.
+        worlds: 106,
+        run: Run::ByWorld(ByWorld { offset: UNSEEN, cases: calibration, figures: calibration_figures }),
     },
 ];
 
@@ -114,26 +113,41 @@ fn clutter(size: Size) -> Result<Vec<Figure>, EvalError> {
     Ok(vec![plain(experiments::of_paths(&SIGMAS, true, size.seeds(0))?)])
 }
 
-fn views(size: Size) -> Result<Vec<Figure>, EvalError> {
-    Ok(vec![shares(experiments::words_and_windows(1.0, size.seeds(0), JOURNEYS)?)])
+fn views() -> Result<Vec<Case>, EvalError> {
+    Ok(experiments::words_and_windows(SIGMAS[0])?)
 }
 
-fn success(size: Size) -> Result<Vec<Figure>, EvalError> {
-    let [one_look, stated] = experiments::costs(&SIGMAS, 1, size.seeds(0), JOURNEYS)?;
-    let [nine_looks, _] = experiments::costs(&[5.0], 9, size.seeds(0), JOURNEYS)?;
-    Ok(vec![shares(one_look), shares(nine_looks), shares(stated)])
+fn views_figures(cases: &[Case], worlds: &[Vec<Attempt>]) -> Vec<Figure> {
+    let title = format!("Success in percent by words and by window, D/R path, {} mm", SIGMAS[0]);
+    vec![shares(experiments::success(&title, &experiments::by_case(cases, worlds)))]
 }
 
-fn calibration(size: Size) -> Result<Vec<Figure>, EvalError> {
-    let settings = [1.0, 2.0, 3.0, 5.0, 8.0].map(Setting::of_sigma);
-    let settings = settings.into_iter().collect::<Result<Vec<_>, _>>()?;
-    // Use one journey over each world, since several would not be independent.
-    let calibrated = |settings: &[Setting]| {
-        Ok::<_, EvalError>(experiments::calibration(settings, Effort::USUAL, size.seeds(UNSEEN), 1)?.table())
-    };
-    let (by_sigma, mut all_errors) = (calibrated(&settings)?, calibrated(&[Setting::of_all_errors()?])?);
-    all_errors.title.push_str(", all errors at once");
-    Ok(vec![shares(by_sigma), shares(all_errors)])
+/// The cases with one look, for each error, and then those with nine looks.
+fn success() -> Result<Vec<Case>, EvalError> {
+    let mut cases = experiments::costs(&SIGMAS, 1)?;
+    cases.extend(experiments::costs(&[5.0], 9)?);
+    Ok(cases)
+}
+
+fn success_figures(cases: &[Case], worlds: &[Vec<Attempt>]) -> Vec<Figure> {
+    let by_case = experiments::by_case(cases, worlds);
+    let (one_look, nine_looks): (Vec<_>, Vec<_>) =
+        by_case.into_iter().partition(|(case, _)| case.setting.looks == 1);
+    let title = |looks| format!("Success in percent over {} worlds, {looks} looks", worlds.len());
+    vec![
+        shares(experiments::success(&title(1), &one_look)),
+        shares(experiments::success(&title(9), &nine_looks)),
+        shares(experiments::stated_and_reached("Stated and reached, 1 looks", &one_look)),
+    ]
+}
+
+fn calibration() -> Result<Vec<Case>, EvalError> {
+    Ok(experiments::calibration(Effort::USUAL)?)
+}
+
+fn calibration_figures(cases: &[Case], worlds: &[Vec<Attempt>]) -> Vec<Figure> {
+    let by_case = experiments::by_case(cases, worlds);
+    vec![shares(experiments::stated_and_reached("Calibration of the probability of arrival", &by_case))]
 }
 
 #[cfg(test)]
@@ -145,7 +159,7 @@ mod tests {
     #[test]
     fn a_study_gives_the_same_tables_for_the_same_seed() {
         let study = find("directions-components").unwrap();
-        let run = |seed| study.run(&Folders::of_checkout(), Size { worlds: 2, seed }).unwrap();
+        let run = |seed| study.run(&Folders::of_checkout(), Size { worlds: 2, seed }, 1).unwrap();
         assert_eq!(run(1), run(1));
         assert_ne!(run(1), run(2));
     }

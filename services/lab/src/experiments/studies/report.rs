@@ -90,7 +90,7 @@ mod tests {
     #[test]
     fn the_page_has_curves_and_numbers() {
         let study = find("directions-components").unwrap();
-        let figures = study.run(&Folders::of_checkout(), Size { worlds: 1, seed: 1 }).unwrap();
+        let figures = study.run(&Folders::of_checkout(), Size { worlds: 1, seed: 1 }, 1).unwrap();
         let page = page(study, &figures, "sketchnav eval directions-components");
         for words in ["polyline", "trajectories", "450", "sketchnav eval directions-components"] {
             assert!(page.contains(words), "{words}");

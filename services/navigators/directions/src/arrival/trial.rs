@@ -180,15 +180,21 @@ impl<'a> Trial<'a> {
         self.picked(corner, word)
     }
 
-    /// Takes a look, and returns the dot that the word of a transition means. It is known by its bearing if the word is `*`.
+    /// Takes a look, and returns the dot that the word of a transition means. It is known by its bearing if the word is `*`. Nothing
+    /// can be mistaken for the landmark at hand.
     fn seeks(&mut self, from: DotId, transition: &Transition) -> Option<DotId> {
+        if transition.word == Descriptor::Same {
+            return Some(from);
+        }
         if transition.word != Descriptor::Any {
             return self.picks(from, transition.corner, transition.word);
         }
         self.look_around(from, transition.corner);
         let Settings { window, tolerance, .. } = self.pilot.settings;
         let slack = self.pilot.settings.slack();
-        let covers = |place: &Point| transition.corner.nearly_covers(*place, window.side, slack);
+        let covers = |place: &Point| {
+            window.land.is_some() || transition.corner.nearly_covers(*place, window.side, slack)
+        };
         let (dots, places): (Vec<_>, Vec<_>) =
             self.dots.iter().zip(&self.places).filter(|(_, place)| covers(place)).unzip();
         let heading = Heading::of_sigma(self.pilot.noise.heading_rad);

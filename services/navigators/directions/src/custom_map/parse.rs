@@ -142,6 +142,7 @@ impl<'a> Reader<'a> {
             Error::NotLedTo { entry } => {
                 begins[entry - 1].error("an entry that the one before it or a branch leads to")
             }
+            Error::Same { entry, expected } => begins[entry - 1].error(expected),
             other => other,
         })
     }
@@ -182,8 +183,7 @@ impl<'a> Reader<'a> {
     }
 
     fn descriptor(&mut self) -> Result<Descriptor, Error> {
-        const EXPECTED: &str =
-            "a landmark: \"Obvious\", \"Isol\", \"IsolPair\", \"PlusPair\", \"New\", \"Confusable\" or \"*\"";
+        const EXPECTED: &str = "a landmark: \"Obvious\", \"Isol\", \"IsolPair\", \"PlusPair\", \"New\", \"Confusable\", \"Same\" or \"*\"";
         let token = self.take();
         Descriptor::ALL.into_iter().find(|word| token.is(word.word())).ok_or_else(|| token.error(EXPECTED))
     }

@@ -182,7 +182,8 @@ impl<'a> Sentences<'a> {
     fn landmark(&mut self) -> Result<Descriptor, Error> {
         const EXPECTED: &str = "a landmark: \"the only landmark in view\", \"the most isolated landmark\", \"the farther landmark \
             of the most isolated pair\", \"the farther one of the two landmarks in view\", \"the only landmark that has just come \
-            into view\", \"any one of several landmarks\", \"the closest landmark\" or \"the landmark at a bearing of\"";
+            into view\", \"any one of several landmarks\", \"the closest landmark\", \"the same landmark\" or \"the landmark at a \
+            bearing of\"";
         let word = Descriptor::ALL.into_iter().find(|word| self.says(landmark(*word)));
         word.ok_or_else(|| self.peek(0).error(EXPECTED))
     }

@@ -119,6 +119,14 @@ fn errors_name_line_column_and_word() {
         ),
         ("(Isol, (3, SW, Isol), SW)", "line 1, column 8: expected a clause with the right count"),
         ("(Isol, -)\n(Isol, -)", "line 1, column 1: expected a corner at the end of each entry but the last"),
+        (
+            "(Same, SW)\n(Isol, -)",
+            "line 1, column 1: expected a landmark other than \"Same\", since there is none",
+        ),
+        (
+            "(*, SW)\n(Same, Trajp, -)",
+            "line 2, column 1: expected a landmark other than \"Same\", since a line",
+        ),
         ("(Isol, SW) )", "line 1, column 12: expected \"(\" of an entry, found \")\""),
         ("((Isol, SW)", "line 1, column 12: expected \"(\" of an entry or \")\" of the map, found the end"),
         (
@@ -273,7 +281,7 @@ fn maps_that_cannot_be_followed_are_rejected() {
 }
 
 fn recovery() -> impl Strategy<Value = Recovery> {
-    (0_usize..4, 0_usize..7)
+    (0_usize..4, 0_usize..8)
         .prop_map(|(corner, word)| Recovery { corner: Corner::ALL[corner], word: Descriptor::ALL[word] })
 }
 

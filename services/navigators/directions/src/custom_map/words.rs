@@ -57,6 +57,7 @@ pub(super) fn landmark(word: Descriptor) -> &'static str {
         Descriptor::New => "the only landmark that has just come into view",
         Descriptor::Confusable => "any one of several landmarks",
         Descriptor::Any => "the closest landmark",
+        Descriptor::Same => "the same landmark",
     }
 }
 
@@ -175,6 +176,14 @@ mod tests {
         assert_eq!(
             words("(*, SW)\n(*, 053, -)")[1],
             "Seek the landmark at a bearing of 053°. It is the goal."
+        );
+    }
+
+    #[test]
+    fn the_landmark_at_hand_is_the_same() {
+        assert_eq!(
+            words("(*, SW)\n(Same, NE)\n(*, 053, -)")[1],
+            "Seek the same landmark. Move it to the north-east corner and go on at 3."
         );
     }
 

@@ -1,10 +1,8 @@
 //! Tests that the experiments reproduce the shapes of the paper's figures, on a smaller scale.
 
 use super::*;
-use crate::arrival::Effort;
+use crate::arrival::{Effort, Tally};
 use crate::fit;
-use crate::path::Objective;
-use crate::plan::Verify;
 
 /// Figure 7: with more dots, the number of parkways rises and falls again. The wider the window, the fewer dots there are at
 /// the peak.
@@ -80,15 +78,22 @@ fn some_transitions_are_recoverable_in_every_density() {
     }
 }
 
+/// Attempts the cases in each of some worlds, and returns what came of each case.
+fn attempted(cases: &[Case], worlds: std::ops::Range<u64>) -> Vec<Success> {
+    let attempts = |seed| cases.iter().map(|case| case.attempt(seed).unwrap()).collect();
+    by_case(cases, &worlds.map(attempts).collect::<Vec<_>>()).into_iter().map(|(_, of)| of).collect()
+}
+
 /// Table 2 over many worlds: with an error of 3 mm, the most reliable path arrives more often than the shortest.
 #[test]
 fn the_most_reliable_path_arrives_more_often() {
-    let rate = |objective| {
-        let choice = Choice::Paper(objective, Verify::Nothing);
-        let tally = success(choice, &Setting::of_sigma(3.0).unwrap(), 0..25, 6).unwrap().tally;
+    let cases = costs(&[3.0], 1).unwrap();
+    let rate = |name: &str| {
+        let case = cases.iter().find(|case| case.method == name).unwrap();
+        let tally = attempted(&[Case { journeys: 6, ..case.clone() }], 0..25)[0].tally;
         f64::from(tally.arrivals()) / f64::from(tally.journeys())
     };
-    let (shortest, sure) = (rate(Objective::SHORTEST), rate(Objective::MOST_RELIABLE));
+    let (shortest, sure) = (rate("shortest"), rate("most reliable"));
     assert!(sure > shortest + 0.05, "{sure} {shortest}");
 }
 
@@ -124,25 +129,48 @@ fn equations_1_and_2_predict_what_is_driven() {
 #[test]
 fn all_errors_at_once_are_reckoned_with() {
     let effort = Effort { trials: 24, trial_journeys: 8, journeys: 48 };
-    let result = calibration(&[Setting::of_all_errors().unwrap()], effort, 0..30, 4).unwrap();
-    let sum = |of: fn(&(f64, u32, u32)) -> f64| result.bins.iter().map(of).sum::<f64>();
-    let journeys = sum(|bin| f64::from(bin.2));
-    let (stated, observed) = (sum(|bin| bin.0) / journeys, sum(|bin| f64::from(bin.1)) / journeys);
+    let mut all_errors = calibration(effort).unwrap().pop().unwrap();
+    all_errors.journeys = 4;
+    let result = attempted(&[all_errors], 0..30).remove(0);
+    let said: f64 = result.stated.iter().map(|(stated, tally)| stated * f64::from(tally.journeys())).sum();
+    let journeys = f64::from(result.tally.journeys());
+    let (stated, observed) = (said / journeys, f64::from(result.tally.arrivals()) / journeys);
     assert!((stated - observed).abs() < 0.1 && observed > 0.3, "{stated} {observed}");
 }
 
 #[test]
 fn obvious_landmarks_alone_plan_fewer_worlds() {
-    let table = words_and_windows(1.0, 0..10, 1).unwrap();
-    let planned = table.column(0);
-    assert!(planned[0] < 100.0 && planned[1] == 100.0, "{table}");
+    let cases = words_and_windows(1.0).unwrap();
+    let planned: Vec<_> = attempted(&cases[..2], 0..10).iter().map(|of| (of.planned, of.worlds)).collect();
+    let [(obvious, all), (isolated, same)] = planned[..] else { panic!("{planned:?}") };
+    assert!(all == same && obvious < all && isolated == all, "{planned:?}");
 }
 
+/// Two methods state a probability, and one does not.
 #[test]
-fn a_calibration_has_each_journey_once() {
-    let effort = Effort { trials: 16, trial_journeys: 8, journeys: 32 };
-    let result = calibration(&[Setting::of_sigma(2.0).unwrap()], effort, 0..4, 3).unwrap();
-    let journeys: u32 = result.bins.iter().map(|bin| bin.2).sum();
-    assert!(journeys > 0 && journeys.is_multiple_of(3), "{result:?}");
-    assert!(result.table().to_string().contains("mean stated"));
+fn each_journey_is_counted_once_among_the_stated_probabilities_of_its_method() {
+    let tally = |arrived, lost| Tally { counts: [arrived, 0, 0, lost, 0, 0] };
+    let tried = |stated, tally| Attempt::Tried { entries: 3, stated, tally };
+    let worlds = [
+        vec![tried(None, tally(5, 0)), tried(Some(0.42), tally(2, 2)), tried(Some(1.0), tally(4, 0))],
+        vec![Attempt::Unplanned; 3],
+        vec![tried(None, tally(0, 5)), tried(Some(0.48), tally(1, 3)), tried(Some(0.95), tally(4, 0))],
+        vec![Attempt::Unjoined; 3],
+    ];
+    let chosen = ["D/R", "simulated", "branching"];
+    let mut cases = costs(&[3.0], 1).unwrap();
+    cases.retain(|case| chosen.contains(&case.method));
+    let by_case = by_case(&cases, &worlds);
+    let table = stated_and_reached("", &by_case);
+    let rows: Vec<_> = table.rows.iter().map(|(name, values)| (name.as_str(), values.as_slice())).collect();
+    let [(of_forties, forties), (_, simulated), (of_nineties, nineties), (of_all, all)] = rows[..] else {
+        panic!("{table}")
+    };
+    assert_eq!(of_forties, "simulated, 40-50");
+    assert!((forties[0] - 45.0).abs() < 1e-9 && (forties[1] - 37.5).abs() < 1e-9, "{table}");
+    assert_eq!((&forties[4..], &simulated[4..]), (&[2.0, 8.0][..], &[2.0, 8.0][..]), "{table}");
+    assert_eq!((of_nineties, of_all), ("branching, 90-100", "branching, all"));
+    assert_eq!((nineties[1], &all[4..]), (100.0, &[2.0, 8.0][..]), "{table}");
+    let planned = success("", &by_case).column(0);
+    assert!(planned.iter().all(|share| (share - 200.0 / 3.0).abs() < 1e-9), "{planned:?}");
 }

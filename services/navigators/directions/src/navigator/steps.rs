@@ -284,7 +284,7 @@ fn remember<M>(state: &mut State<M>, settings: &Settings, corner: Option<Corner>
 }
 
 /// Returns the position of the landmark that a word means, relative to the window's centre. With a bearing, `*` means the
-/// landmark at that bearing.
+/// landmark at that bearing. A robot on land, which sees all around, also finds it outside the quadrant.
 fn picked<M>(
     state: &State<M>,
     settings: &Settings,
@@ -296,6 +296,9 @@ fn picked<M>(
         return None;
     }
     let (origin, others) = state.others(settings, state.reference);
+    if word == Descriptor::Same {
+        return state.reference.map(|_| origin);
+    }
     let shown = |slack: f64| -> ArrayVec<Point, MOST_CANDIDATES> {
         let is_shown = |dot: &Point| match corner {
             Some(corner) => corner.nearly_covers(*dot, settings.window.side, slack),
@@ -304,7 +307,10 @@ fn picked<M>(
         others.iter().map(|&dot| dot - origin).filter(is_shown).collect()
     };
     if let (Descriptor::Any, Some(bearing_deg)) = (word, bearing_deg) {
-        let candidates = shown(settings.slack());
+        let candidates = match settings.window.land {
+            Some(_) => others.iter().map(|&dot| dot - origin).collect(),
+            None => shown(settings.slack()),
+        };
         let picked = state.heading.pick(bearing_deg, &candidates, settings.tolerance);
         return picked.map(|index| candidates[index] + origin);
     }

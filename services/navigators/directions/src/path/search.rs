@@ -165,8 +165,12 @@ impl Search<'_> {
             }
             return;
         }
+        // A robot that drives around a landmark goes from each side to the next.
+        let is_next = |place: Corner| transition.to != from || place.is_next_to(transition.corner);
         let leads_on = |&place: &Corner| {
-            atlas.leads_on(transition.to, place) && atlas.is_free(at, atlas.centre(transition.to, place))
+            is_next(place)
+                && atlas.leads_on(transition.to, place)
+                && atlas.is_free(at, atlas.centre(transition.to, place))
         };
         for place in Corner::ALL.into_iter().filter(leads_on) {
             let further = (self.atlas.centre(transition.to, place) - at).norm();

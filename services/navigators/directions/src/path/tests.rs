@@ -1,12 +1,21 @@
 //! Tests of paths on small worlds laid out by hand, and of the order of costs on random worlds.
 
+use std::sync::Arc;
+
+use sketchnav_schemas::seed::stream;
+
 use super::*;
+use crate::description::Descriptor;
 use crate::error::Barrier;
 use crate::generate::uniform;
+use crate::geometry::Land;
+use crate::navigator::Navigator;
+use crate::plan::{Plan, Verify};
 use crate::reliability::Reliability;
 use crate::testing::plane;
 use crate::transitions::Kinds;
-use crate::traversal::Noise;
+use crate::traversal::{Kind, Noise, Traversal};
+use crate::walls::{Body, Walls};
 
 fn window() -> Window {
     Window::new(10.0, 1.5).unwrap()
@@ -170,4 +179,33 @@ fn plain(atlas: &Atlas, from: DotId) -> Vec<f64> {
         }
     }
     costs
+}
+
+/// A robot comes from the east to a pole and has to go on south-west. Walls keep it from driving to the south of the pole
+/// directly, and from the north, the pole or a wall hides the goal.
+#[test]
+fn on_land_a_path_leads_around_a_landmark() {
+    let land = Land { radius: 0.15, range: 8.0, stand_off: 0.8, clearance: 0.5 };
+    let window = Window::on_land(land).unwrap();
+    let walls = [[(1.2, -0.2), (1.2, -5.0)], [(-0.7, 0.05), (-9.0, 0.05)]];
+    let lines = walls.map(|ends| ends.map(|(x, y)| Point::new(x, y)));
+    let walls = Walls::new(lines, 0.1, Body { radius: 0.2, keeps: 0.35, merges: 0.4 });
+    let world = plane(&[(0.0, 0.0), (-4.0, -5.0)]).among(Arc::new(walls));
+    let planned = |words: &[Descriptor]| {
+        let kinds = Kinds { words, trajectories: true };
+        let atlas = Atlas::new(world.clone(), window, kinds, Reliability::fitted(Noise::NONE));
+        let start = Start::at(&atlas.plane, window, Point::new(3.0, 0.57)).unwrap();
+        let path = best(&atlas, start, 1, Measure::Windows, Objective::SHORTEST)?;
+        Plan::new(&atlas, path, Verify::Nothing)
+    };
+    let Error::Unreachable { why, .. } = planned(&[Descriptor::Any]).unwrap_err() else { panic!() };
+    assert_eq!(why, Barrier::Around);
+    let plan = planned(&[Descriptor::Any, Descriptor::Same]).unwrap();
+    assert_eq!(plan.map.to_string(), "(*, SW)\n(Same, NW)\n(*, 219, -)\n");
+    let settings = Settings { speed: 0.5, ..Settings::new(window, 0.0) };
+    let navigator = Navigator::new(settings, plan.map.clone()).unwrap();
+    let landmarks = plan.landmarks();
+    let journey = Traversal::new(&world, &navigator, &landmarks, Noise::NONE).unwrap();
+    let report = journey.run(plan.path.start.centre, &mut stream(1, "journey"), |_, _, _| {});
+    assert_eq!((report.kind, &report.attained[..]), (Kind::Direct, &[0, 0, 1][..]), "{report:?}");
 }

@@ -73,7 +73,7 @@ impl Lookout {
             self.reference = Reference::default();
         }
         if let Some(map) = self.maps.get(journey.task as usize) {
-            self.reference.receive(map, journey);
+            self.reference.update(map, journey);
         }
         self.journey = Some(*journey);
     }

@@ -18,8 +18,8 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// Processes the next message of a journey that follows `map`. All messages must belong to the same task.
-    pub fn receive(&mut self, map: &CustomMap, journey: &Journey) {
+    /// Updates the inference with the next message of a journey that follows `map`. All messages must belong to the same task.
+    pub fn update(&mut self, map: &CustomMap, journey: &Journey) {
         let accepts = journey.accepted > self.accepted;
         let turns = journey.recoveries > self.recoveries;
         let entry = journey.entry as usize;
@@ -54,7 +54,7 @@ mod tests {
         let mut after = |activity: Activity, entry: u32, accepted: u32, recoveries: u32| {
             let journey =
                 Journey { activity: activity.code(), entry, accepted, recoveries, ..Journey::zeroed() };
-            reference.receive(&map, &journey);
+            reference.update(&map, &journey);
             reference.node()
         };
         assert_eq!(after(Activity::Adjust, 0, 1, 0), Some(Node::Entry(1)));

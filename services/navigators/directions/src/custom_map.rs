@@ -310,8 +310,8 @@ impl Entry {
 }
 
 impl CustomMap {
-    /// Creates a map of these entries. The first one needs a landmark other than the reference. Branches must lead to existing entries, and each entry except the first must be
-    /// reachable from the previous one or by a branch.
+    /// Creates a map of these entries. The first one needs a landmark other than the reference. Branches must lead to existing
+    /// entries, and each entry except the first must be reachable from the previous one or by a branch.
     pub fn new(entries: Vec<Entry>) -> Result<Self, Error> {
         if entries.is_empty() || entries.len() > MOST_ENTRIES {
             return Err(Error::MapLength { limit: MOST_ENTRIES, found: entries.len() });

@@ -68,7 +68,8 @@ fn is_new(atlas: &Atlas, before: &Leg, leg: &Leg, slack: f64) -> bool {
 /// Returns true if the next leg leads to the same landmark from each of several candidates.
 fn are_confusable(atlas: &Atlas, leg: &Leg, next: &Leg) -> bool {
     let (onward, now) = (next.transition, candidates(atlas, leg));
-    // From each candidate, the same landmark lies at another bearing. Nothing can be confused with the landmark at hand.
+    // From each candidate, the same landmark lies at another bearing. The reference itself cannot be
+    // confused with another landmark.
     if onward.word == Descriptor::Any || leg.transition.word == Descriptor::Same {
         return false;
     }

@@ -180,8 +180,8 @@ impl<'a> Trial<'a> {
         self.picked(corner, word)
     }
 
-    /// Takes a look, and returns the dot that the word of a transition means. It is known by its bearing if the word is `*`. Nothing
-    /// can be mistaken for the landmark at hand.
+    /// Takes a look, and returns the dot that the word of a transition means. It is known by its bearing if the word is `*`. The
+    /// reference itself cannot be confused with another dot.
     fn seeks(&mut self, from: DotId, transition: &Transition) -> Option<DotId> {
         if transition.word == Descriptor::Same {
             return Some(from);

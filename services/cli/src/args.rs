@@ -516,8 +516,7 @@ pub struct ChaosOptions {
     /// Apply the faults of this file (TOML), written by chaos or by hand, instead of random kills.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["kills", "targets", "signal", "at_start_up", "at_messages"])]
     pub schedule: Option<PathBuf>,
-    /// Kill processes before randomly chosen messages instead of at random moments, so that the schedule can be
-    /// repeated exactly.
+    /// Kill processes before randomly chosen messages instead of at random times, so that the schedule can be repeated exactly.
     #[arg(long, conflicts_with = "at_start_up")]
     pub at_messages: bool,
     /// The processes that may be killed, separated by commas.

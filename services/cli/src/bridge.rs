@@ -30,7 +30,7 @@ fn ros2(options: &Ros2Options) -> Result<Outcome, Failure> {
     }
 }
 
-/// Returns the error of a build without a feature, which says how to build with it.
+/// Returns the error for a missing feature, which explains how to build with it.
 #[cfg(not(all(feature = "ros2", feature = "zenoh")))]
 fn absent(what: &str, feature: &str) -> Failure {
     let advice = format!("cargo build --release --features {feature}");

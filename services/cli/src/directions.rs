@@ -36,7 +36,7 @@ pub struct DirectionsOptions {
     /// Plan with this method instead of the mission's.
     #[arg(long)]
     method: Option<String>,
-    /// Say in words what each entry of the custom maps means.
+    /// Explain in words what each entry of the custom maps means.
     #[arg(long, conflicts_with = "table")]
     words: bool,
     /// Draw the custom maps as graphs into this SVG file.

@@ -202,7 +202,7 @@ fn canvas(run: &RunConfig) -> Result<Option<Canvas>, Failure> {
     find(run, &read_from(&*files)).map_err(|error| anyhow!("{error}")).or_input()
 }
 
-/// Returns the sequence number of the newest order.
+/// Returns the sequence number of the latest order.
 fn newest(node: &Node) -> anyhow::Result<u64> {
     let sent = SendTimes::open(node, MISSION.spec).context("the channel of orders")?;
     Ok(sent.newest())

@@ -43,7 +43,7 @@ trait Listener {
 enum Amount {
     /// This many messages, as they arrive.
     Messages(u64),
-    /// A single message: the newest one or, if there is none yet, the first one to arrive.
+    /// A single message: the latest one or, if there is none yet, the first one to arrive.
     Newest,
 }
 

@@ -1,9 +1,8 @@
-//! Kills the processes of a run at random moments.
+//! Kills the processes of a run at random times.
 //!
-//! A moment is a fraction of the mission, measured by the world's progress rather than by the wall clock, so
-//! that the kills are spread over the whole mission however long the recoveries take. The seed determines
-//! which processes are killed at which moments, but where in its step a process is hit is left to chance.
-//! Kills at start-up happen whenever a process starts.
+//! Times are fractions of the mission, measured by the world's progress rather than by the wall clock, so that the kills are spread
+//! over the whole mission however long the recoveries take. The seed determines which processes are killed at which times, but not
+//! at which point of its step a process is killed. Kills at start-up happen whenever a process starts.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::fs;
@@ -28,7 +27,7 @@ const LOOK_EVERY: Duration = Duration::from_micros(500);
 const LAST_SHARE: f64 = 0.95;
 /// Like [`LAST_SHARE`], but for runs in real time, where a mission may end earlier than the undisturbed one.
 const LAST_SHARE_IN_REAL_TIME: f64 = 0.8;
-/// Probability with which a second process is drawn to be killed at the same moment.
+/// Probability with which a second process is drawn to be killed at the same time.
 const PAIRS: f64 = 0.2;
 /// Longest time after its start at which a starting process is killed.
 const YOUNG: Duration = Duration::from_millis(12);
@@ -48,7 +47,7 @@ pub struct Plan {
     pub system: String,
 }
 
-/// The kills to make at one moment.
+/// The kills to make at one time.
 #[derive(Debug, Clone, PartialEq)]
 struct Blow {
     /// The world's progress at which to strike.

@@ -12,8 +12,7 @@ use sketchnav_schemas::message::{Contact, GroundTruth};
 use sketchnav_schemas::run::{Pace, RunConfig};
 use sketchnav_sim::simulation::COMMAND_LIMIT_NS;
 
-/// Maximum delay, in seconds, between the mission's last status, from which a fault takes its time stamp, and the fault
-/// itself.
+/// Maximum delay, in seconds, between the mission's last status, from which a fault takes its timestamp, and the fault itself.
 const LATE_S: f64 = 0.3;
 /// Speed below which the robot counts as standing still, since people push it about and contacts jitter.
 const STANDSTILL_MPS: f64 = 0.02;

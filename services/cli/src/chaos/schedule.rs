@@ -43,8 +43,8 @@ pub fn given(options: &ChaosOptions, mission: &Path) -> Result<Option<FaultPlan>
     Ok(Some(fault_plan(path, kind).or_input()?))
 }
 
-/// Draws a random schedule from the messages in the undisturbed recording `reference`. Returns `None` if processes are
-/// to be killed at random moments instead.
+/// Draws a random schedule from the messages in the undisturbed recording `reference`. Returns `None` if processes are to be killed
+/// at random times instead.
 pub fn drawn(options: &ChaosOptions, reference: &Path) -> Result<Option<FaultPlan>, Failure> {
     if !options.at_messages {
         return Ok(None);

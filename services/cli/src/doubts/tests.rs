@@ -39,7 +39,7 @@ fn shipped_drawings_cause_no_doubts() {
     assert!(count >= 7, "{count} missions");
 }
 
-/// The path by which missions of the tests refer to files that are not part of the project.
+/// The path that missions of the tests use for files that are not part of the project.
 const DATA: &str = "../../../shared/data";
 
 /// Copies a mission and the files beside it to another folder.

@@ -188,7 +188,7 @@ pub struct ReplayOptions {
     pub rate: Rate,
     #[command(flatten)]
     pub times: Times,
-    /// Start again at the end; sequence numbers and stamps continue.
+    /// Start again at the end; sequence numbers and timestamps continue.
     #[arg(long = "loop")]
     pub again: bool,
     /// Play only these channels, separated by commas.
@@ -319,7 +319,7 @@ pub struct ImportOptions {
     /// that one applies.
     #[arg(long, value_name = "M", default_value_t = Rules::default().range_max_m, value_parser = parse_range, allow_hyphen_values = true)]
     pub range_max: f64,
-    /// Refuse a log of which anything would be left out or is in doubt.
+    /// Refuse a log if anything in it would be left out or is doubtful.
     #[arg(long)]
     pub strict: bool,
     /// The seed of the run created for the log.

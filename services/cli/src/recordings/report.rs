@@ -1,5 +1,5 @@
-//! Shows a recording as one page, with the drawing and the floor, selected moments, errors, scales and health
-//! over time, and a table of figures.
+//! Shows a recording as one page, with the drawing and the floor, snapshots, errors, scales and health over time, and a table of
+//! figures.
 
 mod foreign;
 

@@ -13,7 +13,7 @@ use sketchnav_schemas::run::RunConfig;
 /// The number of faults that are kept for display.
 const LAST_FAULTS: usize = 8;
 
-/// A system at one moment, printed in this form by `--json`.
+/// A system at one time, printed in this form by `--json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Snapshot {
     /// The system's name.
@@ -30,7 +30,7 @@ pub struct Snapshot {
     pub faults: Vec<String>,
 }
 
-/// A process at one moment.
+/// A process at one time.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
     /// The process's name.
@@ -210,7 +210,7 @@ impl Gatherer {
         }
     }
 
-    /// Returns the number of ticks by which a process lags behind.
+    /// Returns how many ticks a process lags behind.
     fn queue(&self, process: Process) -> Option<u64> {
         let kind = self.run.mission.navigator_kind();
         let (input, output) = match process {

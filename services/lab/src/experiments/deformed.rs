@@ -1,5 +1,5 @@
-//! The `deformed` suite drives with drawings of four floors that are deformed in the way people deform what they draw. The
-//! drawings are made by `sketchnav deform` at four degrees, of which degree 1 has the statistics of people.
+//! The `deformed` suite drives with drawings of four floors that are deformed in the way people deform their drawings. The drawings
+//! are made by `sketchnav deform` at four degrees, of which degree 1 has the statistics of people.
 //!
 //! Each trial drives from a place in one region to a place in another. The positions of both places in the
 //! drawing are derived from the deformation, and a place that was left out of the drawing is never used. As
@@ -274,8 +274,8 @@ mod tests {
         assert!(goals.len() < suite.trials.len() / 2, "most pairs are driven at several degrees");
     }
 
-    /// The figures used by `sketchnav deform` must be those of the annotated drawings. If there are several marks for a place,
-    /// it is not known which is the right one, so the likeliest is used here.
+    /// The figures used by `sketchnav deform` must be those of the annotated drawings. If there are several marks for a place, it
+    /// is not known which is the right one, so the most likely one is used here.
     #[test]
     fn deformations_match_the_marks_in_peoples_drawings() {
         let folder = needs::data().join("sketches/kth");

@@ -1,7 +1,7 @@
 //! The stored results of experiments, and the markers in pages that are filled in from them.
 //!
-//! A marker is a pair of HTML comments, which readers of the page do not see. The first one says what belongs between them:
-//! the experiment, the method, the form, and, unless the marker shows the whole experiment, the lines of the experiment's table.
+//! A marker is a pair of HTML comments, which readers of the page do not see. The first one specifies the text between them: the
+//! experiment, the method, the form, and, unless the marker shows the whole experiment, the lines of the experiment's table.
 //!
 //! ```text
 //! <!--= people outline share-->97.5 % (95 to 99) of 320<!--=-->

@@ -1,4 +1,4 @@
-//! The true floor as a grid, which says where the robot fits and finds shortest paths. Positions are in metres, in the frame
+//! The true floor as a grid of the positions at which the robot fits, with shortest paths. Positions are in metres, in the frame
 //! `World`.
 
 use std::cmp::Reverse;

@@ -333,7 +333,7 @@ fn sketch_seed(degree: f64, number: u64) -> u64 {
 mod tests {
     use super::*;
 
-    /// The trials without additional states are driven by states only. Otherwise a belief would be driven twice.
+    /// Trials without additional states are only driven by states, since a belief would otherwise be driven twice.
     #[test]
     fn a_trial_with_its_own_method_is_driven_once() {
         let suite = scenes(&Folders::of_checkout()).unwrap();

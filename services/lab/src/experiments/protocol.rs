@@ -78,7 +78,7 @@ pub fn building_079(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(suite)
 }
 
-/// Loads Table I in the demo's building, with its four drawings and with people walking about.
+/// Loads Table I in the demo's building, with its four drawings and with people walking around.
 ///
 /// # Errors
 /// [`EvalError`] if a file is missing or malformed.

@@ -1,7 +1,7 @@
 //! Counts of outcomes, and intervals for success rates.
 //!
-//! Wilson's interval is only valid for independent trials. Drives with the same drawing mostly end alike, so if drawings
-//! repeat, the interval is over drawings ([`OverDrawings`]).
+//! Wilson's interval is only valid for independent trials. Drives with the same drawing mostly have the same outcome, so if
+//! drawings repeat, the interval is over drawings ([`OverDrawings`]).
 
 mod over_drawings;
 

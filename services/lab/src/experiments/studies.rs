@@ -47,7 +47,7 @@ pub enum Run {
 pub struct ByWorld {
     /// Offset of the worlds' seeds.
     pub offset: u64,
-    /// Returns what is tried in each world.
+    /// Returns the cases to try in each world.
     pub cases: fn() -> Result<Vec<Case>, EvalError>,
     /// Makes the figures from the attempts of all cases in each world.
     pub figures: fn(&[Case], &[Vec<Attempt>]) -> Vec<Figure>,

@@ -63,7 +63,7 @@ pub struct Suite {
     pub notices: Vec<String>,
     /// The trials.
     pub trials: Vec<Trial>,
-    /// What a line of the table stands for, if it is not a drawing. The `drawing` of each trial then names its line.
+    /// What a line of the table represents, if it is not a drawing. The `drawing` of each trial then names its line.
     pub lines: Option<&'static str>,
     /// The methods compared by default. If this is empty, only the first method of the kind of navigator is driven.
     pub methods: Vec<String>,

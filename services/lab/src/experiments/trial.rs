@@ -60,14 +60,14 @@ pub struct Trial {
     pub name: String,
     /// The line of the table that the trial counts for, which is its drawing or whatever else the lines stand for.
     pub drawing: String,
-    /// The drawing, if other drives of the suite share it, or `None` for independent trials. Drives with the same drawing
-    /// mostly end alike, so intervals are computed over drawings.
+    /// The drawing, if other drives of the suite share it, or `None` for independent trials. Drives with the same drawing mostly
+    /// have the same outcome, so intervals are computed over drawings.
     pub cluster: Option<String>,
     /// World, drawing and tasks, with absolute paths.
     pub mission: Mission,
     /// The robot named by the mission.
     pub robot: Robot,
-    /// The drawing and how it is handled, or `None` for other kinds of navigators.
+    /// The drawing and how people handle it, or `None` for other kinds of navigators.
     pub sheet: Option<Sheet>,
     /// The method of this trial, if it has its own regardless of the methods of other trials.
     pub method: Option<String>,
@@ -83,7 +83,7 @@ pub struct Trial {
     pub bytes: Option<Page>,
     /// The person who watches and answers the robot's questions. If this is `None`, the robot does not ask.
     pub person: Option<Arc<Person>>,
-    /// True if regions joined by doors are asked where the goal is when a task ends.
+    /// True if regions joined by doors are consulted about the goal when a task ends.
     pub asks_rooms: bool,
     /// The simulator in which the trial is driven. If this is `None`, it is driven in the project's own
     /// world.

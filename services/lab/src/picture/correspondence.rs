@@ -1,5 +1,5 @@
-//! Draws the correspondence between a drawing and what a robot has seen as two pictures: the outline of the drawing, and
-//! its partners on the floor. A sample and its partner have the same colour.
+//! Draws the correspondence between a drawing and what a robot has seen as two pictures: the outline of the drawing, and the
+//! partners of its samples on the floor. A sample and its partner have the same colour.
 
 use sketchnav_schemas::geometry::{Point, Pose, Sketch, World};
 use sketchnav_schemas::message::GroundTruth;

@@ -29,7 +29,7 @@ use sketchnav_schemas::run::RunConfig;
 
 use crate::sections::outcome;
 
-/// Number of moments at which the window is shown.
+/// Number of times at which the window is shown.
 const WINDOWS: usize = 14;
 
 /// Returns the true dots of a run's plane, or the landmarks of a run on land, or `None` if the world has neither.
@@ -189,7 +189,7 @@ fn ways(log: &Log) -> Vec<(Activity, Vec<Point<World>>)> {
     ways
 }
 
-/// Returns the outline of the window at moments spread evenly over the run.
+/// Returns the outline of the window at times spread evenly over the run.
 fn windows(log: &Log, window: Window) -> Vec<Vec<Point<World>>> {
     if window.land.is_some() {
         // A robot on land sees in all directions, so there is no window to show.

@@ -118,7 +118,7 @@ enum Style {
     Rated,
     /// `55`.
     Attempts,
-    /// `80.9 %`, the share of failures that the robot knows about.
+    /// `80.9 %`, the share of failures that the robot is aware of.
     Known,
     /// `9 of 12`, the number of lines of which most tasks were reached.
     Majority,

@@ -12,7 +12,7 @@ use crate::experiments::run;
 use crate::experiments::suite::{Folders, Published, Suite};
 use crate::experiments::trial::{Page, Trial};
 
-/// Returns a sketch file that shows a scene truly, with the given route.
+/// Returns a sketch file that shows a scene without errors, with the given route.
 fn true_sketch(scene: &Scene, route: &[At]) -> Page {
     const SIDE: f64 = 1000.0;
     const ORIGIN: At = [100.0, 600.0];

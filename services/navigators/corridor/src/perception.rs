@@ -22,7 +22,7 @@ const PAIRED_NS: u64 = 100_000_000;
 const TREND_NS: u64 = 250_000_000;
 /// Minimum rate of images and ticks at which trends can be seen, in hertz.
 pub const LEAST_HZ: f64 = 1e9 / TREND_NS as f64;
-/// Tolerance by which two pictures may be closer together than their period, in nanoseconds, since stamps are rounded.
+/// Tolerance, in nanoseconds, for two pictures that are closer together than their period, since timestamps are rounded.
 const ROUNDING_NS: u64 = 1_000_000;
 /// Sign of the lateral coordinate on the left and on the right.
 const SIDES: [f64; 2] = [1.0, -1.0];
@@ -444,8 +444,8 @@ mod tests {
     }
 
     /// Two markers approach by 8 cm and by half a centimetre per second and are seen five times per second, with errors that
-    /// alternate between 2 cm too far and 2 cm too near. Judged by two sightings, both markers approach and recede in turn. The
-    /// line through all sightings is not fooled.
+    /// alternate between 2 cm too far and 2 cm too near. According to two sightings, both markers approach and recede in turn. The
+    /// line through all sightings is not affected.
     #[test]
     fn a_steady_trend_is_the_mean_over_many_sightings() {
         let robot = Pose::new(0.0, 0.0, 0.0);

@@ -26,7 +26,7 @@ use crate::rules::Rules;
 
 /// A marker that is farther away than this does not count as passed, in metres.
 const PASSED_M: f64 = 4.0;
-/// A marker counts as ahead only from this distance on, in metres, because the estimated direction of a corridor sways by a few
+/// Minimum distance, in metres, at which a marker counts as ahead, because the estimated direction of a corridor varies by a few
 /// degrees.
 const AHEAD_M: f64 = 0.3;
 
@@ -282,9 +282,8 @@ impl Planner {
         }
     }
 
-    /// Returns true if the robot has passed the marker, that is, if the marker was ahead in the current
-    /// direction and is now behind. A turn alone does not count, although it may also put a marker behind the
-    /// robot.
+    /// Returns true if the robot has passed the marker, that is, if the marker was ahead in the current direction and is now
+    /// behind. A turn alone does not count, although a marker may also be behind the robot after it.
     fn passes(&mut self, id: u32, relations: &Relations, robot: &Pose<Odom>) -> bool {
         let way_rad = match self.method {
             Method::Corridor => self.course.way_rad(),

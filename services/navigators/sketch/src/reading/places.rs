@@ -21,7 +21,7 @@ use super::labels::Names;
 use super::settings::Settings;
 use crate::task::Task;
 
-/// Time limit for a task that only the drawing names, in seconds of simulation time.
+/// Time limit for a task that is only defined in the drawing, in seconds of simulation time.
 const MARKED_TIME_LIMIT_S: f64 = 180.0;
 
 /// The start and tasks requested by a person, in image pixels.
@@ -234,7 +234,8 @@ pub(crate) fn nearest_free(drawing: &DrawnMap, point: &Point<Sketch>) -> Option<
     nearest(drawing, point, |cell| drawing.cell(cell) == Some(FREE))
 }
 
-/// Returns the centre of the nearest cell for which `is_meant` holds, searching growing square rings around the point.
+/// Returns the centre of the nearest cell for which `is_meant` holds, searching in square rings of increasing size around the
+/// point.
 fn nearest(
     drawing: &DrawnMap,
     point: &Point<Sketch>,

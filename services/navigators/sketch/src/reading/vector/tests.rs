@@ -78,7 +78,7 @@ fn masks_and_patterns_inside_each_other_are_few() {
     assert!(error.contains("held at the same time") && error.contains("pattern \"h\""), "{error}");
 }
 
-/// A path with half a million corners may cross every row of pixels that many times, and the crossings in each row have to be
+/// A path with half a million corners may cross every row of pixels half a million times, and the crossings in each row have to be
 /// sorted. A dash counts as two corners.
 #[test]
 fn a_path_that_crosses_itself_without_end_is_refused() {

@@ -1,5 +1,5 @@
-//! The syntax of CSS as used in drawings: rules, declarations and functions, with their strings, brackets and
-//! comments. The meaning of properties is not known here. (CSS Syntax Module Level 3.)
+//! The syntax of CSS as used in drawings: rules, declarations and functions, with their strings, brackets and comments. This module
+//! does not interpret properties. (CSS Syntax Module Level 3.)
 
 use std::borrow::Cow;
 

@@ -165,7 +165,7 @@ pub(super) fn check(kind: Kind, value: &str) -> Checked {
     }
 }
 
-/// The units that the renderer knows.
+/// The units that the renderer supports.
 const UNITS: [&str; 10] = ["", "px", "%", "em", "ex", "in", "cm", "mm", "pt", "pc"];
 /// CSS units that depend on a page or a font outside the drawing.
 const FOREIGN_UNITS: [&str; 13] =
@@ -240,7 +240,7 @@ fn number(value: &str, units: &[&str], shares: bool) -> Checked {
                 format!("{digits}{unit}")
             })
         }
-        // A quarter of a millimetre, which is the only absolute unit of CSS that the renderer does not know.
+        // A quarter of a millimetre, which is the only absolute unit of CSS that the renderer does not support.
         Ok(number) if number.is_finite() && unit == "q" && units.contains(&"mm") => {
             Checked::Valid(format!("{}mm", number / 4.0))
         }

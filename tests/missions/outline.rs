@@ -37,8 +37,7 @@ fn places(feed: &Value) -> Vec<Value> {
     feed["question"]["places"].as_array().cloned().unwrap_or_default()
 }
 
-/// Over the page's own protocol, the robot asks, its planner is killed in the meantime, and the robot drives on after
-/// the answer.
+/// Over the page's own protocol, the robot asks, its planner is killed in the meantime, and the robot continues after the answer.
 #[test]
 fn a_robot_that_asks_continues_after_the_answer() {
     let (place, port, name) = (doubtful(), free_port(), "asks");

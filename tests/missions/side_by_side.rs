@@ -18,8 +18,7 @@ fn stop(place: &Place, running: Running, name: &str) {
     place.assert_no_system_left(name);
 }
 
-/// Two robots drive in two buildings. Each system has its own processes and messages, and when one ends, the other
-/// drives on.
+/// Two robots drive in two buildings. Each system has its own processes and messages, and when one ends, the other continues.
 #[test]
 fn two_systems_do_not_see_each_other() {
     let place = Place::new();

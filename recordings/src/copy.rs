@@ -91,8 +91,7 @@ pub struct Copy<W: Write> {
     /// The topics as declared, with the number of each in the copy.
     topics: Vec<(Arc<Topic>, u16)>,
     counts: BTreeMap<String, Count>,
-    /// Topics from which messages before the first one were left out on purpose, and therefore do not count
-    /// as missing.
+    /// Topics whose messages before the first one were left out on purpose, and therefore do not count as missing.
     late: BTreeSet<String>,
     attached: BTreeSet<String>,
     described: BTreeSet<String>,

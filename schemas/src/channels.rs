@@ -15,11 +15,11 @@ use crate::message::*;
 use crate::ros2::Ros2;
 
 /// Maximum number of ticks that the world, in lockstep, may be ahead of the recorder's file. The buffer and the history of every
-/// recorded channel hold more ticks than that.
+/// recorded channel are larger than that.
 pub const LOCKSTEP_WINDOW: u64 = 64;
 /// Number of ticks between two acknowledgements by the recorder.
 pub const RECORDED_EVERY: u64 = 16;
-/// Number of instants that the history and the buffers of a channel hold.
+/// Number of instants in the history and the buffers of a channel.
 const INSTANTS: usize = 128;
 /// Maximum number of channels in a run, including those common to all kinds of navigators.
 pub const MAX_CHANNELS: usize = 32;

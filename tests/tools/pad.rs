@@ -300,7 +300,7 @@ fn the_drawing_is_driven_whichever_process_is_killed() {
         Page::open(stage.port, Some(&session))
     };
     assert_eq!((&page.hello["drives"], &page.hello["path"]), (&json!(true), &route()));
-    // The pad knows which mission files are its own, and replaces no others.
+    // The pad keeps track of its own mission files and does not replace any others.
     page.must("/api/mission", &saved);
     std::fs::write(place.files().join("saved/my-floor.toml"), "by hand").unwrap();
     let (status, refused) = page.post("/api/mission", br#"{"name":"My floor"}"#);

@@ -38,7 +38,7 @@ pub struct RelationsOptions {
     /// Ignore motion up to this speed, in metres per second.
     #[arg(long, value_name = "M/S")]
     pub quantisation_mps: Option<f64>,
-    /// Distance up to which qtc-bc includes the sides, in metres.
+    /// Maximum distance at which qtc-bc includes the sides, in metres.
     #[arg(long, value_name = "METRES", default_value_t = sketchnav_qualitative::qtc::PERSONAL_SPACE_M)]
     pub near_m: f64,
     /// Labels and thresholds for argd, separated by commas.

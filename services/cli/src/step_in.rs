@@ -118,8 +118,8 @@ fn is_order(given: &MissionCommand, ordered: &Ordered) -> bool {
     given.order == ordered.order.code() && given.task == ordered.task && given.here() == ordered.here
 }
 
-/// Returns the index, from 0, of the task that the order refers to by number or by name. With `--state`, returns the
-/// number, from 1, of the landmark state from which to resume.
+/// Returns the index, from 0, of the task that the order refers to by number or by name. With `--state`, returns the number, from
+/// 1, of the landmark state to resume from.
 fn task_of(options: &SendOptions, system: &str, run: &RunConfig) -> Result<u32, Failure> {
     let (order, tasks) = (options.order, run.mission.task.len() as u32);
     if let Some(name) = &options.name {

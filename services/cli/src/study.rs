@@ -223,7 +223,7 @@ mod tests {
         Facts { version: VERSION, mission, method, start_heading_deg, goal, shows_floor: true }
     }
 
-    /// A participant who holds the plan upside down draws a robot that faces left, although it really faces right.
+    /// A participant who holds the plan upside down draws a robot that faces left, although it actually faces right.
     #[test]
     fn an_outcome_has_the_end_and_the_rotation_of_the_drawing() {
         let tasks = vec![task(true, "reached"), task(false, "lost"), task(false, "not begun")];

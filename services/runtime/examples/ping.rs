@@ -112,7 +112,7 @@ fn answer(system: &str) -> Fallible {
     Ok(())
 }
 
-/// Returns the memory that the system's files use, as opposed to the size to which they may grow.
+/// Returns the memory that the system's files use, as opposed to their maximum size.
 fn shared_memory_kib(system: &str) -> std::io::Result<u64> {
     use std::os::unix::fs::MetadataExt;
     let mark = format!("sketchnav_{system}_");

@@ -33,7 +33,7 @@ pub(crate) struct Watchdog {
     stopped_limit: Duration,
     /// Share of the time in which the process may run, and until when, or `None` if it is not starved.
     starved: Option<(f64, Instant)>,
-    /// Whether the process is to be killed. Until it is gone, there is nothing more to report.
+    /// Whether the process is to be killed. Until it has ended, there is nothing more to report.
     is_condemned: bool,
     /// Whether it is to be killed because it hangs, and not because it was stopped from outside.
     hangs: bool,

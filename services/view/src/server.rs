@@ -125,7 +125,7 @@ impl Server {
         Ok(Self { handle: Some(handle), runtime, context, events, sender, sent_time: (0, None) })
     }
 
-    /// The context to which topics are added.
+    /// The context for new topics.
     pub fn context(&self) -> &Arc<Context> {
         &self.context
     }

@@ -28,7 +28,7 @@ const TURN_RAD: f64 = 0.2;
 /// Probability that an object is forgotten, and minimum number of objects that are drawn.
 const FORGOTTEN: f64 = 0.12;
 const LEAST_OBJECTS: usize = 4;
-/// Distance by which the route strays, and length over which its corners are smoothed, in metres.
+/// Deviation of the route, and length over which its corners are smoothed, in metres.
 const BEND_M: f64 = 0.2;
 const SMOOTH_M: f64 = 0.8;
 /// Length over which people in a hurry smooth the corners of a route: its median, in metres, and the standard deviation of its

@@ -17,7 +17,7 @@ use crate::camera::{Camera, Known};
 /// cannot measure much better than this.
 const MEASURED_PX: f64 = 4.0;
 const MEASURED: f64 = 0.002;
-/// Factor by which a wrong point is further off than the points that agree.
+/// Minimum ratio between the errors of a wrong point and of the points that agree.
 const FAR: f64 = 4.0;
 /// Minimum number of points whose agreement is meaningful, since four always agree.
 const FEWEST: usize = 5;

@@ -146,7 +146,7 @@ impl<'a> Injector<'a> {
         self.hits.iter().any(|hit| hit.process == process && open(hit))
     }
 
-    /// Strikes if a blow is due and all processes that it hits are running and have recovered from the previous kill.
+    /// Strikes if a blow is due and all of its processes are running and have recovered from the previous kill.
     fn hit_when_due(&mut self) {
         let done = self.progress(Process::World);
         if self.blows.front().is_none_or(|blow| done < blow.moment) {
@@ -167,8 +167,8 @@ impl<'a> Injector<'a> {
         }
     }
 
-    /// Strikes the processes in `ready`. A process that has just ended by itself is missed and remains in the blow, to
-    /// be hit later.
+    /// Strikes the processes in `ready`. A process that has just ended by itself is missed and remains in the blow for a later
+    /// attempt.
     fn strike(&mut self, due: usize, ready: &[(Process, u32)]) {
         let missed = ready.iter().filter(|&&(process, pid)| !self.hit(process, pid));
         let missed: Vec<_> = missed.map(|&(process, _)| process).collect();
@@ -280,7 +280,7 @@ impl KillSignal {
 mod tests {
     use super::*;
 
-    /// Which processes were hit once depended on which of them had just recovered, and so on the clock.
+    /// Which processes were killed once depended on which of them had just recovered, and thus on the clock.
     #[test]
     fn the_seed_determines_when_each_process_is_hit() {
         let options = ChaosOptions::of_words(&["--kills", "50", "--targets", "world,planner"]);

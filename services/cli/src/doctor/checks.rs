@@ -143,7 +143,7 @@ fn shared_memory_kind() -> Finding {
 fn folder() -> Finding {
     let variable = std::env::var("XDG_RUNTIME_DIR").ok().filter(|value| !value.is_empty());
     match System::root_folder() {
-        // The error itself says what to do.
+        // The error itself explains what to do.
         Err(error) => Finding::of(
             "folder",
             Level::Error,

@@ -43,7 +43,7 @@ impl Simulator {
         SIMULATORS[self as usize]
     }
 
-    /// The name by which pip installs the simulator.
+    /// The name of the simulator for pip.
     fn distribution(self) -> &'static str {
         match self {
             Self::Irsim => "ir-sim",
@@ -114,7 +114,7 @@ fn in_system(system: &str, (python, script): (&Path, &Path), running: &mut Child
     // Nothing announces a new system, so its files are looked for.
     while System::open(system).is_err() {
         if running.try_wait()?.is_some() {
-            // Its report says why.
+            // Its report explains why.
             return Ok(());
         }
         sleep(LOOK_EVERY);

@@ -20,7 +20,7 @@ use crate::output::live;
 use crate::recordings::whole::Whole;
 use crate::recordings::with;
 
-/// Number of the most recent intervals and delays from which percentiles are computed.
+/// Number of the most recent intervals and delays that are used for percentiles.
 const KEPT: usize = 10_000;
 
 /// Prints the rates once a second, and totals at the end.
@@ -97,7 +97,7 @@ struct Rates {
 }
 
 impl Listener for Rates {
-    /// The history is handed over all at once, so its messages say nothing about the rate.
+    /// The history is handed over all at once, so its messages do not reflect the rate.
     const HISTORY: bool = false;
 
     fn begin(&mut self, node: &Node, specs: &[&'static ChannelSpec]) -> Result<(), Failure> {

@@ -43,8 +43,8 @@ pub struct Row {
     pub restarts: u32,
     /// Messages per second on all channels that the process writes, by the wall clock.
     pub rate_hz: f64,
-    /// Number of ticks to which the process has not yet responded or, for the recorder, which are not yet in
-    /// the file. `None` if it does not respond to ticks.
+    /// Number of ticks that the process has not yet responded to or, for the recorder, that are not yet in the file. `None` if it
+    /// does not respond to ticks.
     pub queue: Option<u64>,
     /// Time since the process's last message, or `None` before the first.
     pub age_ms: Option<f64>,

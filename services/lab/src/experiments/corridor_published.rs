@@ -73,7 +73,7 @@ struct Conditions {
 #[derive(Debug, Default)]
 struct Draws {
     trials: Vec<Trial>,
-    /// Number of draws from which no pair is in view, for each position of the robot.
+    /// Number of draws without a pair in view, for each position of the robot.
     rejected: [usize; 3],
     /// Conditions for which no start was found.
     without: Vec<&'static str>,

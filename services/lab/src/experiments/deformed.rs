@@ -53,7 +53,7 @@ const PAIRS: usize = 4;
 const TRIES: usize = 60;
 /// Distance of the robot from walls, in metres, in addition to its radius.
 const CLEARANCE_M: f64 = 0.1;
-/// Size in metres of the cells into which a world of walls and furniture is divided to find paths.
+/// Size, in metres, of the cells of a world of walls and furniture for finding paths.
 const CELL_M: f64 = 0.1;
 /// Minimum depth of places inside their region, as a share of the depth of the deepest place.
 const DEPTH: f64 = 0.5;

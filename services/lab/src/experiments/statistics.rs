@@ -137,8 +137,8 @@ impl Tally {
         wilson(self.reached, self.attempts)
     }
 
-    /// Formats the interval of the success rate in percent. It is over drawings if there are several that repeat, and the text
-    /// then says how many. Otherwise it is Wilson's.
+    /// Formats the interval of the success rate in percent. It is over drawings if there are several that repeat, and the text then
+    /// gives their number. Otherwise it is Wilson's.
     pub fn interval_words(&self) -> String {
         let words = |[low, high]: [f64; 2]| format!("{:.0} to {:.0}", 100.0 * low, 100.0 * high);
         match self.over_drawings {

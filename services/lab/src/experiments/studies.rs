@@ -103,7 +103,7 @@ pub struct Study {
 }
 
 impl Study {
-    /// Runs the study, on several threads if it goes world by world. The figures do not depend on their number.
+    /// Runs the study, on several threads if it runs world by world. The figures do not depend on their number.
     ///
     /// # Errors
     /// [`EvalError::NoData`] if its data are missing, and otherwise the error of its files or of the experiment.

@@ -7,7 +7,7 @@ use crate::experiments::outcome::TaskOutcome;
 use crate::experiments::section::Section;
 use crate::experiments::trial::Trial;
 
-/// The folders that hold the files of suites.
+/// The folders that contain the files of suites.
 #[derive(Debug, Clone)]
 pub struct Folders {
     /// Name of the suite that loads the files, or empty if it is not known yet.
@@ -142,7 +142,7 @@ impl Group {
     }
 }
 
-/// A line of a published table, which stands for a leg of a tour.
+/// A line of a published table, which represents a leg of a tour.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Leg {
     /// Name of the task, for example `0 → 1`.

@@ -58,7 +58,7 @@ pub struct Restart {
 pub struct Trial {
     /// Name within the suite, without spaces, for example `00/a/2-5`.
     pub name: String,
-    /// The line of the table that the trial counts for, which is its drawing or whatever else the lines stand for.
+    /// The line of the table that the trial counts for, which is its drawing or whatever else the lines represent.
     pub drawing: String,
     /// The drawing, if other drives of the suite share it, or `None` for independent trials. Drives with the same drawing mostly
     /// have the same outcome, so intervals are computed over drawings.
@@ -200,7 +200,7 @@ pub struct Sheet {
     /// Poses that are given again if a task fails: after task k fails, the robot continues with task k + 1
     /// from `restarts[k]`. If this is empty, the tasks after a failed one are driven without a new pose.
     pub restarts: Vec<Restart>,
-    /// Error of every start mark, or `None` if marks are exactly as the mission says.
+    /// Error of every start mark, or `None` if marks are exactly as in the mission.
     pub start_error: Option<StartError>,
     /// The drawing as read by the sketcher. It is needed because people do not mark the robot inside a wall.
     pub paper: Arc<DrawnMap>,

@@ -70,7 +70,7 @@ pub struct Figures {
     pub latency_ms: BTreeMap<&'static str, Statistics>,
     /// Time that each process took per step, according to its health messages.
     pub stages: Vec<Stage>,
-    /// Number of scans to which no command responded. This is 0 if there are no commands at all, since no robot was driven in that
+    /// Number of scans without a command in response. This is 0 if there are no commands at all, since no robot was driven in that
     /// case.
     pub unanswered_scans: u64,
 }

@@ -73,7 +73,7 @@ pub struct Log {
     pub seen_dots: Vec<[f64; 2]>,
     /// The custom maps as text.
     pub directions: Option<String>,
-    /// Positions x and y of the landmarks that a navigator with a belief knows, in metres.
+    /// Positions x and y of the landmarks in the list of a navigator with a belief, in metres.
     pub chart: Vec<[f64; 2]>,
     /// The channel `whereabouts`.
     pub whereabouts: Vec<Whereabouts>,
@@ -167,7 +167,7 @@ impl Log {
         Self::of_channels(recording, &NEEDED)
     }
 
-    /// Reads all channels of a recording that a log can hold.
+    /// Reads all channels of a recording that a log can contain.
     ///
     /// # Errors
     /// [`RecordingError`] if the recording cannot be read.

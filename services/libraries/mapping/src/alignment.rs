@@ -1,4 +1,4 @@
-//! Finds which piece of a seen outline corresponds to which piece of a drawing's outline, by a cyclic alignment of the two with
+//! Finds the correspondence between the pieces of a seen outline and of a drawing's outline, by a cyclic alignment of the two with
 //! dynamic programming.
 //!
 //! The alignment compares the directions of walls, as in the matching of closed contours (Schmidt, Farin and

@@ -133,7 +133,7 @@ impl Mapper {
         let reach_m = parameters.matching_range_m + parameters.window_max_m + FIELD_MARGIN_M;
         let mut field = Field::new(parameters.cell_m, reach_m, parameters.blur_m);
         field.rebuild(&state.map, state.field_middle);
-        // Reserves room for all cells that the beams of a scan can reach.
+        // Reserves memory for all cells that the beams of a scan can reach.
         let range_cells = parameters.mapping_range_m / parameters.cell_m + 4.0;
         let touched = Vec::with_capacity((2.0 * range_cells).powi(2) as usize);
         let directions = Directions { laser: [0.0; 2], beams: Vec::with_capacity(MAX_BEAMS) };

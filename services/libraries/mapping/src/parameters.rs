@@ -29,10 +29,9 @@ pub struct Parameters {
     pub extent_m: f64,
     /// Maximum number of tiles of 32 by 32 cells. This bounds the map's memory, at 1.25 KiB per tile.
     pub max_tiles: usize,
-    /// Range up to which beams change the map, in metres.
+    /// Maximum range of beams that change the map, in metres.
     pub mapping_range_m: f64,
-    /// Range up to which a beam without a return clears free space, in metres. Zero if such beams are
-    /// ignored.
+    /// Maximum range at which a beam without a return clears free space, in metres. Zero if such beams are ignored.
     pub open_range_m: f64,
     /// Maximum range of beams that are matched, in metres.
     pub matching_range_m: f64,

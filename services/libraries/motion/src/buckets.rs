@@ -51,7 +51,7 @@ impl Buckets {
         self.per_cost = 1.0 / least.max(most / SPREAD);
     }
 
-    /// Returns the number of the bucket that is being emptied. Numbers keep growing while the ring goes round.
+    /// Returns the number of the bucket that is being emptied. Numbers keep increasing as the ring wraps around.
     pub fn current(&self) -> u32 {
         self.current
     }

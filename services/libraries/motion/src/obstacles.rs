@@ -430,8 +430,8 @@ mod tests {
         obstacles.observe(&robot, 0.2, &robot, &scan(stamp_s, ranges));
     }
 
-    /// A laser with one beam per degree that looks along a wall hits it only every half metre. The planner used to find a path
-    /// through the wall, between the hits, and the robot turned back and forth in the door.
+    /// With one beam per degree, a laser that looks along a wall only has a return every half metre. The planner used to find a
+    /// path through the wall, between the returns, and the robot turned back and forth in the door.
     #[test]
     fn a_wall_seen_along_its_length_has_no_holes() {
         let mut obstacles = Obstacles::new(10.0);

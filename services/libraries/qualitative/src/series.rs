@@ -129,7 +129,7 @@ impl<C: Calculus> Stream<C> {
         Self { calculus, options, state }
     }
 
-    /// Returns the state of the stream, from which [`Self::resumed`] can continue.
+    /// Returns the state of the stream, for [`Self::resumed`] to continue from.
     pub fn state(&self) -> State<C::Scene, C::Relation> {
         self.state
     }

@@ -26,7 +26,7 @@ pub type Show = fn(&RunConfig, &[u8], &[u8]) -> Result<Lesson, StageError>;
 /// Functions with which a navigator learns from drives by a drawing.
 #[derive(Debug, Clone, Copy)]
 pub struct Lessons {
-    /// Learns from a drive, and returns the content of a file from which the next drive can start. Sent after its drawing, it takes
+    /// Learns from a drive, and returns the content of a file for the next drive to start from. Sent after its drawing, it takes
     /// the place of the drawing.
     pub learn: Learn,
     /// Shows what such a file contains. The drawing comes first, then the file.
@@ -53,7 +53,7 @@ pub trait Frame: Debug + Send + Sync {
 /// Functions with which a navigator interprets drawings.
 #[derive(Debug, Clone, Copy)]
 pub struct Drawn {
-    /// Removes everything from a mission that it says about a drawing, because people draw while it runs.
+    /// Removes the drawing and its marks from a mission, because people draw while it runs.
     pub blank: fn(&mut Mission) -> Result<(), StageError>,
     /// Returns the walls of a drawing as the sketcher understands them, or `None` if the sketcher rejects the drawing.
     pub walls: fn(&RunConfig, &[u8]) -> Option<Walls>,

@@ -49,7 +49,7 @@ pub struct Parameters {
     pub hold_s: f64,
     /// For `qtc-b-steady`: the age, in seconds, at which the weight of a sighting in a trend is 1/e.
     pub window_s: f64,
-    /// For `qtc-b-steady`: the speed up to which a distance counts as unchanged, in metres per second.
+    /// For `qtc-b-steady`: the maximum speed of a distance that counts as unchanged, in metres per second.
     pub quantum_mps: f64,
 }
 
@@ -120,7 +120,7 @@ pub struct Perception {
     right: Member,
     /// Numbers of the left and the right marker of the pair that is being held.
     held: Option<[u32; 2]>,
-    /// Time from which the next image may be evaluated.
+    /// Earliest time of the next image to evaluate.
     due_ns: u64,
 }
 

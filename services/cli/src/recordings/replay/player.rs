@@ -296,7 +296,7 @@ struct Answers {
 struct Answer {
     process: Process,
     reader: RawReader,
-    /// The latest tick to which the process has responded.
+    /// The latest tick that the process has responded to.
     newest: u64,
     /// How many ticks the process may lag behind.
     window: u64,

@@ -49,7 +49,7 @@ const MOVED_M: f64 = 0.15;
 const AREA_M2: f64 = 25.0;
 /// Distance of the robot's body from walls and furniture at the start, in metres.
 const BERTH_M: f64 = 0.15;
-/// Size of the cells into which a floor is divided to find places and paths, in metres.
+/// Size of the cells of a floor for finding places and paths, in metres.
 const CELL_M: f64 = 0.1;
 /// Number of people who walk on a floor, their speeds in metres per second, and the smallest distance of their paths from the
 /// start, in metres.
@@ -97,7 +97,7 @@ struct Site<'a> {
     folders: &'a Folders,
     name: &'static str,
     path: PathBuf,
-    /// The floor with its poles, as the map-maker knows it.
+    /// The floor with its poles, as given to the map-maker.
     plan: FloorPlan,
     /// People of the floor plan, who walk on every journey.
     inhabitants: Vec<Person>,
@@ -116,7 +116,7 @@ impl<'a> Site<'a> {
         let furniture = poles::furniture(&poles);
         world.add_furniture(&furniture)?;
         plan.furniture.extend(furniture);
-        // The map-maker does not know who walks there.
+        // The map-maker does not take the people into account.
         let inhabitants = std::mem::take(&mut plan.person);
         let robot = files::robot(&super::robot(folders))?;
         let ground = Ground::of_world(&world, CELL_M, robot.radius_m + BERTH_M);
@@ -217,7 +217,7 @@ impl<'a> Site<'a> {
         (0..WALKS).filter_map(|_| walk(rng)).collect()
     }
 
-    /// Returns what the map-maker knows about the floor, or `None` if it has no poles.
+    /// Returns the map-maker's information about the floor, or `None` if it has no poles.
     fn atlas(&self) -> Result<Option<Atlas>, EvalError> {
         let Some(&pole) = self.poles.first() else { return Ok(None) };
         let trial = self.journey(0, pole, pole, 0.0, Vec::new())?;
@@ -231,7 +231,7 @@ impl<'a> Site<'a> {
     }
 }
 
-/// Returns poles on either side of each door, and further ones at random. `free` says where one fits.
+/// Returns poles on either side of each door, and further ones at random. `free` determines where one fits.
 fn put_up(plan: &FloorPlan, free: &Ground, rng: &mut Pcg64Mcg) -> Vec<[f64; 2]> {
     let mut poles: Vec<[f64; 2]> = Vec::new();
     let fits = |poles: &[[f64; 2]], at: [f64; 2]| {
@@ -264,7 +264,7 @@ fn to_centimetres(at: [f64; 2]) -> [f64; 2] {
     at.map(|along| (along * 100.0).round() / 100.0)
 }
 
-/// Returns true if the map-maker knows a path.
+/// Returns true if the map-maker finds a path.
 fn joins(atlas: &Atlas, start: [f64; 2], goal: [f64; 2]) -> bool {
     let point = |[x, y]: [f64; 2]| Point::new(x, y);
     let path = || {

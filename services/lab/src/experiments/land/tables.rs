@@ -7,7 +7,7 @@ use crate::experiments::section::Section;
 use crate::experiments::table::Table;
 use crate::judge::directions::JourneyVerdict;
 
-/// Number of parts into which stated probabilities are divided.
+/// Number of bins for stated probabilities.
 const BINS: usize = 10;
 
 /// Returns both tables.

@@ -121,7 +121,7 @@ fn driven_way(folders: &Folders, scene: &Scene, seed: u64) -> Result<Page, EvalE
     }))
 }
 
-/// Sets up a robot to know its pose exactly and to follow the path closely.
+/// Sets up a robot with an exact pose that follows the path closely.
 fn guide_exactly(guided: &mut Trial) {
     guided.robot.odometry = guided.robot.odometry.map(|odometry| OdometryNoise {
         rate_hz: odometry.rate_hz,

@@ -172,7 +172,8 @@ mod tests {
         }
     }
 
-    /// Two long walls say nothing about the position along them, so the prior decides, and the covariance shows the uncertainty.
+    /// Two long walls provide no information about the position along them, so the prior decides, and the covariance shows the
+    /// uncertainty.
     #[test]
     fn along_a_corridor_the_odometry_decides() {
         let field = room();

@@ -145,7 +145,7 @@ fn languages(document: &Document) -> Vec<String> {
 }
 
 /// Records how the renderer has drawn the watched elements. The renderer silently drops what it cannot paint: a straight line along
-/// an axis, for example, has no box to which a gradient, a filter, a mask or a clip path could be fitted.
+/// an axis, for example, has no box for a gradient, a filter, a mask or a clip path.
 struct Seen<'a> {
     served: &'a BTreeMap<String, String>,
     unscaled: &'a BTreeMap<String, String>,

@@ -156,8 +156,8 @@ fn a_question_survives_the_planner() {
     assert!(answered);
 }
 
-/// A robot that drives by the filter also waits for a person when it is lost, if there is a pad, and continues from where that
-/// person says.
+/// A robot that drives by the filter also waits for a person when it is lost, if there is a pad, and continues from the position
+/// that the person gives.
 #[test]
 fn a_lost_robot_waits_until_it_is_told_where_it_is() {
     let mut drive = Drive::with(

@@ -33,17 +33,17 @@ use crate::protocol::{
 };
 use sketchnav_schemas::message::MAX_DRAWING_BYTES;
 
-/// Drawings that are received at the same time, all of them the driver's.
+/// Maximum number of drawings that are received at the same time, all of them from the driver.
 const MAX_UPLOADS: usize = 2;
-/// Longest that the body of a request may take to arrive: a drawing's, any other's.
+/// Maximum time for the body of a request to arrive: for a drawing, and for any other request.
 const DRAWING_WITHIN: Duration = Duration::from_secs(60);
 const BODY_WITHIN: Duration = Duration::from_secs(10);
-/// Longest message of a page on its WebSocket, bytes.
+/// Maximum length of a page's message on its WebSocket, in bytes.
 const MAX_TEXT: usize = 1024;
 const SESSION: HeaderName = HeaderName::from_static("x-sketchnav-session");
 const TOKEN: HeaderName = HeaderName::from_static("x-sketchnav-token");
 const SENDING: HeaderName = HeaderName::from_static("x-sketchnav-sending");
-/// Longest name of a sending, bytes.
+/// Maximum length of a sending's name, in bytes.
 const MAX_SENDING: usize = 64;
 /// What the page may load and connect to: only this server.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; \
@@ -68,7 +68,7 @@ impl IntoResponse for Refusal {
     }
 }
 
-/// Serves until `end` is notified, in a thread of its own.
+/// Serves until `end` is notified, in a separate thread.
 ///
 /// # Errors
 /// If the listener fails.
@@ -107,7 +107,7 @@ fn router(desk: Desk) -> Router {
     api.fallback(asset).layer(middleware::from_fn_with_state(desk.clone(), check_origin)).with_state(desk)
 }
 
-/// The value of a header that occurs once; one that can be read in two ways counts as missing.
+/// Returns the value of a header that occurs once. An ambiguous header counts as missing.
 fn text<'a>(headers: &'a HeaderMap, name: &HeaderName) -> Option<&'a str> {
     only(headers, name).ok().flatten()
 }
@@ -433,7 +433,7 @@ async fn connect(
     })
 }
 
-/// A session's connection, until it ends in whatever way.
+/// A session's connection, until it ends for any reason.
 struct Seat {
     session: String,
     desk: Desk,
@@ -474,7 +474,7 @@ mod tests {
 
     const HOST: (HeaderName, &[u8]) = (header::HOST, b"127.0.0.1:7004");
 
-    /// On a loopback address there once was no token, and another user of the machine took the wheel.
+    /// On a loopback address, no token was required at first, and another user of the machine took the wheel.
     #[test]
     fn whatever_does_or_shows_anything_wants_the_token_also_on_loopback() {
         let posts = ["sketch", "path", "order", "here", "wheel", "limit", "mission", "study"];

@@ -43,7 +43,7 @@ impl Bridge<'_> {
         self.study.as_ref().map_or(Ok(()), |study| study.keep(self.machine.memory()))
     }
 
-    /// Takes what the participant tells.
+    /// Processes a message about the participant.
     pub(super) fn hear_participant(&mut self, told: Told) -> Answer {
         let is_moving = matches!(self.machine.state(), State::Driving | State::Paused);
         let Some(study) = &mut self.study else {

@@ -1,9 +1,9 @@
 //! The listener, which accepts connections, gives each a time limit for its request, and limits how long it
 //! stays open.
 //!
-//! A connection carries one request. It is closed after the response, and none stays open to wait for another
-//! request. The head must arrive soon, and the rest within some time. A WebSocket has limits of its own from
-//! then on. A connection that is closed before its head has arrived receives the reason (408, 431, 503).
+//! A connection carries one request. It is closed after the response, and none stays open to wait for another request. Both the
+//! head and the rest must arrive within time limits. A WebSocket has its own limits from then on. A connection that is closed
+//! before its head has arrived receives the reason (408, 431, 503).
 
 use std::io::{Cursor, ErrorKind};
 use std::net::{IpAddr, SocketAddr};
@@ -22,13 +22,13 @@ use tokio::time::{sleep, timeout};
 
 use crate::doors::Doors;
 
-/// Longest that the head of a request may take to arrive.
+/// Maximum time for the head of a request to arrive.
 const HEAD_WITHIN: Duration = Duration::from_secs(10);
-/// Longest head, bytes.
+/// Maximum length of a head, in bytes.
 const MAX_HEAD: usize = 16 * 1024;
-/// Longest that a request may take from its head to the end of its answer: the body, the sketcher, and the way back.
+/// Maximum time of a request from its head to the end of its answer: the body, the sketcher, and the way back.
 const DONE_WITHIN: Duration = Duration::from_secs(180);
-/// Longest that the last answer to a connection may take.
+/// Maximum time for the last answer to a connection.
 const LAST_WORDS: Duration = Duration::from_secs(1);
 /// The pause before the next attempt if the system has no connections left.
 const PAUSE: Duration = Duration::from_millis(200);
@@ -74,7 +74,7 @@ pub(super) async fn listen(listener: TcpListener, router: Router) -> std::io::Er
             Ok((stream, from)) => drop(tokio::spawn(attend(stream, from, lobby.clone(), router.clone()))),
             // A connection that ended before it was accepted does not affect the next ones.
             Err(error) if is_about_one_connection(error.kind()) => {}
-            // No connections left, for example; some will end.
+            // There may be no connections left, until some end.
             Err(error) if error.raw_os_error().is_some() => sleep(PAUSE).await,
             Err(error) => return error,
         }
@@ -106,7 +106,7 @@ async fn attend(stream: TcpStream, from: SocketAddr, lobby: Lobby, router: Route
     let service = TowerToHyperService::new(router.layer(Extension(place)));
     let serving = http1::Builder::new().serve_connection(io, service).with_upgrades();
     tokio::select! {
-        // Whatever went wrong, the connection has ended.
+        // In any case, the connection has ended.
         _ = serving => {}
         _ = sleep(DONE_WITHIN) => {}
         _ = rings(&mut bell) => {}
@@ -127,7 +127,7 @@ enum Dismissal {
     Late,
     /// Its head is too long.
     Long,
-    /// Other connections need the place.
+    /// The place is needed for other connections.
     Crowd,
     /// It has ended by itself.
     Gone,
@@ -159,7 +159,7 @@ impl Dismissal {
     }
 }
 
-/// What has arrived up to the end of the head, and anything that came with it.
+/// Returns what has arrived up to the end of the head, and anything after it.
 async fn head(reader: &mut (impl AsyncRead + Unpin)) -> Result<Vec<u8>, Dismissal> {
     let mut come = Vec::with_capacity(1024);
     loop {

@@ -83,8 +83,8 @@ impl PartialEq for ChannelSpec {
 impl Eq for ChannelSpec {}
 
 impl ChannelSpec {
-    /// Whether the whole declaration is the same, not only the name. A Python navigator declares its channels again each time its
-    /// module is loaded.
+    /// Returns true if the whole declaration is the same, not only the name. A Python navigator declares its channels again each
+    /// time its module is loaded.
     fn is_declared_like(&self, other: &Self) -> bool {
         let declared = |spec: &Self| {
             let message = (spec.message.name, spec.message.schema());
@@ -126,17 +126,17 @@ impl ChannelSpec {
         }
     }
 
-    /// Whether the recorder writes the channel to the file.
+    /// Returns true if the recorder writes the channel to the file.
     pub fn is_recorded(&self) -> bool {
         self.role != Role::Safe
     }
 
-    /// Whether late readers receive the latest message, like transient-local topics in ROS 2.
+    /// Returns true if late readers receive the latest message, like transient-local topics in ROS 2.
     pub fn is_latched(&self) -> bool {
         self.role == Role::Instruction
     }
 
-    /// Whether the channel's messages are sensor readings, each of which is its own cause.
+    /// Returns true if the channel's messages are sensor readings, each of which is its own cause.
     pub fn is_sensed(&self) -> bool {
         matches!(self.role, Role::Sensor | Role::Truth)
     }
@@ -161,12 +161,12 @@ impl ChannelSpec {
         (whose, when)
     }
 
-    /// Whether runs of navigators of this kind include the channel.
+    /// Returns true if runs of navigators of this kind include the channel.
     pub fn belongs_to(&self, kind: &str) -> bool {
         self.kind.is_none_or(|own| own == kind)
     }
 
-    /// Whether the channel is recorded under this topic, which is its name with a leading slash.
+    /// Returns true if the channel is recorded under this topic, which is its name with a leading slash.
     pub fn is_topic(&self, topic: &str) -> bool {
         topic.strip_prefix('/') == Some(self.name)
     }
@@ -382,7 +382,7 @@ pub fn of_topic(topic: &str) -> Option<&'static ChannelSpec> {
     find(topic.strip_prefix('/')?)
 }
 
-/// Whether several processes write the channel of this topic, in which case gaps in its sequence numbers mean nothing.
+/// Returns true if several processes write the channel of this topic, in which case gaps in its sequence numbers are meaningless.
 pub fn has_many_writers(topic: &str) -> bool {
     of_topic(topic).is_some_and(|spec| spec.writer.is_none())
 }

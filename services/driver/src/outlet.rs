@@ -19,7 +19,7 @@ pub struct Outlet {
     thinning: Thinning,
     /// Number of messages since the last tick.
     since_tick: usize,
-    /// Stamp of the latest message, in nanoseconds.
+    /// Timestamp of the latest message, in nanoseconds.
     newest_ns: Option<u64>,
     /// The latest reading if it is held.
     held: Owned,

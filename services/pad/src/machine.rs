@@ -269,7 +269,7 @@ impl Machine {
         steps.filter(|&step| self.check(step, drives, now).is_ok()).collect()
     }
 
-    /// Whether a step is allowed.
+    /// Checks whether a step is allowed.
     ///
     /// # Errors
     /// [`Refusal`], which states what is required.
@@ -293,8 +293,8 @@ impl Machine {
         Ok(())
     }
 
-    /// Whether there may be something to abort. A superfluous abort has no effect, whereas one that is not passed on would let the
-    /// robot drive off.
+    /// Returns true if there may be something to abort. A superfluous abort has no effect, whereas one that is not passed on would
+    /// let the robot drive off.
     fn may_be_under_way(&self) -> bool {
         match self.state() {
             State::Driving | State::Paused => true,

@@ -349,7 +349,7 @@ async fn study(State(desk): State<Desk>, visit: Visit, content: Body) -> Respons
     respond(reply.await)
 }
 
-/// Whether a page would be admitted, since browsers do not report to a page why its WebSocket was refused.
+/// Reports whether a page would be admitted, since browsers do not report to a page why its WebSocket was refused.
 async fn seat(State(desk): State<Desk>, Query(asked): Query<Asked>) -> Response {
     let (reply, answer) = oneshot::channel();
     let reply = async {

@@ -104,7 +104,7 @@ impl Sessions {
         }
     }
 
-    /// Whether the session is known.
+    /// Returns true if the session is known.
     pub fn knows(&self, id: &str) -> bool {
         self.known.contains_key(id)
     }

@@ -21,7 +21,7 @@ impl Bridge<'_> {
         Ok(())
     }
 
-    /// Whether the study, if there is one, allows a step. A drive is recorded before its order is sent.
+    /// Checks whether the study, if there is one, allows a step. A drive is recorded before its order is sent.
     pub(super) fn allow_by_study(&mut self, step: Step, drives: bool, now: Duration) -> Result<(), Refusal> {
         let Some(study) = &mut self.study else { return Ok(()) };
         study.check(step)?;

@@ -154,7 +154,7 @@ mod built {
     fn report(name: &str, done: &Summary) -> Outcome {
         let Summary { sent, unsent, lost } = done;
         say!(
-            "{name}: {sent} messages sent, {unsent} dropped because a subscriber had no room, {lost} lost before that"
+            "{name}: {sent} messages sent, {unsent} dropped because a subscriber was too slow, {lost} lost before that"
         );
         Outcome::Success
     }

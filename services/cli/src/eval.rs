@@ -107,9 +107,9 @@ fn project(named: Option<&Path>) -> anyhow::Result<PathBuf> {
     if let Some(folder) = named {
         let missing = || format!("--project {}: expected a checkout with {MISSIONS} in it", folder.display());
         let found = Some(folder).filter(has_missions).with_context(missing)?;
-        return std::path::absolute(found).context("the current folder is gone");
+        return std::path::absolute(found).context("the current folder no longer exists");
     }
-    let here = std::env::current_dir().context("the current folder is gone")?;
+    let here = std::env::current_dir().context("the current folder no longer exists")?;
     let missing = || {
         format!(
             "expected {MISSIONS} in the current folder or above it: name a checkout of sketchnav by --project DIR"

@@ -203,7 +203,7 @@ impl Report {
             out!("method     {how}")?;
         }
         for OutstandingFault { number, words } in &self.outstanding_faults {
-            out!("not done   fault {number} of the plan: {words}; its message never came")?;
+            out!("not done   fault {number} of the plan: {words}; its message was never sent")?;
         }
         for rejected in self.rejections() {
             out!("rejected   {rejected}")?;

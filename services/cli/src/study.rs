@@ -39,7 +39,7 @@ const ON_FLOOR: &str = "floor.svg";
 
 /// Serves the page to one participant after another, until a person ends it.
 pub fn run(folder: &Path, options: &PadOptions) -> Result<Outcome, Failure> {
-    let folder = std::path::absolute(folder).context("the current folder is gone").or_input()?;
+    let folder = std::path::absolute(folder).context("the current folder no longer exists").or_input()?;
     if folder.is_dir() {
         folder::check_own(&folder).or_input()?;
     }

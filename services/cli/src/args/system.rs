@@ -143,7 +143,7 @@ fn parse_host(text: &str) -> Result<String, String> {
     let known = |b: u8| b.is_ascii_alphanumeric() || matches!(b, b'-' | b'_');
     let is_label = |label: &str| (1..=63).contains(&label.len()) && label.bytes().all(known);
     let holds = text.len() <= 253 && text.split('.').all(is_label);
-    let expected = || "expected a host name without scheme and port, as robot.local".to_owned();
+    let expected = || "expected a host name without scheme and port, such as robot.local".to_owned();
     if holds { Ok(text.to_ascii_lowercase()) } else { Err(expected()) }
 }
 

@@ -242,7 +242,7 @@ fn parse_range(text: &str) -> Result<f64, String> {
 fn parse_start(text: &str) -> Result<[f64; 3], String> {
     let numbers: Result<Vec<f64>, _> = text.split(',').map(|word| word.trim().parse()).collect();
     let numbers = numbers.ok().and_then(|numbers| numbers.try_into().ok());
-    numbers.ok_or_else(|| format!("expected COLUMN,ROW,HEADING, as 120,340,90, found {text:?}"))
+    numbers.ok_or_else(|| format!("expected COLUMN,ROW,HEADING, such as 120,340,90, found {text:?}"))
 }
 
 /// The options of `rerun`.

@@ -183,7 +183,7 @@ pub fn sections(outcomes: &[TaskOutcome]) -> Vec<Section> {
         "wrong arrivals afterwards",
     ];
     let words = format!(
-        "The person answers truly and points as exactly as people mark a start. At the question after {MOST_ANSWERS} \
+        "The person answers truthfully and points as accurately as people mark a start. At the question after {MOST_ANSWERS} \
          answers they give the drive up."
     );
     vec![Section {

@@ -82,9 +82,7 @@ pub fn seen_outline(picture: &SeenOutline<'_>) -> String {
         sheet.cross(&at(found.rival_m), "#c2410c");
     }
     sheet.scale_bar(1.0);
-    sheet.caption(
-        "Dark line: the drawing as the floor has corrected it; dotted where the robot has not looked.",
-    );
+    sheet.caption("Dark line: the drawing as corrected by the floor; dotted where the robot has not looked.");
     words(&mut sheet, found);
     sheet.finish()
 }

@@ -94,7 +94,7 @@ pub fn claims(picture: &Claims<'_>) -> String {
     }
     sheet.bottom += 22.0;
     sheet.caption(
-        "Crosses: where each witness has the goal. Green: where it truly is. Grey line: the robot's path.",
+        "Crosses: the goal according to each witness. Green: its true place. Grey line: the robot's path.",
     );
     sheet.caption("Colours: regions with a partner in the drawing. Dots: doors. Dashed: gaps, not seen yet.");
     sheet.finish()

@@ -117,7 +117,10 @@ pub fn plane_picture(
         })
         .collect();
     Ok(Some(picture::plane(&PlanePicture {
-        title: &format!("{}, seed {}: the plane, and where the window truly was", run.mission.name, run.seed),
+        title: &format!(
+            "{}, seed {}: the plane, with the true path of the window",
+            run.mission.name, run.seed
+        ),
         dots: &dots.iter().map(|[x, y]| Point::new(*x, *y)).collect::<Vec<_>>(),
         walls: &walls,
         parkways: &parkways,
@@ -219,8 +222,8 @@ pub fn section(run: &RunConfig, log: &Log, verdicts: &[JourneyVerdict]) -> Marku
         h2 { "Journeys" }
         (page::table(&header.map(str::to_owned), &rows.collect::<Vec<_>>()))
         p.small {
-            "Direct, recovered, unaware: at the goal, in the last case by a wrong path. Cannot locate, lost: the navigator knows that it failed. "
-            "Astray: it believes that it is at the goal (Park and Kender 1995, 7.2.6)."
+            "Direct, recovered, unaware: at the goal, in the last case by a wrong path. Cannot locate, lost: the navigator reports that it failed. "
+            "Astray: it reports that it is at the goal (Park and Kender 1995, 7.2.6)."
         }
         @if log.chart.is_empty() {
             h2 { "Custom maps" }

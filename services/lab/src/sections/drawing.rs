@@ -25,10 +25,7 @@ pub fn picture(run: &RunConfig, log: &Log, verdict: &Verdict) -> anyhow::Result<
     let spans = judge::spans(run.mission.task.len(), &log.status);
     let tasks = sketch_tasks(run, log, verdict, &spans);
     let svg = picture::sketch(&SketchPicture {
-        title: &format!(
-            "{}, seed {}: the sketch, and where the localizer believed the robot to be",
-            run.mission.name, run.seed
-        ),
+        title: &format!("{}, seed {}: the sketch, with the localizer's estimate", run.mission.name, run.seed),
         width_px: map.width_px,
         height_px: map.height_px,
         cells,

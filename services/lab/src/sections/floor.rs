@@ -68,7 +68,7 @@ pub fn picture(
     let start = &run.mission.start;
     Ok(picture::floor(&FloorPicture {
         title: &format!(
-            "{}, seed {}: the true floor, and where the robot truly was",
+            "{}, seed {}: the true floor, with the robot's true path",
             run.mission.name, run.seed
         ),
         shapes: &FloorShapes::of(&description),

@@ -124,7 +124,7 @@ impl<'a> Landmarks<'a> {
         let sketch = self.instructions.sketch.as_ref()?;
         let all = || sketch.route.iter().chain(sketch.landmarks.iter().flat_map(|one| &one.outline));
         let mut sheet = sheet(
-            "The sketch with its states, and where the robot believed it was",
+            "The sketch with its states and the robot's estimate",
             all().copied().map(<[f64; 2]>::from),
         );
         for landmark in &sketch.landmarks {

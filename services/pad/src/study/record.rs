@@ -210,7 +210,7 @@ impl Record for Participant {
             && self.code.chars().all(known)
             && !self.code.starts_with('-');
         if !is_code || super::folder::OWN.contains(&self.code.as_str()) {
-            let expected = format!("1 to {MAX_CODE} lower-case letters, digits and hyphens, as p-07");
+            let expected = format!("1 to {MAX_CODE} lower-case letters, digits and hyphens, such as p-07");
             return Err(RecordError::value("code", expected, format!("{:?}", self.code)));
         }
         match self.age.filter(|age| !(AGES[0]..=AGES[1]).contains(age)) {

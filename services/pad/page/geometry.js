@@ -111,8 +111,8 @@ function rangesOutside(a, b, center, radius) {
 }
 
 /**
- * What an eraser's disc leaves of a line: pieces, each `{ points, values }`, cut exactly at its edge;
- * `null` where it does not touch it. `values` are numbers beside the points (pressure), or `null`.
+ * What an eraser's disc leaves of a line: pieces `{ points, values }`, cut exactly at its edge; `null` if it does not touch the
+ * line. `values` are per-point numbers (pressure), or `null`.
  */
 export function erased(points, values, center, radius) {
   if (points.length === 1) return distance(points[0], center) < radius ? [] : null;
@@ -121,8 +121,8 @@ export function erased(points, values, center, radius) {
 }
 
 /**
- * The pieces of a line that are left if of the segment before each point `i` only `ranges(i)` stay, each `[from, to]` from 0 at
- * the point before to 1. `values` are numbers beside the points, or `null`.
+ * The remaining pieces of a line if only the parts `ranges(i)` of the segment before each point `i` are kept: each part is `[from,
+ * to]`, from 0 at the previous point to 1. `values` are per-point numbers, or `null`.
  */
 export function cut(points, values, ranges) {
   const pieces = [];
@@ -144,24 +144,26 @@ export function cut(points, values, ranges) {
   return pieces.map(({ points: p, values: v }) => ({ points: p, values: values ? v : null }));
 }
 
-/** Where the lines through `a` along `u` and through `b` along `v` meet: so many times `u` from `a`; `null` if parallel. */
+/**
+ * The intersection of the lines through `a` along `u` and through `b` along `v`, as a multiple of `u` from `a`; `null` if parallel.
+ */
 export function meeting(a, u, b, v) {
   const cross = u[0] * v[1] - u[1] * v[0];
   if (Math.abs(cross) < 1e-9) return null;
   return ((b[0] - a[0]) * v[1] - (b[1] - a[1]) * v[0]) / cross;
 }
 
-/** The opposite corner moved so that the box from `a` is a square. */
+/** The opposite corner, moved so that the box from `a` is a square. */
 export function even(a, b) {
   const [dx, dy] = [b[0] - a[0], b[1] - a[1]];
   const side = Math.max(Math.abs(dx), Math.abs(dy));
   return [a[0] + side * (dx < 0 ? -1 : 1), a[1] + side * (dy < 0 ? -1 : 1)];
 }
 
-/** How many corners a curve of this length has: one every 12 px, within limits. */
+/** Number of corners for a curve of this length: one every 12 px, within limits. */
 const corners = (length, least, most) => Math.round(Math.min(most, Math.max(least, length / 12)));
 
-/** The corners of the ellipse in the upright box between two points. */
+/** The corners of the ellipse in the box between two points. */
 export function ellipse(a, b) {
   const [cx, cy] = between(a, b, 0.5);
   const [rx, ry] = [Math.abs(b[0] - a[0]) / 2, Math.abs(b[1] - a[1]) / 2];

@@ -451,7 +451,7 @@ fn is_of_chunk(damage: &Damage) -> bool {
     }
 }
 
-/// Returns true if a record other than a chunk has content of its own, which records of the index do not.
+/// Returns true if a record other than a chunk has its own content, which records of the index do not.
 fn holds_something(damage: &Damage) -> bool {
     match damage {
         Damage::Content { kind, .. } => {

@@ -261,7 +261,7 @@ pub enum Record<'a> {
     Attachment(Attachment),
     /// The end of the data.
     DataEnd,
-    /// The offset at which the index begins, and the index's checksum.
+    /// The offset of the index, and its checksum.
     Footer(u64, u32),
     /// An index entry for a chunk.
     ChunkIndex(ChunkEntry),

@@ -93,7 +93,7 @@ pub struct Latched {
 pub struct Topic {
     /// The channel's row of the table.
     pub spec: &'static ChannelSpec,
-    /// The sequence numbers. Unused if several processes write the channel, each with numbers of its own.
+    /// The sequence numbers. Unused if several processes write the channel, each with its own numbers.
     pub sequence: Sequence,
     /// The times of the messages, and the gaps between them.
     pub facts: TopicFacts,

@@ -4,8 +4,8 @@
 //!
 //! `cargo bench --bench observers` drives missions in which the cases take turns of a few seconds. Each case is the first in a
 //! round as often as the others. `--features ros2` adds the bridge, and `-- --missions 6` measures for longer. The figures come
-//! from the recording, so the measurement does not need an observer of its own. The viewer and the readers run on the same machine,
-//! so the figures are only meaningful if nothing else is running.
+//! from the recording, so the measurement does not need a separate observer. The viewer and the readers run on the same machine, so
+//! the figures are only meaningful if nothing else is running.
 
 use std::path::Path;
 use std::thread::sleep;

@@ -1,7 +1,7 @@
-//! Tests in which nothing is killed but everything else goes wrong: a full disk, full shared memory, a folder that is removed,
+//! Tests where nothing is killed but everything else goes wrong: a full disk, full shared memory, a folder that is removed,
 //! interference by other users.
 //!
-//! Some tests need root for a disk of their own, and print a notice if they are not root.
+//! Some tests need root for a separate disk, and print a notice if they are not root.
 
 use std::fs;
 use std::path::{Path, PathBuf};

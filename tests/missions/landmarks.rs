@@ -86,7 +86,7 @@ fn a_sketch_and_its_description_lead_to_the_same_place() {
     assert_eq!(commands(&recording), commands(&again));
 }
 
-/// The proposal is a sketch of its own. The person's sketch is never overwritten, and words have nothing to smooth.
+/// The proposal is a separate sketch. The person's sketch is never overwritten, and words have nothing to smooth.
 #[test]
 fn a_smoother_route_is_proposed_and_can_be_driven() {
     let place = place("scene-a.toml");

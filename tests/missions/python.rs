@@ -1,7 +1,6 @@
 //! A navigator in Python is a single file with the same functionality as the equivalent navigator in Rust (`stranger.rs`).
 //!
-//! These tests need a Python in which the wheel of this checkout is installed. `SKETCHNAV_WHEEL_PYTHON` names it; without it, the
-//! tests are skipped.
+//! These tests need a Python with the wheel of this checkout. `SKETCHNAV_WHEEL_PYTHON` names it; without it, the tests are skipped.
 
 use std::process::Command;
 
@@ -9,7 +8,7 @@ use sketchnav_recordings::Recording;
 use support::room::ALONG_THE_WALL;
 use support::{Ended, Place, repository, room};
 
-/// Creates a place in which `sketchnav` is the wall follower with these parts replaced, or returns `None` without a Python that has
+/// Creates a place where `sketchnav` is the wall follower with these parts replaced, or returns `None` without a Python that has
 /// the wheel.
 fn place_with(changes: &[(&str, &str)]) -> Option<Place> {
     let python = needs::python("wheel", "SKETCHNAV_WHEEL_PYTHON", "sketchnav._core")?;
@@ -67,7 +66,7 @@ fn an_account_that_fails_is_named_in_its_place() {
     assert!(judged.to_string().contains("\"reached\":true"), "{judged}");
 }
 
-/// Creates a place in which `sketchnav` is the same navigator in Rust.
+/// Creates a place where `sketchnav` is the same navigator in Rust.
 fn rust_place() -> Place {
     let place = Place::of_program("wall_follower");
     room::write(place.files());

@@ -1,7 +1,6 @@
 //! A driver in Python takes the place of the simulated world: `tests/rooms_driver.py` brings a robot to the next room.
 //!
-//! These tests need a Python in which the wheel of this checkout is installed. `SKETCHNAV_WHEEL_PYTHON` names it; without it, the
-//! tests are skipped.
+//! These tests need a Python with the wheel of this checkout. `SKETCHNAV_WHEEL_PYTHON` names it; without it, the tests are skipped.
 
 use std::path::PathBuf;
 use std::process::Command;

@@ -6,7 +6,7 @@ use support::page::{Page, free_port, wait_for};
 use support::room::ALONG_THE_WALL;
 use support::{Place, room};
 
-/// Creates a place in which `sketchnav` is the program with that navigator.
+/// Creates a place where `sketchnav` is the program with that navigator.
 fn place() -> Place {
     let place = Place::of_program("wall_follower");
     room::write(place.files());

@@ -204,7 +204,7 @@ fn a_replay_for_observers_leaves_nothing_behind() {
     assert!(late.err.contains("--start 1000000: expected at most ") && !late.err.contains("/scan"), "{late}");
 }
 
-/// Writes a copy of the recording in which, in the third second, a localizer died and a planner reported its health.
+/// Writes a copy of the recording with a localizer's death and a planner's health report in the third second.
 fn with_a_fault(recording: &Path, copy: &Path) {
     let recording = Recording::open(recording).unwrap();
     let files: Vec<_> = sketchnav_recordings::sources::of_recording(&recording).cloned().collect();
@@ -373,8 +373,8 @@ fn write_log(place: &Place, log: &str, map: &str) {
     write(log, b"FLASER 3 1.0 1.0 1.0 2 2 0 2 2 0 0.1 host 0.1\n");
 }
 
-/// The mission of a log used to be written as text in which names were quoted as in Rust. "\u{308}" is not valid TOML,
-/// so a decomposed "ü", as in file names on macOS, was rejected.
+/// The mission of a log used to be written as text with names quoted as in Rust. "\u{308}" is not valid TOML, so a decomposed "ü",
+/// as in file names on macOS, was rejected.
 #[test]
 fn logs_and_maps_may_have_any_name() {
     let place = Place::new();

@@ -240,7 +240,7 @@ fn a_chunk_that_ends_beyond_the_file_is_reported() {
     assert!(error.contains(&format!("byte {at}: the file ends within the record")), "{error}");
 }
 
-/// `recover` is for damaged files, but it refused a file of which only the first bytes were damaged.
+/// `recover` is for damaged files, but it refused a file with only its first bytes damaged.
 #[test]
 fn a_file_with_only_its_magic_damaged_is_recovered() {
     let folder = tempfile::tempdir().unwrap();

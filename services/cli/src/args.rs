@@ -541,7 +541,7 @@ pub struct ChaosOptions {
     pub json: bool,
 }
 
-/// A shell for which completions can be generated.
+/// A shell with support for completions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Shell {
     /// Bourne Again shell.

@@ -5,7 +5,7 @@ use anyhow::anyhow;
 use crate::args::{Other, Rmw, Ros2Options, parse_rmw};
 use crate::failure::{Failure, Outcome};
 
-/// The environment variable with which ROS 2 selects the middleware.
+/// The environment variable that selects the middleware of ROS 2.
 const RMW_VARIABLE: &str = "RMW_IMPLEMENTATION";
 
 /// Runs the bridge until the system ends or the user ends it.
@@ -74,7 +74,7 @@ mod built {
     use crate::output::{live, say};
     use crate::systems;
 
-    /// The environment variable with which ROS 2 selects the domain.
+    /// The environment variable that selects the domain of ROS 2.
     const DOMAIN_VARIABLE: &str = "ROS_DOMAIN_ID";
 
     /// The Zenoh router of this host, at the default endpoint of rmw_zenoh.

@@ -267,8 +267,8 @@ fn report(driven: &Driven<'_>, path: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Options that determine where the outcomes come from, each of which takes a value. They are not shown, so
-/// that the page of a merged experiment equals that of one driven on a single machine.
+/// Options that determine where the outcomes come from. Each takes a value. They are not shown, so that the page of a merged
+/// experiment equals that of one driven on a single machine.
 const WHERE_FROM: [&str; 2] = ["--merge", "--accept"];
 
 /// Returns the command line as it was typed, without the program's path and the options in [`WHERE_FROM`].

@@ -193,7 +193,7 @@ fn follow(
     };
     let report = match report::Report::new(run, &supervisor, wall, folder, warnings) {
         Ok(report) => report,
-        // The errors with which processes ended are closer to the cause, such as a full disk, so they take precedence.
+        // The errors of processes are closer to the cause, such as a full disk, so they take precedence.
         Err(failure) => {
             let failure = ended.err().map_or(failure, classify);
             return Err(if options.json { without_recording(&supervisor, failure)? } else { failure });

@@ -38,7 +38,7 @@ pub struct RelationsOptions {
     /// Ignore motion up to this speed, in metres per second.
     #[arg(long, value_name = "M/S")]
     pub quantisation_mps: Option<f64>,
-    /// Maximum distance at which qtc-bc includes the sides, in metres.
+    /// Maximum distance where qtc-bc includes the sides, in metres.
     #[arg(long, value_name = "METRES", default_value_t = sketchnav_qualitative::qtc::PERSONAL_SPACE_M)]
     pub near_m: f64,
     /// Labels and thresholds for argd, separated by commas.
@@ -116,7 +116,7 @@ struct Series {
     note: Option<String>,
 }
 
-/// A relation and the period during which it held.
+/// A relation and the period when it held.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 struct Held {
     from_s: f64,

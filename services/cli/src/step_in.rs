@@ -194,7 +194,7 @@ fn drawing(node: &Node, run: &RunConfig) -> Result<([f64; 2], f64), Failure> {
     Ok(([answer.sketch_width_px, answer.sketch_height_px].map(f64::from), answer.scale))
 }
 
-/// Returns the drawing in which the robot estimates its position, if the mission has one.
+/// Returns the drawing that the robot localizes in, if the mission has one.
 fn canvas(run: &RunConfig) -> Result<Option<Canvas>, Failure> {
     let navigator = sketchnav_navigators::of(&run.mission).or_input()?;
     let Some(find) = navigator.canvas else { return Ok(None) };

@@ -19,7 +19,7 @@ use crate::outlet::Outlet;
 const LOOK_UP: Duration = Duration::from_millis(20);
 /// Time between two checks whether the system still runs.
 const SECOND: Duration = Duration::from_secs(1);
-/// Maximum time for which a simulator waits for the first command.
+/// Maximum time that a simulator waits for the first command.
 const PATIENCE: Duration = Duration::from_secs(10);
 
 /// The clock that determines the mission time.

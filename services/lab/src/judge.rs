@@ -86,7 +86,7 @@ impl Verdict {
     }
 }
 
-/// The period in which a task was driven, and its last state.
+/// The period of a task's drive, and its last state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TaskSpan {
     /// Simulation time of the first status message of the task other than `waiting`.

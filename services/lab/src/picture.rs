@@ -60,7 +60,7 @@ pub struct DrawnGoal<'a> {
     pub height_px: u32,
     /// Cells of the drawing, with row 0 at the bottom.
     pub cells: &'a [u8],
-    /// Pose at which the robot started.
+    /// The robot's start pose.
     pub start: Pose<Sketch>,
     /// Position of the goal.
     pub goal: Point<Sketch>,
@@ -93,7 +93,7 @@ pub struct SketchPicture<'a> {
     pub height_px: u32,
     /// Cells of a [`sketchnav_sketch::messages::SketchMap`], with row 0 at the bottom.
     pub cells: &'a [u8],
-    /// Pose at which the robot started.
+    /// The robot's start pose.
     pub start: Pose<Sketch>,
     /// The tasks in order.
     pub tasks: &'a [TaskPicture<Sketch>],
@@ -110,11 +110,11 @@ pub struct FloorPicture<'a> {
     pub people: &'a [Vec<Point<World>>],
     /// Polygons of what a camera saw at some times.
     pub views: &'a [Vec<Point<World>>],
-    /// Pose at which the robot started.
+    /// The robot's start pose.
     pub start: Pose<World>,
     /// The tasks in order.
     pub tasks: &'a [TaskPicture<World>],
-    /// Positions at which contacts began.
+    /// Positions where contacts began.
     pub contacts: &'a [Point<World>],
 }
 

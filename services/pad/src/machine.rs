@@ -64,7 +64,7 @@ pub struct Path {
     pub marks: Vec<u8>,
     /// The marks that placed the robot, as JSON. They are these or earlier ones.
     pub placing: Vec<u8>,
-    /// The sketch in which the robot was placed.
+    /// The sketch that the robot was placed in.
     pub sketch_seq: u64,
 }
 

@@ -41,7 +41,7 @@ fn main() -> Fallible {
         [system] => answer(system),
         _ => {
             measure()?;
-            // This needs a process of its own, because a system's settings are global to a process.
+            // This needs a separate process, because a system's settings are global to a process.
             other(&["waitset"])?.wait()?;
             measure_socket()
         }

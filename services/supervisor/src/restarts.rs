@@ -15,7 +15,7 @@ const ATTEMPTS: u32 = 8;
 /// send.
 const PEACEFUL: Duration = Duration::from_secs(10);
 
-/// Ways in which a life of a process ends.
+/// The ways a life of a process may end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum End {
     /// The process hung and was killed for that.

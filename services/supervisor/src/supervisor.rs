@@ -22,7 +22,7 @@ use crate::lives::{CLEARING, look_after, start_if_due};
 use crate::stall::Stall;
 use crate::{Death, Error, Result};
 
-/// Interval at which the supervisor checks its channels and children. It is short enough that a lockstep world, which waits for
+/// Interval between the supervisor's checks of its channels and children. It is short enough that a lockstep world, which waits for
 /// the recorder, cannot send more statuses in the meantime than their channel holds.
 const LOOK_EVERY: Duration = Duration::from_millis(4);
 /// Time after the successful end of a process within which the mission may still end properly, since the status for the last

@@ -31,7 +31,7 @@ pub(crate) struct Watchdog {
     is_told: bool,
     /// How long the process may be stopped before it is killed.
     stopped_limit: Duration,
-    /// Share of the time in which the process may run, and until when, or `None` if it is not starved.
+    /// Share of the time that the process may run, and until when, or `None` if it is not starved.
     starved: Option<(f64, Instant)>,
     /// Whether the process is to be killed. Until it has ended, there is nothing more to report.
     is_condemned: bool,

@@ -80,7 +80,7 @@ pub fn hasty(scene: &Scene, degree: f64, mission_seed: u64) -> SceneSketch {
     drawn(scene, &Hand { degree, smooth_m }, mission_seed, &mut rng)
 }
 
-/// The manner in which a person draws.
+/// A person's manner of drawing.
 struct Hand {
     degree: f64,
     /// Length of the route over which corners are smoothed, in metres.

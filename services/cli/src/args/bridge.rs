@@ -149,7 +149,7 @@ pub struct TopicPattern {
 }
 
 impl TopicPattern {
-    /// Parses a pattern. Its leading slash, with which all topics begin in ROS 2, may be omitted.
+    /// Parses a pattern. The leading slash of all ROS 2 topics may be omitted.
     fn parse(text: &str) -> Result<Self, String> {
         let regex = parse_pattern(text.strip_prefix('/').unwrap_or(text))?;
         Ok(Self { text: text.to_owned(), regex })

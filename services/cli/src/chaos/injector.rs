@@ -27,9 +27,9 @@ const LOOK_EVERY: Duration = Duration::from_micros(500);
 const LAST_SHARE: f64 = 0.95;
 /// Like [`LAST_SHARE`], but for runs in real time, where a mission may end earlier than the undisturbed one.
 const LAST_SHARE_IN_REAL_TIME: f64 = 0.8;
-/// Probability with which a second process is drawn to be killed at the same time.
+/// Probability that a second process is drawn to be killed at the same time.
 const PAIRS: f64 = 0.2;
-/// Longest time after its start at which a starting process is killed.
+/// Maximum time after its start when a starting process is killed.
 const YOUNG: Duration = Duration::from_millis(12);
 /// Maximum number of times in a row that a process is killed while it starts. After a few more, the supervisor would
 /// give it up.
@@ -50,7 +50,7 @@ pub struct Plan {
 /// The kills to make at one time.
 #[derive(Debug, Clone, PartialEq)]
 struct Blow {
-    /// The world's progress at which to strike.
+    /// The world's progress at the time to strike.
     moment: u32,
     /// The process to kill, or two processes to kill at once.
     who: Vec<Process>,

@@ -16,7 +16,7 @@ use sketchnav_sim::simulation::COMMAND_LIMIT_NS;
 const LATE_S: f64 = 0.3;
 /// Speed below which the robot counts as standing still, since people push it about and contacts jitter.
 const STANDSTILL_MPS: f64 = 0.02;
-/// Time after a death, in simulated seconds, in which a contact may be due to that death.
+/// Time after a death, in simulated seconds, when a contact may be due to that death.
 const AFTERMATH_S: f64 = 5.0;
 
 /// How safe the robot was.

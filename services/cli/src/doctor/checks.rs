@@ -21,7 +21,7 @@ const SHARED_MEMORY: &str = "/dev/shm";
 /// Length of the longest name that the program chooses itself: 24 characters of the mission's name, a hyphen, and a
 /// process id.
 const USUAL_NAME: usize = 32;
-/// The version of Linux that introduced `pidfd_open`, with which the supervisor waits for its processes.
+/// The version of Linux that introduced `pidfd_open`, which the supervisor uses to wait for its processes.
 const OLDEST_KERNEL: (u32, u32) = (5, 3);
 /// Disk space needed for a recording, about ten times the size of the demo's.
 const NEEDED_DISK_MIB: u64 = 100;

@@ -1,5 +1,5 @@
-//! Drives trials in simulators that are not part of this project. Each run is a whole system, in which a driver of
-//! `examples` takes the world's place.
+//! Drives trials in simulators that are not part of this project. Each run is a whole system, where a driver of `examples` takes
+//! the world's place.
 
 use std::fs::File;
 use std::path::Path;
@@ -28,7 +28,7 @@ const LOOK_EVERY: Duration = Duration::from_millis(20);
 /// Counts the systems of this process, so that each has its own name.
 static STARTED: AtomicU32 = AtomicU32::new(0);
 
-/// A simulator for which `examples` has a driver.
+/// A simulator with a driver in `examples`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Simulator {
     /// ir-sim: noisy kinematics, contacts, a noisy lidar.

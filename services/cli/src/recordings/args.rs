@@ -211,7 +211,7 @@ pub struct ReplayOptions {
     pub system: Option<String>,
 }
 
-/// The rate at which a recording is played.
+/// The playback rate of a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Rate {
     /// As fast as the readers keep up.

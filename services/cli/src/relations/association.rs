@@ -90,7 +90,7 @@ fn nearest_sample(track: &Track, at_s: f64) -> Option<usize> {
 /// Statistics of how often objects were seen together.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Meetings {
-    /// Number of scenes in which all objects were seen.
+    /// Number of scenes that show all objects.
     pub together: usize,
     /// The object with the fewest samples.
     pub rarest: String,

@@ -250,7 +250,7 @@ struct Counted {
     newest: Option<Header>,
     /// When the last message arrived. Messages sent before this observer joined arrive when it first looks.
     received: Option<Instant>,
-    /// The sequence number after which messages are counted.
+    /// Messages after this sequence number are counted.
     from_seq: Option<u64>,
 }
 

@@ -31,7 +31,7 @@ struct Search {
     unit: &'static str,
     /// The value in use.
     used: fn(&Parameters) -> f32,
-    /// The values in order, including the one in use, which has a line of its own.
+    /// The values in order, including the one in use, which has its own line.
     values: &'static [f64],
 }
 

@@ -75,7 +75,7 @@ struct Draws {
     trials: Vec<Trial>,
     /// Number of draws without a pair in view, for each position of the robot.
     rejected: [usize; 3],
-    /// Conditions for which no start was found.
+    /// Conditions without a start.
     without: Vec<&'static str>,
 }
 

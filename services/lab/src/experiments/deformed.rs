@@ -60,12 +60,12 @@ const DEPTH: f64 = 0.5;
 /// Distance, in metres, to the point on its path that the robot faces at the start.
 const LOOK_AHEAD_M: f64 = 1.0;
 
-/// A floor of which drawings are made.
+/// A floor to make drawings of.
 pub(crate) struct Site {
     pub(crate) name: String,
     world: WorldSource,
     floor: Floor,
-    /// The ground on which the robot fits.
+    /// The ground where the robot fits.
     pub(crate) ground: Ground,
     robot: Robot,
     regions: Vec<Region>,
@@ -211,7 +211,7 @@ fn source(floor_plan: Option<&Path>, map: Option<&Path>) -> WorldSource {
     WorldSource { floor_plan: floor_plan.map(text), map: map.map(text), ..WorldSource::default() }
 }
 
-/// Returns the regions of the floor in which the robot fits.
+/// Returns the regions of the floor where the robot fits.
 fn regions(floor: &Floor, ground: &Ground) -> Vec<Region> {
     let regions = floor.regions().iter().enumerate();
     let polygons = regions.map(|(i, region)| (format!("room {}", i + 1), region.polygon.clone()));

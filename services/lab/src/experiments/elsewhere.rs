@@ -21,7 +21,7 @@ pub fn suite_in(suite: &str, simulator: &str) -> String {
 /// Drives a run of a trial, and shows all its messages in order.
 type Drive = dyn Fn(&Trial, &RunConfig, &mut dyn Tap) -> Result<(), StageError> + Send + Sync;
 
-/// A simulator in which trials are driven instead of this project's own world.
+/// A simulator that runs trials instead of this project's own world.
 #[derive(Clone)]
 pub struct Elsewhere {
     simulator: &'static str,

@@ -63,8 +63,7 @@ impl Kind {
         }
     }
 
-    /// Returns the outcome that follows from a verdict alone, without considering the path of the robot or whether a touch is a
-    /// failure.
+    /// Returns the outcome that follows from a verdict alone, without considering the robot's path or whether a touch is a failure.
     pub fn of(verdict: &TaskVerdict) -> Self {
         match (verdict.reached, verdict.state.as_str()) {
             (true, _) => Self::Reached,
@@ -86,7 +85,7 @@ pub struct TaskOutcome {
     pub drawing: String,
     /// Name of the method.
     pub method: String,
-    /// Seed of the run in which the task was driven.
+    /// Seed of the run that drove the task.
     pub seed: u64,
     /// Name of the task.
     pub task: String,

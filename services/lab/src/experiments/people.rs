@@ -259,7 +259,7 @@ impl Place {
 struct Spot {
     /// Number of the match in the annotator's file.
     number: usize,
-    /// Position of the robot, in metres. This is the mark, or the nearest position in the region at which the robot fits.
+    /// Position of the robot, in metres. This is the mark, or the nearest position in the region where the robot fits.
     world: [f64; 2],
     /// Position of the mark in the drawing, in image pixels.
     sketch: [f64; 2],

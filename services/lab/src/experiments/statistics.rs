@@ -24,18 +24,18 @@ pub struct Tally {
     pub wrong_side: usize,
     /// Number of tasks that ended because the robot touched something.
     pub collided: usize,
-    /// Number of tasks in which the robot reported being lost.
+    /// Number of tasks where the robot reported being lost.
     pub lost: usize,
-    /// Number of tasks in which the robot reported that there is no path.
+    /// Number of tasks where the robot reported that there is no path.
     pub blocked: usize,
     /// Number of tasks that ran out of time.
     pub timed_out: usize,
     /// Number of tasks that ended in another way.
     pub aborted: usize,
-    /// Number of tasks in which the robot never moved.
+    /// Number of tasks where the robot never moved.
     #[serde(default)]
     pub never_moved: usize,
-    /// Number of tasks, failed or not, in which the robot touched something.
+    /// Number of tasks, failed or not, where the robot touched something.
     pub with_collision: usize,
     /// Interval of the success rate over drawings, if drawings repeat, or `None` for independent trials.
     #[serde(default, skip_serializing_if = "Option::is_none")]

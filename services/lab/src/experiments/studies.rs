@@ -34,7 +34,7 @@ impl Size {
 
 /// How a study is run.
 pub enum Run {
-    /// By its size alone.
+    /// By its size only.
     BySize(fn(Size) -> Result<Vec<Figure>, EvalError>),
     /// With files from these folders.
     WithFiles(fn(&Folders, Size) -> Result<Vec<Figure>, EvalError>),

@@ -28,7 +28,7 @@ pub fn time_limit_s(shortest_way_m: f64) -> f64 {
     60.0 + 10.0 * shortest_way_m
 }
 
-/// The precision with which a person marks the robot's start.
+/// The precision of the start that a person marks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StartError {
     /// Standard deviation of the mark along each axis, as a share of the diagonal of the drawing.
@@ -47,7 +47,7 @@ impl StartError {
 pub struct Restart {
     /// True pose of the robot.
     pub start: Start,
-    /// Position at which the person marks the robot, in image pixels.
+    /// Position of the robot that the person marks, in image pixels.
     pub marked: Option<[f64; 2]>,
     /// Heading that the person gives for the robot, in degrees.
     pub marked_heading_deg: f64,
@@ -85,8 +85,7 @@ pub struct Trial {
     pub person: Option<Arc<Person>>,
     /// True if regions joined by doors are consulted about the goal when a task ends.
     pub asks_rooms: bool,
-    /// The simulator in which the trial is driven. If this is `None`, it is driven in the project's own
-    /// world.
+    /// The simulator that runs the trial. If this is `None`, it is driven in the project's own world.
     pub elsewhere: Option<Elsewhere>,
     /// True if the robot learns from the drive.
     pub is_learned_from: bool,
@@ -287,8 +286,8 @@ impl Sheet {
 }
 
 impl StartError {
-    /// Returns the position at which a person marks a point of the drawing, given draws from the standard normal distribution.
-    /// The mark is near the point with no wall in between. Returns `None` if no such position is found.
+    /// Returns a person's mark for a point of the drawing, given draws from the standard normal distribution. The mark is near the
+    /// point with no wall in between. Returns `None` if no such position is found.
     pub fn mark(
         &self,
         paper: &DrawnMap,

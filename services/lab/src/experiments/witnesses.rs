@@ -87,7 +87,7 @@ pub struct RoomsSaid {
     pub claims: [Option<Claim>; 3],
     /// Distance from the robot to where they locate the goal, in metres, or `None` if they do not locate it.
     pub away_m: Option<f64>,
-    /// True if they place the goal in the region in which the robot is.
+    /// True if they place the goal in the robot's region.
     pub is_same_room: bool,
     /// Share of their alignments that place the goal within 2.5 m of the robot.
     pub share_here: f64,

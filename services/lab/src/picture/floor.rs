@@ -1,4 +1,4 @@
-//! Walls, furniture and markers of a floor, in the form in which pictures show them.
+//! Walls, furniture and markers of a floor, as pictures show them.
 
 use sketchnav_schemas::geometry::{Point, Pose, World};
 use sketchnav_sim::WorldDescription;

@@ -20,7 +20,7 @@ pub enum Symbol {
     Start,
     /// A goal.
     Goal,
-    /// A trail, with a description of whose it is.
+    /// A trail with its description.
     Trail(&'static str),
     /// A drawn route.
     Route,
@@ -125,7 +125,7 @@ pub fn ends<F>(sheet: &mut Sheet, tasks: &[TaskPicture<F>]) {
     }
 }
 
-/// Draws the position and heading at which the robot started.
+/// Draws the robot's position and heading at the start.
 pub fn start<F>(sheet: &mut Sheet, start: &Pose<F>) {
     let [x, y] = sheet.view.at(&start.position());
     arrow(sheet, [x, y], start.yaw_rad);

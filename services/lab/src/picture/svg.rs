@@ -91,7 +91,7 @@ pub struct Sheet {
     /// Position of the frame on the sheet.
     pub view: View,
     body: String,
-    /// Position at which the next row below the picture begins.
+    /// Position of the next row below the picture.
     pub bottom: f64,
 }
 

@@ -29,7 +29,7 @@ use sketchnav_schemas::run::RunConfig;
 
 use crate::sections::outcome;
 
-/// Number of times at which the window is shown.
+/// Number of times shown with the window.
 const WINDOWS: usize = 14;
 
 /// Returns the true dots of a run's plane, or the landmarks of a run on land, or `None` if the world has neither.

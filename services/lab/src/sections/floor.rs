@@ -20,7 +20,7 @@ fn ways(people: &[People]) -> Vec<Vec<Point<World>>> {
     (0..count).map(way).collect()
 }
 
-/// Number of times at which the camera's view is shown.
+/// Number of times shown with the camera's view.
 const VIEWS: usize = 5;
 
 /// Returns polygons of the camera's field of view at times spread evenly over the run.

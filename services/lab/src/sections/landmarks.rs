@@ -30,7 +30,7 @@ const COLOURS: [&str; 6] = ["#2563eb", "#d97706", "#059669", "#7c3aed", "#dc2626
 /// metres around the path.
 const BORDER: f64 = 0.06;
 const AROUND_M: f64 = 1.5;
-/// Maximum distance, in metres, at which objects are in the picture.
+/// Maximum distance of objects in the picture, in metres.
 const SEEN_M: f64 = 6.5;
 
 /// The content of a recording about landmarks.
@@ -85,7 +85,7 @@ impl<'a> Landmarks<'a> {
         }
     }
 
-    /// Returns the times at which states were matched, and the end of the drive.
+    /// Returns the times when states were matched, and the end of the drive.
     fn moments(&self, truth: &[GroundTruth]) -> Vec<Moment<'_>> {
         let is_event = |said: &&LandmarkProgress| said.event != LandmarkEvent::Nothing.code();
         let moment = |progress: &'_ LandmarkProgress| {

@@ -158,7 +158,7 @@ impl Mapper {
     /// Updates the pose and the map from an odometry pose and the scan taken there.
     ///
     /// # Errors
-    /// [`Error::Scan`] if the scan or the odometry is invalid, in which case the mapper does not change.
+    /// [`Error::Scan`] if the scan or the odometry is invalid, and the mapper stays unchanged.
     pub fn update(&mut self, odometry: Pose<Odom>, scan: &Scan<'_>) -> Result<Outcome, Error> {
         scan.check()?;
         let numbers = [odometry.x, odometry.y, odometry.yaw_rad];
@@ -181,7 +181,7 @@ impl Mapper {
     /// Adds a scan at a known pose, such as one of a corrected log, without matching it.
     ///
     /// # Errors
-    /// [`Error::Scan`] if the scan or the pose is invalid, in which case the mapper does not change.
+    /// [`Error::Scan`] if the scan or the pose is invalid, and the mapper stays unchanged.
     pub fn enter_at(&mut self, pose: Pose<Map>, scan: &Scan<'_>) -> Result<(), Error> {
         scan.check()?;
         let numbers = [pose.x, pose.y, pose.yaw_rad];

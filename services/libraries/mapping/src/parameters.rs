@@ -50,13 +50,13 @@ pub struct Parameters {
     /// Log odds of a scan that fits perfectly versus one that does not fit at all. Since the beams of a scan
     /// are not independent, this also reflects how many of them effectively count.
     pub evidence: f64,
-    /// Distance after which a scan is matched, in metres.
+    /// Travelled distance between matched scans, in metres.
     pub match_m: f64,
-    /// Angle turned after which a scan is matched, in radians.
+    /// Angle turned between matched scans, in radians.
     pub match_rad: f64,
-    /// Distance after which a scan is entered into the map, in metres.
+    /// Travelled distance between scans that are entered into the map, in metres.
     pub enter_m: f64,
-    /// Angle turned after which a scan is entered into the map, in radians.
+    /// Angle turned between scans that are entered into the map, in radians.
     pub enter_rad: f64,
     /// Number of scans after which a stationary robot adds another one to the map, so that people who have
     /// left disappear from it.

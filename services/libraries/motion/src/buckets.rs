@@ -8,8 +8,8 @@
 
 /// Number of buckets in the ring.
 const RING: usize = 4096;
-/// Maximum number of buckets over which the costs in the queue spread. It is a little smaller than the ring, so that rounding
-/// cannot make the ring overlap itself.
+/// Maximum number of buckets for the costs in the queue. It is a little smaller than the ring, so that rounding cannot make the
+/// ring overlap itself.
 const SPREAD: f32 = (RING - 4) as f32;
 const NONE: u32 = u32::MAX;
 /// Bit that marks a [`Link::before`] as the index of a bucket rather than of a cell.

@@ -43,7 +43,7 @@ pub struct LocalPlanner {
     frontier: Frontier,
 }
 
-/// State that is kept from one plan to the next, as read back from a checkpoint: the cells in which the robot fits.
+/// State that is kept from one plan to the next, as read back from a checkpoint: the cells where the robot fits.
 #[derive(Debug, Clone, Deserialize)]
 pub struct State {
     corner: Cell,

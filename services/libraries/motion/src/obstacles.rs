@@ -239,7 +239,7 @@ impl Obstacles {
         self.corner = corner;
     }
 
-    /// Marks the cells that the beams of a scan pass through and those in which they end.
+    /// Marks the cells that the beams of a scan pass through and the cells where they end.
     fn mark(&mut self, sensor: &Pose<Odom>, scan: &LaserScan) {
         let finest = f64::from(scan.angle_increment_rad) * REACH_M;
         let every = (CELL_M / finest).max(1.0) as usize;

@@ -169,8 +169,8 @@ pub struct Crosses {
 }
 
 impl Crosses {
-    /// Creates the calculus in which points within `tolerance` of each other coincide, and a point within half of it of a line is
-    /// on the line.
+    /// Creates the calculus where points within `tolerance` of each other coincide, and a point within half of it of a line is on
+    /// the line.
     ///
     /// # Errors
     /// [`Error::Parameter`] if the tolerance is negative or not finite.

@@ -143,8 +143,8 @@ pub struct Ways {
 }
 
 impl Ways {
-    /// Creates the calculus in which points within `tolerance` of each other coincide, and a point within 0.866 times the tolerance
-    /// of a line is on it.
+    /// Creates the calculus where points within `tolerance` of each other coincide, and a point within 0.866 times the tolerance of
+    /// a line is on it.
     ///
     /// # Errors
     /// [`Error::Parameter`] if the tolerance is negative or not finite.

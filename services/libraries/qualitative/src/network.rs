@@ -53,7 +53,7 @@ pub enum Inconsistent {
 }
 
 impl<R: Relation> Network<R> {
-    /// Creates a network in which nothing is known about any pair of objects.
+    /// Creates a network without any knowledge about pairs of objects.
     pub fn new(objects: usize) -> Self {
         Self { objects, relations: vec![RelationSet::universal(); objects * objects] }
     }

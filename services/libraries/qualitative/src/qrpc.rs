@@ -168,7 +168,7 @@ impl Qrpc {
         self.disposition
     }
 
-    /// Returns the side of the projection of j on which i is.
+    /// Returns i's side of the projection of j.
     pub const fn side(self) -> Sign {
         self.side
     }

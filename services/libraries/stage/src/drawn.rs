@@ -23,7 +23,7 @@ pub type Learn = fn(&RunConfig, &Files<'_>, &mut Replay<'_>) -> Result<Vec<u8>, 
 /// Shows a drawing and what was learned by it.
 pub type Show = fn(&RunConfig, &[u8], &[u8]) -> Result<Lesson, StageError>;
 
-/// Functions with which a navigator learns from drives by a drawing.
+/// Functions for learning from drives by a drawing.
 #[derive(Debug, Clone, Copy)]
 pub struct Lessons {
     /// Learns from a drive, and returns the content of a file for the next drive to start from. Sent after its drawing, it takes
@@ -50,7 +50,7 @@ pub trait Frame: Debug + Send + Sync {
     fn to_sketch(&self, image_px: [f64; 2]) -> [f64; 2];
 }
 
-/// Functions with which a navigator interprets drawings.
+/// Functions for interpreting drawings.
 #[derive(Debug, Clone, Copy)]
 pub struct Drawn {
     /// Removes the drawing and its marks from a mission, because people draw while it runs.

@@ -56,13 +56,13 @@ const PATIENCE_S: f64 = 3.0;
 const LANE_M: f64 = 1.0;
 /// How long a corridor must have been closed from wall to wall before it counts as ended, in seconds.
 const END_S: f64 = 6.0;
-/// Time without progress after which the robot counts as blocked, in seconds.
+/// A robot without progress for this time counts as blocked, in seconds.
 const BLOCKED_S: f64 = 60.0;
 /// Distance along the corridor that counts as progress, in metres.
 const PROGRESS_M: f64 = 0.3;
 /// How long walls are remembered while they are out of sight, in seconds.
 const MEMORY_S: f64 = 20.0;
-/// Half the length of the piece of wall that a marker stands for, in metres.
+/// Half the length of the piece of wall that a marker represents, in metres.
 const WALL_PIECE_M: f64 = 0.8;
 /// Number of beams of the scan that is made up from markers.
 const BEAMS: usize = 360;
@@ -93,7 +93,7 @@ pub enum Reason {
     Back,
 }
 
-/// Progress along the corridor, and the direction in which it leads.
+/// Progress along the corridor, and the corridor's direction.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Guide {
     /// Direction of the corridor, in radians in the odometry frame.
@@ -431,8 +431,8 @@ impl Guide {
     }
 }
 
-/// Returns how far a ray from the robot gets before it meets the piece of wall that a marker stands for, in metres, or `None`
-/// if it misses.
+/// Returns how far a ray from the robot gets before it meets the piece of wall that a marker represents, in metres, or `None` if it
+/// misses.
 fn range(marker: &KnownMarker, [dx, dy]: [f64; 2]) -> Option<f64> {
     let [x, y, facing_rad] = [marker.x_m, marker.y_m, marker.facing_rad].map(f64::from);
     let (normal_y, normal_x) = facing_rad.sin_cos();

@@ -35,7 +35,7 @@ impl Line {
         };
     }
 
-    /// Returns the rate at which the distance grows, in m/s.
+    /// Returns the growth rate of the distance, in m/s.
     fn slope_mps(&self) -> f64 {
         let Self { weight, times, distances, squares, products, .. } = self;
         (weight * products - times * distances) / (weight * squares - times * times)

@@ -20,7 +20,7 @@ use crate::messages::{KnownMarker, MAX_KNOWN_MARKERS, PairedMarker, Relations, T
 const PAIRED_NS: u64 = 100_000_000;
 /// Maximum time between the two sightings that make a trend, in nanoseconds.
 const TREND_NS: u64 = 250_000_000;
-/// Minimum rate of images and ticks at which trends can be seen, in hertz.
+/// Minimum rate of images and ticks for detecting trends, in hertz.
 pub const LEAST_HZ: f64 = 1e9 / TREND_NS as f64;
 /// Tolerance, in nanoseconds, for two pictures that are closer together than their period, since timestamps are rounded.
 const ROUNDING_NS: u64 = 1_000_000;

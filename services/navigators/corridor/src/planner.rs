@@ -34,7 +34,7 @@ const AHEAD_M: f64 = 0.3;
 const ABOUT_RADPS: f64 = 0.5;
 /// Turn rate per radian that remains to be turned, in 1/s.
 const ABOUT_PER_S: f64 = 2.0;
-/// Remaining angle at which turning around is complete, in radians.
+/// Turning around is complete at this remaining angle, in radians.
 const ABOUT_RAD: f64 = 0.01;
 
 /// Parameters that a mission can set in its table `parameters.planner`.

@@ -153,9 +153,9 @@ impl Rules {
 }
 
 impl Set {
-    /// Returns the move for a pair, or `None` if its relations are not yet known. With QTC_B, the relation of
-    /// each marker calls for a move of its own, one after the other (Patil 2019, 3.2.4). Since both moves
-    /// apply for the same time, the result is their mean.
+    /// Returns the move for a pair, or `None` if its relations are not yet known. With QTC_B, the relation of each marker requires
+    /// a separate move, one after the other (Patil 2019, 3.2.4). Since both moves apply for the same time, the result is their
+    /// mean.
     fn answer(&self, left: &PairedMarker, right: &PairedMarker) -> Option<Move> {
         match self {
             Self::QtcB { plus, answers } => {

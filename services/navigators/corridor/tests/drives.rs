@@ -151,7 +151,7 @@ fn our_method_turns_corners_takes_junctions_and_leaves_dead_ends() {
     }
 }
 
-/// Without a laser, remembered markers stand for the walls. Without a camera, the laser sees the walls.
+/// Without a laser, remembered markers represent the walls. Without a camera, the laser sees the walls.
 #[test]
 fn our_method_works_with_either_sensor() {
     let corridor = Corridor::new(Shape::Straight, 2.0);

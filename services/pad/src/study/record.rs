@@ -32,7 +32,7 @@ pub struct Statement {
     pub published: &'static str,
 }
 
-/// The statements, in the order in which they are asked.
+/// The statements, in the order of the questions.
 pub const STATEMENTS: [Statement; 6] = [
     Statement {
         key: "intuitive",

@@ -11,7 +11,7 @@ use sketchnav_schemas::statistics::{incomplete_beta, interval_of_mean, mean, var
 
 use super::record::{Kept, Measures, Orientation, Outcome, SCALE, STATEMENTS, Statement};
 
-/// A table, the first column of which names the line.
+/// A table whose first column names the line.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
     /// What it shows.

@@ -10,7 +10,7 @@ const RATES: std::ops::RangeInclusive<f64> = 1.0 / 64.0..=64.0;
 /// Relates recorded time to the wall clock.
 pub struct Clock {
     rate: Rate,
-    /// A recorded time, in nanoseconds, and the time at which it was played.
+    /// A recorded time, in nanoseconds, and the time when it was played.
     anchor: Option<(u64, Instant)>,
     is_paused: bool,
     /// The timestamp of the instant that is being stepped through, in nanoseconds.

@@ -92,7 +92,7 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     })
 }
 
-/// A floor on which poles have been put up.
+/// A floor with poles.
 struct Site<'a> {
     folders: &'a Folders,
     name: &'static str,

@@ -38,7 +38,7 @@ struct Reading {
     step_in: f64,
     /// True if objects after the first only have their direction (table 4.1).
     is_by_direction: bool,
-    /// Multiple of the estimated time after which the robot is lost (4.8).
+    /// The robot is lost after this multiple of the estimated time (4.8).
     patience: f64,
     /// Maximum factor that the last leg may apply to the estimate (4.8).
     most_stretch: f64,

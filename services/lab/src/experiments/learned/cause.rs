@@ -32,7 +32,7 @@ pub enum Cause {
 }
 
 impl Cause {
-    /// All causes, in the order in which they are considered.
+    /// All causes, in the order of consideration.
     pub const ALL: [Self; 6] = [
         Self::WrongArrival,
         Self::WrongCorrespondence,

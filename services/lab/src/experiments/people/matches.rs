@@ -83,7 +83,7 @@ pub struct Reading {
 }
 
 impl Reading {
-    /// Fits the orientation in which the annotator held the drawing.
+    /// Fits the orientation of the drawing as the annotator held it.
     pub fn new(matches: Vec<Match>) -> Self {
         let (worlds, sketches): (Vec<_>, Vec<_>) = matches
             .iter()

@@ -43,7 +43,7 @@ pub static STUDY: Study = Study {
     run: Run::WithFiles(run),
 };
 
-/// The methods with localizers of their own. `outline` has that of `beam`.
+/// The methods with their own localizers. `outline` has that of `beam`.
 const METHODS: [Method; 4] =
     [Method::Beam, Method::Boniardi2015, Method::Boniardi2015FixedScale, Method::Behzadian2015];
 /// Degrees of deformation. At degree 1, drawings are deformed as much as people's.
@@ -75,7 +75,7 @@ struct Located {
     error_m: f64,
 }
 
-/// A drawing in which a drive is localized by a method.
+/// A drawing, and the method that localizes a drive in it.
 struct Job<'a> {
     driven: &'a Driven,
     degree: f64,

@@ -161,7 +161,7 @@ fn together(outcomes: &[&TaskOutcome]) -> Section {
     )
 }
 
-/// Counts right arrivals by the distance at which regions and doors locate the goal.
+/// Counts right arrivals by the distance of the goal according to regions and doors.
 fn disagreement(arrivals: &[&Arrival<'_>]) -> Section {
     let row = |name: String, is: &dyn Fn(&RoomsSaid) -> bool| {
         let own: Vec<_> = arrivals.iter().filter(|arrival| is(&arrival.rooms)).collect();

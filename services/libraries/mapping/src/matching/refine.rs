@@ -9,7 +9,7 @@ use super::field::Field;
 use super::{Fit, Prior};
 use crate::Map;
 
-/// Distance over which slopes and curvatures are measured in each step, in cells.
+/// Baseline for slopes and curvatures in each step, in cells.
 const STENCILS: [f64; 5] = [1.0, 1.0, 0.5, 0.5, 0.5];
 /// Maximum length of a step, in cells.
 const LONGEST_CELLS: f64 = 1.0;

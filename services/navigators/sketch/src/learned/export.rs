@@ -1,4 +1,4 @@
-//! Writes what was learned for other programs: as a map of map_server, and as a picture in which the drawing is corrected.
+//! Exports what was learned for other programs: as a map of map_server, and as a picture with the corrected drawing.
 
 use std::fmt::Write;
 

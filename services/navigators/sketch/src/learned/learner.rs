@@ -245,7 +245,7 @@ impl Learner {
         Ok(Learned::new(file, map, LearnedStart { at: start, heading_deg }, goals, pairs))
     }
 
-    /// Returns the earlier map, in which this drive took place, updated by what was seen on the drive. `intent` contains the tasks
+    /// Returns the earlier map, which this drive took place in, updated by what was seen on the drive. `intent` contains the tasks
     /// in pixels of the drawing's file, and `places` those in the map.
     ///
     /// # Errors

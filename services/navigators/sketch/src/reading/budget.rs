@@ -17,7 +17,7 @@ pub(crate) const PIECE_CORNERS: usize = 1024;
 pub(crate) const MOST_ELEMENTS: f64 = 200_000.0;
 /// Maximum nesting depth of elements, including references. Each level takes space on the stack.
 pub(crate) const MOST_DEPTH: usize = 100;
-/// Maximum nesting depth of masks, patterns and clip paths, each of which requires a page of its own.
+/// Maximum nesting depth of masks, patterns and clip paths, each of which requires its own page.
 pub(crate) const MOST_NESTED: usize = 8;
 /// Maximum number of pixels of pages held at the same time: half a gigabyte, as much as a photograph may take.
 pub(crate) const MOST_HELD_PX: f64 = 128e6;

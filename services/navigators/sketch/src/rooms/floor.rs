@@ -110,7 +110,7 @@ fn turned([x, y]: [f64; 2], angle_rad: f64) -> [f64; 2] {
 /// What a floor is made from.
 #[derive(Debug, Clone, Copy)]
 pub struct Ground<'a> {
-    /// Cells at which an outline is wall. If this is `None`, it is wall everywhere except at doors.
+    /// Cells where an outline is wall. If this is `None`, it is wall everywhere except at doors.
     pub walls: Option<&'a Region>,
     /// The robot's start, in cells.
     pub start: Place,
@@ -285,7 +285,7 @@ fn connected(first: usize, cells: &mut Vec<usize>, width: usize) -> Vec<usize> {
     found
 }
 
-/// The outline of a region, with the cells at which holes were joined to it.
+/// The outline of a region, with the cells where holes were joined to it.
 pub struct Outline {
     pub cells: Vec<[i64; 2]>,
     pub cuts: Region,

@@ -11,7 +11,7 @@ const MOST_NODES: usize = 300;
 const MOST_BEFORE: usize = 4;
 /// Maximum number of regions that are entered one through the other.
 const MOST_ENTERED: usize = 2;
-/// Share of a door's width below which the region beyond it is always one of its own.
+/// Share of a door's width below which the region beyond it is always separate.
 const WEAK: f64 = 0.45;
 
 /// A stretch in a lattice.

@@ -110,7 +110,7 @@ pub struct Pairing {
 /// The input for the alignment of two lattices.
 pub struct Problem<'a> {
     pub lattices: [&'a Lattice; 2],
-    /// Places at which the lattices begin, in their floors.
+    /// The first cells of the lattices, in their floors.
     pub origins: [Place; 2],
     /// The place that the partner of each node of the drawing must be away from.
     pub forbidden: Vec<Option<Place>>,

@@ -34,7 +34,7 @@ pub struct Partition {
     pub labels: Vec<u16>,
     /// Distance of each cell to the nearest solid one, in cells.
     pub clearance: Vec<f32>,
-    /// The number of cells and the largest clearance of each region. The first entry stands for [`NONE`].
+    /// The number of cells and the largest clearance of each region. The first entry is for [`NONE`].
     pub regions: Vec<(usize, f32)>,
 }
 

@@ -242,7 +242,7 @@ fn work_is_bounded() {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(6))]
-    /// Neither the size of the drawing nor the direction in which the robot set out matters.
+    /// Neither the size of the drawing nor the robot's initial direction matters.
     #[test]
     fn scale_and_heading_do_not_matter(px in 12.0..32.0, yaw_rad in -3.1..3.1_f64, goal in 0..5_usize) {
         let px = [px; 2];

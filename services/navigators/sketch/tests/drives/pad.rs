@@ -1,4 +1,4 @@
-//! Tests of runs in which people draw, with various drawings, orders and times.
+//! Tests of runs with people who draw, with various drawings, orders and times.
 
 use bytemuck::Zeroable;
 use sketchnav_schemas::channels::{ChannelSpec, STATUS};

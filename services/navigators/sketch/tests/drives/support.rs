@@ -43,7 +43,7 @@ pub struct Scene {
 /// The outcome of a drive.
 #[derive(Default)]
 pub struct Outcome {
-    /// Every state in which a task or the mission ended, in order, with the reason.
+    /// Every final state of a task or the mission, in order, with the reason.
     pub ends: Vec<(TaskState, String)>,
     /// The true path, one point per step.
     pub way: Vec<[f64; 2]>,

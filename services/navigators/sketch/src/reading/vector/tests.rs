@@ -44,7 +44,7 @@ fn a_filter_that_takes_hours_is_refused_by_its_name() {
     assert!(read(&svg(blurred), "d", &Options::default()).is_ok(), "a shadow is no crime");
 }
 
-/// Nested masks took 1.8 to 3 GB, since each has a page of its own. Nested patterns are painted again for every tile.
+/// Nested masks took 1.8 to 3 GB, since each has its own page. Nested patterns are painted again for every tile.
 #[test]
 fn masks_and_patterns_inside_each_other_are_few() {
     let masks: String = (0..24)
@@ -484,7 +484,7 @@ fn a_text_names_the_place_where_it_stands() {
     );
 }
 
-/// Outside of a switch, a text after HTML is a text of its own. It used to be read twice, so that its name was ambiguous.
+/// Outside a switch, a text after HTML is a separate text. It used to be read twice, so that its name was ambiguous.
 #[test]
 fn a_text_beside_html_is_read_once() {
     let html = "<foreignObject><p xmlns='http://www.w3.org/1999/xhtml'>note</p></foreignObject>";

@@ -35,7 +35,7 @@ struct Work {
     canvas: [f64; 2],
 }
 
-/// The context in which something is painted.
+/// The context for painting something.
 #[derive(Clone, Copy)]
 struct Place {
     transform: Transform,

@@ -164,7 +164,7 @@ impl LastLine {
     }
 }
 
-/// Returns the lines of a text, each of which begins at a position of its own.
+/// Returns the lines of a text, each with its own start position.
 fn lines(text: Node, size: f64) -> Vec<Line> {
     let mut lines = Vec::new();
     let mut pen = [0.0; 2];

@@ -143,7 +143,7 @@ pub(super) fn without_comments(text: &str) -> Cow<'_, str> {
     kept.into()
 }
 
-/// Returns the index at which the first comment outside strings begins.
+/// Returns the index of the first comment outside strings.
 fn comment(text: &str) -> Option<usize> {
     let (bytes, mut quote) = (text.as_bytes(), None);
     let mut at = 0;

@@ -251,7 +251,7 @@ fn number(value: &str, units: &[&str], shares: bool) -> Checked {
     }
 }
 
-/// Returns the index at which the number at the beginning of a text ends.
+/// Returns the end index of the number at the beginning of a text.
 fn number_end(text: &str) -> usize {
     let bytes = text.as_bytes();
     let digits = |from: usize| from + bytes[from..].iter().take_while(|byte| byte.is_ascii_digit()).count();

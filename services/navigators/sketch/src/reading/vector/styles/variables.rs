@@ -102,7 +102,7 @@ pub(super) fn refers(value: &str) -> bool {
     reference(value).is_some()
 }
 
-/// Returns the index at which the first `var(` begins.
+/// Returns the index of the first `var(`.
 fn reference(value: &str) -> Option<usize> {
     let bytes = value.as_bytes();
     bytes.windows(4).enumerate().map(|(at, four)| (at, four.eq_ignore_ascii_case(b"var("))).find_map(

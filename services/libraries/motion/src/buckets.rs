@@ -8,7 +8,7 @@
 
 /// Number of buckets in the ring.
 const RING: usize = 4096;
-/// Maximum number of buckets for the costs in the queue. It is a little smaller than the ring, so that rounding cannot make the
+/// Maximum spread of the costs in the queue, in buckets. It is a little smaller than the ring, so that rounding cannot make the
 /// ring overlap itself.
 const SPREAD: f32 = (RING - 4) as f32;
 const NONE: u32 = u32::MAX;

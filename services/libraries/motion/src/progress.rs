@@ -21,11 +21,11 @@ const REMEMBERED: usize = 16;
 /// Criteria for deciding that the robot is stuck, and limits on how often this may happen.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProgressParameters {
-    /// A robot that has not moved for this time is stuck, in seconds.
+    /// Time without motion until the robot counts as stuck, in seconds.
     pub stuck_time_s: f64,
     /// Minimum distance, in metres, that counts as moving.
     pub stuck_radius_m: f64,
-    /// A robot without progress towards the goal for this time is stuck, in seconds.
+    /// Time without progress towards the goal until the robot counts as stuck, in seconds.
     pub no_progress_time_s: f64,
     /// Length of a path, in metres. The robot is stuck when it has stayed around one place for as long as this path takes at its
     /// speed limit.

@@ -56,7 +56,7 @@ const PATIENCE_S: f64 = 3.0;
 const LANE_M: f64 = 1.0;
 /// How long a corridor must have been closed from wall to wall before it counts as ended, in seconds.
 const END_S: f64 = 6.0;
-/// A robot without progress for this time counts as blocked, in seconds.
+/// Time without progress until the robot counts as blocked, in seconds.
 const BLOCKED_S: f64 = 60.0;
 /// Distance along the corridor that counts as progress, in metres.
 const PROGRESS_M: f64 = 0.3;

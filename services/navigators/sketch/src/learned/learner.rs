@@ -245,8 +245,8 @@ impl Learner {
         Ok(Learned::new(file, map, LearnedStart { at: start, heading_deg }, goals, pairs))
     }
 
-    /// Returns the earlier map, which this drive took place in, updated by what was seen on the drive. `intent` contains the tasks
-    /// in pixels of the drawing's file, and `places` those in the map.
+    /// Returns the earlier map that was used on this drive, updated by what was seen on the drive. `intent` contains the tasks in
+    /// pixels of the drawing's file, and `places` those in the map.
     ///
     /// # Errors
     /// [`LearnError`] if nothing was seen, or if the robot was not localized in the earlier map.

@@ -25,7 +25,7 @@ pub struct Lent {
     remains: Option<*const (dyn Remains + 'static)>,
     files: Option<*const Files<'static>>,
     memories: Vec<Memory>,
-    /// True if Python kept a view of a message that was to be sent. Nothing more is sent then.
+    /// True if Python kept a view of a message to be sent. In that case, nothing more is sent.
     is_kept: bool,
     /// Errors of the host, each with the exception that carries it through Python.
     errors: Vec<(Py<PyBaseException>, StageError)>,

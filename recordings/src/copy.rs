@@ -1,5 +1,5 @@
-//! Makes recordings from recordings: repairs, filters, merges and splits them. Messages, schemas, attachments
-//! and metadata are copied byte for byte, whatever they contain, even from a file with another profile.
+//! Makes recordings from recordings: repairs, filters, merges and splits them. Messages, schemas, attachments and metadata are
+//! copied byte for byte, regardless of their content, even from a file with another profile.
 //!
 //! Only the chunks whose times overlap are in memory at any time, and files are only written to sinks that
 //! the caller provides.

@@ -126,8 +126,8 @@ fn take_turns(place: &Place) -> Vec<Turn> {
     taken
 }
 
-/// Returns the number of the next tick, or `None` if the mission has ended. The reader is closed at once, because a
-/// system that ends also ends its observers.
+/// Returns the number of the next tick, or `None` if the mission has ended. The reader is closed immediately, because a system that
+/// ends also ends its observers.
 fn next_tick() -> Option<u64> {
     let node = Node::join(System::open(SYSTEM).ok()?, Process::Observer).ok()?;
     Some(SendTimes::open(&node, TICK.spec).ok()?.newest() + 1)

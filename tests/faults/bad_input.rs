@@ -73,8 +73,8 @@ fn the_unchanged_room_is_valid() {
     }
 }
 
-/// The physics engine used to panic at once if a number was far from anything found indoors. After 13 s the mission was
-/// given up with exit code 3.
+/// The physics engine used to panic immediately if a number was far from anything found indoors. After 13 s the mission was given
+/// up with exit code 3.
 #[test]
 fn numbers_beyond_the_physics_are_refused() {
     are_refused(&[

@@ -271,7 +271,7 @@ fn what_is_kept_of_a_message_without_a_copy_is_an_error() {
             "{ended}"
         );
     }
-    // A message that is to be sent, whose sender ignores the error.
+    // A message to be sent, whose sender ignores the error.
     let send = "        out.send(WALLS, ahead_m=ahead_m, right_m=right_m)\n";
     let keeps = "        try:\n            out.send(WALLS, lambda walls: setattr(self, 'kept', walls))\n        \
                  except RuntimeError:\n";

@@ -51,7 +51,7 @@ pub struct DirectionsOptions {
 }
 
 impl DirectionsOptions {
-    /// Returns true if the custom maps are to be explained, which is possible without a plan.
+    /// Returns true if the custom maps should be explained, which is possible without a plan.
     fn explains(&self) -> bool {
         self.words || self.graph.is_some() || self.page.is_some()
     }

@@ -157,8 +157,8 @@ fn methods(suite: &Suite, options: &EvalOptions) -> anyhow::Result<Vec<String>> 
     if !suite.methods.is_empty() {
         return Ok(suite.methods.clone());
     }
-    // If all trials prescribe one method, they are driven by it whatever the user asks for, so the table is headed with
-    // its name.
+    // If all trials prescribe one method, they are driven by it regardless of the user's choice, so the table is headed with its
+    // name.
     let own = first.method.as_deref();
     let own = own.filter(|own| suite.trials.iter().all(|trial| trial.method.as_deref() == Some(own)));
     Ok(own.or(known.first().copied()).map(str::to_owned).into_iter().collect())

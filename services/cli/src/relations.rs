@@ -158,7 +158,7 @@ fn compute(whole: &Whole, options: &RelationsOptions) -> anyhow::Result<Vec<Seri
     Ok(series)
 }
 
-/// Returns true if the file is named like a recording, or is one whatever its name.
+/// Returns true if the file is named like a recording, or is one under another name.
 fn is_recording(file: &Path) -> bool {
     let is_named_so = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"));
     is_named_so || copy::profile(file).is_ok()

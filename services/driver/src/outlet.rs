@@ -184,7 +184,7 @@ impl Thinning {
 mod tests {
     use super::*;
 
-    /// Returns the timestamps of those readings that are sent at once.
+    /// Returns the timestamps of the readings that are sent immediately.
     fn sent(thinning: &mut Thinning, stamps: impl Iterator<Item = u64>) -> Vec<u64> {
         let takes = |stamp: &u64| {
             let takes = thinning.takes(*stamp);

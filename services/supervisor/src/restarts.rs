@@ -1,5 +1,4 @@
-//! Decides when to restart a process that has died: at once, then after growing pauses, and finally not at
-//! all.
+//! Decides when to restart a process that has died: immediately, then after growing pauses, and finally not at all.
 //!
 //! The decision depends on progress. A process that is killed over and over, but sends something new in between, is restarted
 //! each time. A process that dies of the same message each time is eventually given up, and so is one that hangs.

@@ -254,7 +254,7 @@ impl Supervisor {
         self.status.as_ref()
     }
 
-    /// Returns the last status of each task that has ended, in order, for display. The supervisor only looks now and then, so a
+    /// Returns the last status of each task that has ended, in order, for display. The supervisor only looks occasionally, so a
     /// status may be missing. Only the recording is sure to contain every status.
     pub fn ended_tasks(&self) -> impl Iterator<Item = &MissionStatus> {
         self.ended_tasks.values()
@@ -372,7 +372,7 @@ impl Supervisor {
             if has_met || is_over || recorder.ended()?.is_some() {
                 return Ok(());
             }
-            // A nap would end at once if a signal has asked the supervisor to end.
+            // A nap would end immediately if a signal has asked the supervisor to end.
             std::thread::sleep(LOOK_EVERY);
         }
     }

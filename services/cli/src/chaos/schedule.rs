@@ -43,7 +43,7 @@ pub fn given(options: &ChaosOptions, mission: &Path) -> Result<Option<FaultPlan>
     Ok(Some(fault_plan(path, kind).or_input()?))
 }
 
-/// Draws a random schedule from the messages in the undisturbed recording `reference`. Returns `None` if processes are to be killed
+/// Draws a random schedule from the messages in the undisturbed recording `reference`. Returns `None` if processes should be killed
 /// at random times instead.
 pub fn drawn(options: &ChaosOptions, reference: &Path) -> Result<Option<FaultPlan>, Failure> {
     if !options.at_messages {
@@ -112,7 +112,7 @@ fn mouth(
     })
 }
 
-/// Writes a schedule that is to be applied.
+/// Writes a schedule to be applied.
 pub fn write(path: &Path, plan: &FaultPlan) -> anyhow::Result<()> {
     write_with(path, PLANNED, plan)
 }

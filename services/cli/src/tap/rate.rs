@@ -97,7 +97,7 @@ struct Rates {
 }
 
 impl Listener for Rates {
-    /// The history is handed over all at once, so its messages do not reflect the rate.
+    /// The whole history is handed over at the same time, so its messages do not reflect the rate.
     const HISTORY: bool = false;
 
     fn begin(&mut self, node: &Node, specs: &[&'static ChannelSpec]) -> Result<(), Failure> {

@@ -38,7 +38,7 @@ const PARTS: [Part; 19] = [
     // Compares with what the drawing shows at exactly the bearing of the beam, ignoring doors drawn next to their true
     // position.
     Part { name: "no-bearing-error", localizer: "bearing_error_rad = 0.0", planner: "" },
-    // Expects the exactness of a drawing by hand, whatever the scans show.
+    // Assumes the exactness of a hand drawing, regardless of the scans.
     Part { name: "learns-no-exactness", localizer: "least_hit_width = 0.25", planner: "" },
     Part { name: "one-scale", localizer: "scales = 'one'", planner: "" },
     Part { name: "free-scales", localizer: "scale_reversion_per_m = 0.0", planner: "" },

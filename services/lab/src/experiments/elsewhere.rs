@@ -1,4 +1,4 @@
-//! Simulators by others, which replace the world in trials.
+//! Third-party simulators that replace the world in trials.
 
 use std::fmt;
 use std::sync::Arc;

@@ -29,7 +29,7 @@ use crate::experiments::trial::{Page, Trial};
 const FIELDS: usize = 100;
 /// Straight-line distance from the start to the goal, in metres.
 const DISTANCE_M: f64 = 30.0;
-/// Distances, in metres, from its first pole at which the robot starts, and from its last pole at which it may stop.
+/// Distances, in metres, of the robot's start from its first pole, and of its final stop from its last pole.
 const BESIDE_M: f64 = 0.8;
 const THERE_M: f64 = 1.2;
 /// Standard deviation of the heading at the start, in degrees.

@@ -68,7 +68,7 @@ pub struct Drawn {
 pub struct Kept<'a> {
     /// File that contains the drawing.
     pub drawing: &'a str,
-    /// File that contains what was learned by the drawing, if the robot is to drive in it.
+    /// File with what was learned by the drawing, if the robot should drive in it.
     pub learned: Option<&'a str>,
     /// Width and height of the grid made from the drawing, in pixels.
     pub size_px: [u32; 2],

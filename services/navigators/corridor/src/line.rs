@@ -59,7 +59,7 @@ impl Line {
 mod tests {
     use super::*;
 
-    /// A line through exact distances has their slope, whatever the weights.
+    /// A line through exact distances has their slope, regardless of the weights.
     #[test]
     fn a_marker_approaching_at_ten_centimetres_per_second_has_that_slope() {
         let mut line = Line::default();

@@ -161,7 +161,7 @@ impl Perception {
         }
     }
 
-    /// Returns true if this picture is to be evaluated. On average, `rate_hz` pictures per second are.
+    /// Returns true if this picture should be evaluated. On average, `rate_hz` pictures per second are.
     fn is_due(&mut self, stamp_ns: u64, rate_hz: f64) -> bool {
         if rate_hz <= 0.0 {
             return true;

@@ -205,7 +205,7 @@ fn metres_count_from_the_place_to_which_the_robot_returned() {
     assert!(ended.off_m([8.0, 2.0]) < 1.0, "{}", ended.words());
 }
 
-/// A marker that was behind the robot at the start used to count as passed at once.
+/// A marker that was behind the robot at the start used to count as passed immediately.
 #[test]
 fn only_a_marker_that_was_ahead_counts_as_passed() {
     let corridor = Corridor::new(Shape::Straight, 2.0);

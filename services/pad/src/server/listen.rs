@@ -43,7 +43,7 @@ pub(super) struct Place {
 }
 
 impl Place {
-    /// Takes a place; the bell rings when the connection has to be closed in favour of another.
+    /// Registers a connection. The bell rings when it must be closed in favour of another.
     fn enter(lobby: &Lobby, from: IpAddr) -> (Arc<Self>, oneshot::Receiver<()>) {
         let (sender, bell) = oneshot::channel();
         let (id, goes) = lobby.lock().unwrap_or_else(PoisonError::into_inner).enter(from, sender);

@@ -41,7 +41,7 @@ impl Clock {
         due.saturating_sub(since.elapsed())
     }
 
-    /// Makes the next message due at once, after a pause, a seek or a change of the rate.
+    /// Makes the next message due immediately, after a pause, a seek or a change of the rate.
     pub fn restart(&mut self) {
         (self.anchor, self.stepping_ns) = (None, None);
     }

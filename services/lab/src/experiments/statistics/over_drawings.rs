@@ -16,7 +16,7 @@ use sketchnav_schemas::statistics::wilson;
 const RESAMPLES: usize = 2_000;
 /// Share of resamples beyond each end of the interval.
 const TAIL: f64 = 0.025;
-/// Seed of the resampling. It is fixed, so that the same counts yield the same interval whatever the seed of the suite.
+/// Seed of the resampling. It is fixed, so that the same counts yield the same interval regardless of the suite's seed.
 const SEED: u64 = 1;
 
 /// A 95 % interval over drawings.

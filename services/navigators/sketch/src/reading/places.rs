@@ -27,7 +27,7 @@ const MARKED_TIME_LIMIT_S: f64 = 180.0;
 /// The start and tasks requested by a person, in image pixels.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Intent {
-    /// Position at which the robot starts.
+    /// The robot's start position.
     pub start: Option<[f64; 2]>,
     /// Heading at the start, in degrees counter-clockwise from "to the right".
     pub heading_deg: Option<f64>,
@@ -52,7 +52,7 @@ pub struct ImageTask {
 /// A start and tasks that are valid in the drawing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Places {
-    /// Pose at which the robot starts.
+    /// The robot's start pose.
     pub start: Pose<Sketch>,
     /// Standard deviation of the start position, in pixels.
     pub start_spread_px: f64,

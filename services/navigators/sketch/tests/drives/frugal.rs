@@ -1,4 +1,4 @@
-//! Tests that a step does not allocate, whatever happens in it.
+//! Tests that a step never allocates.
 
 use sketchnav_runtime::{CountingAllocator, allocations_of_this_thread};
 use sketchnav_schemas::channels::{self, STATUS};

@@ -137,7 +137,7 @@ fn walls_are_drawn_however_their_colour_is_written() {
     }
 }
 
-/// A wall whose colour cannot be read is named in the error, whatever else is drawn.
+/// A wall whose colour cannot be read is named in the error, regardless of what else is drawn.
 #[test]
 fn a_wall_of_a_colour_that_cannot_be_read_is_named() {
     for paint in ["stroke='oklch(from red l c h)'", "style='stroke: var(--ink)'", "stroke='bananas'"] {

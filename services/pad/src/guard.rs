@@ -19,7 +19,7 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
 use crate::protocol::Refusal;
 
-/// Requests that a session may make at once, and per second after that: for uploads, and for all others.
+/// Number of requests that a session may make in a burst, and per second after that: for uploads, and for all others.
 const UPLOADS: [f64; 2] = [8.0, 1.0];
 const OTHERS: [f64; 2] = [20.0, 5.0];
 /// Requests of a session that may be in progress at the same time: a browser opens six connections.
@@ -180,7 +180,7 @@ pub enum Load {
     Other,
 }
 
-/// A token bucket: a number of requests that may come at once, refilled over time.
+/// A token bucket: a number of requests that may come in a burst, refilled over time.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Bucket {
     left: f64,

@@ -120,7 +120,7 @@ fn only<'a>(headers: &'a HeaderMap, name: &HeaderName) -> Result<Option<&'a str>
 fn origin_of(guard: &Guard, request: &Request) -> Result<(), Refusal> {
     let headers = request.headers();
     let (host, origin) = (only(headers, &header::HOST)?, only(headers, &header::ORIGIN)?);
-    // The target may name a host, too (RFC 9112, 3.2.2), which has to be the same.
+    // The target may name a host, too (RFC 9112, 3.2.2), which must be the same.
     match request.uri().authority() {
         Some(target) if host != Some(target.as_str()) => {
             Err(Refusal::Forbidden(format!("host: expected that of the target, {target}, found {host:?}")))
@@ -194,7 +194,7 @@ impl Desk {
         Ok(Admitted { session, _place: place })
     }
 
-    /// As [`Desk::admit`], for requests that only the driver may make; those of other sessions are not even read.
+    /// Like [`Desk::admit`], but for requests that only the driver may make. Those of other sessions are not even read.
     fn admit_driver(&self, visit: &Visit, load: Load) -> Result<Admitted, Refusal> {
         let admitted = self.admit(visit, load)?;
         match self.caller.board.drives(&admitted.session) {

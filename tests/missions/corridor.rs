@@ -1,4 +1,4 @@
-//! The navigator `corridor` with separate processes keeps the guarantees that are given for every navigator.
+//! The navigator `corridor` with separate processes keeps the guarantees for all navigators.
 
 use serde_json::Value;
 use support::Place;

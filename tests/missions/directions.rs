@@ -1,5 +1,4 @@
-//! The navigator `directions` with separate processes, over a plane of dots, keeps the guarantees that are given for
-//! every navigator.
+//! The navigator `directions` with separate processes, over a plane of dots, keeps the guarantees for all navigators.
 
 use std::fs;
 

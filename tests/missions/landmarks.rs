@@ -1,4 +1,4 @@
-//! The navigator `landmarks` with separate processes keeps the guarantees that are given for every navigator.
+//! The navigator `landmarks` with separate processes keeps the guarantees for all navigators.
 
 use serde_json::Value;
 use sketchnav_landmarks::messages::LANDMARK_VIEW;

@@ -1,5 +1,5 @@
-//! The method `outline` with separate processes keeps the guarantees that are given for every navigator, although its
-//! planner maintains a map and an alignment that takes many steps.
+//! The method `outline` with separate processes keeps the guarantees for all navigators, although its planner maintains a map and
+//! an alignment that takes many steps.
 
 use serde_json::{Value, json};
 use sketchnav_recordings::Recording;

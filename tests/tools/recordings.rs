@@ -96,7 +96,7 @@ fn another_parameter_makes_a_difference_that_is_named_and_judged() {
     let line =
         format!("rerun {recording} --process localizer --set particles=200 --json {}", tolerances.join(" "));
     let output = place.run(&line).json();
-    // The samples of the particles, for which no tolerance is given, differ by construction.
+    // The samples of the particles, which have no tolerance, differ by construction.
     assert_eq!(output["difference"]["channel"], "particles", "{output}");
     // If the tolerance of one field is far too small, that field is reported as different.
     let particles =

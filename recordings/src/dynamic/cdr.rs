@@ -9,7 +9,7 @@ use super::definition::{Count, Field, Kind, Primitive, Types};
 const MAX_DEPTH: usize = 32;
 /// Size of the encapsulation header before the message. Alignment counts from its end.
 const ENCAPSULATION_BYTES: usize = 4;
-/// Maximum number of bytes after the message, with which writers may fill the last word.
+/// Maximum number of bytes after the message, which writers may use to fill the last word.
 const MAX_PADDING: usize = 3;
 
 /// Decodes the message in `bytes`.

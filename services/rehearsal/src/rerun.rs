@@ -213,7 +213,7 @@ fn answered(
     };
     let ticks: Result<BTreeSet<u64>, _> =
         recording.headers(spec)?.map(|header| Ok(header?.source_seq)).collect();
-    // A log that has not been localized yet has no answers, in which case every tick is answered.
+    // A log that has not been localized yet has no answers, so every tick is answered.
     Ok(Some(ticks?).filter(|ticks| !ticks.is_empty()))
 }
 

@@ -313,7 +313,7 @@ fn sees(paper: &DrawnMap, a: &Point<Sketch>, b: &Point<Sketch>) -> bool {
 
 /// Derives a separate seed for a name.
 pub fn derived(seed: u64, name: &str) -> u64 {
-    // Seeds have 32 bits so that they can be read off a report and typed in again.
+    // Seeds have 32 bits so that they can be copied from a report by hand.
     u64::from(seed::stream(seed, name).random::<u32>())
 }
 

@@ -1,4 +1,4 @@
-//! Texts on a drawing. They are not walls, but name the places at which they are written.
+//! Texts on a drawing. They are not walls, but name the places where they are written.
 //!
 //! A goal may be given by name. Names in the mission (`navigator.places`) take precedence over the goals marked in a strokes file,
 //! and these over texts, so that a mission can always resolve what a drawing leaves open.

@@ -64,7 +64,7 @@ pub struct Answer {
     pub hypotheses: Vec<Hypothesis>,
     /// Additional cost of the best alignment that locates the goal elsewhere. `None` if the goal is not located.
     pub margin: Option<f64>,
-    /// The doors in one alignment, in which the outlines of the first regions are aligned best and the rest is drawn at random.
+    /// The doors in one alignment, with the best alignment of the first regions' outlines and the rest drawn at random.
     pub doors: Doors,
     /// Pairs of regions of the drawing and of the map in the same alignment. A region of the drawing has at most one partner.
     pub regions: Vec<[u16; 2]>,

@@ -50,7 +50,7 @@ fn main() -> anyhow::Result<()> {
             driver.send(SCAN, now_ns, |scan| robot.write_scan(&laser, scan))?;
             driver.tick(now_ns)?;
         }
-        // The laser of this robot scans when it is due, and the wheels follow the newest command.
+        // The laser of this robot scans when it is due, and the wheels follow the latest command.
         let due = began + period * reading;
         let Some(twist) = driver.command(due.saturating_duration_since(Instant::now()))? else { break };
         // A command arrives before the next reading is due.

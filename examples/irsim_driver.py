@@ -6,7 +6,7 @@
 
 The floor and the robot are those of the mission. ir-sim moves the base, differential or omnidirectional, with the noise of its
 own kinematics, stops it at walls (`collision_mode: contact`) and casts the noisy beams of the lidar. The odometry adds up the
-velocities of the wheels, which know nothing of that noise.
+velocities of the wheels, which are not affected by that noise.
 """
 
 import math

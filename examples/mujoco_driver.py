@@ -5,7 +5,7 @@
     python examples/mujoco_driver.py lab
 
 The floor and the robot are those of the mission. A differential base has two wheels and two casters, an omnidirectional one three
-wheels with rollers. Motors turn the wheels; the odometry is what the wheels have turned, and slip is not in it.
+wheels with rollers. Motors turn the wheels. The odometry follows from the rotation of the wheels and does not include slip.
 """
 
 import math
@@ -21,7 +21,7 @@ WHEEL_M, HALF_WIDTH_M, ROLLER_M, ROLLERS = 0.06, 0.012, 0.016, 12
 #: Height of walls, furniture and the robot, and of the laser's plane, in metres.
 HEIGHT_M, LASER_M = 0.3, 0.25
 STEP_S = 0.002
-#: Who collides with whom: the floor with wheels, walls with the hull. The laser sees the group of the walls.
+#: Collision groups: the floor with the wheels, walls with the hull. The laser sees the group of the walls.
 FLOOR, WHEEL = 'contype="1" conaffinity="0"', 'contype="0" conaffinity="1"'
 WALL, HULL = 'contype="2" conaffinity="0" group="1"', 'contype="0" conaffinity="2" group="0"'
 
@@ -116,7 +116,7 @@ class Simulator:
         return x, y, 2 * math.atan2(z, w)
 
     def drive(self, velocity):
-        """Drives until the next tick. The motors change their speed as the robot's limits say."""
+        """Drives until the next tick. The motors change their speed within the robot's limits."""
         limits = self.facts["limits"]
         most = np.array([limits["acceleration_mps2"]] * 2 + [limits["yaw_acceleration_radps2"]]) * STEP_S
         for _ in range(self.steps):

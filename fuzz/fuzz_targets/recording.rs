@@ -1,4 +1,4 @@
-//! Opens arbitrary bytes as a recording, reads whatever is intact in every possible way, and recovers it.
+//! Opens arbitrary bytes as a recording, reads its intact parts in every possible way, and recovers it.
 #![no_main]
 
 use std::io::Write;

@@ -95,7 +95,7 @@ class Driver:
 
     def __init__(self, system: str, *, simulated: bool = False):
         self.system, self.is_simulated = system, simulated
-        #: True once the robot must stand still for good: the mission or the system is over, or a signal asked for the end.
+        #: True once the robot must remain stationary: the mission or the system is over, or a signal requested the end.
         self.is_over = False
         self._run: Mapping[str, Any] | None = None
         self._handlers: dict[int, Any] = {}
@@ -239,7 +239,7 @@ class Driver:
         vy_mps: float = 0.0,
         yaw_rate_radps: float = 0.0,
     ) -> None:
-        """For simulators: records the robot's true pose, once before each tick. The judge reads it, and no navigator can."""
+        """For simulators: records the robot's true pose, once before each tick. Only the judge can read it."""
         pose = {
             "x_m": x_m,
             "y_m": y_m,
@@ -295,8 +295,8 @@ class Driver:
     def command(self, *, wait_s: float = 0.05) -> Velocity:
         """Returns the velocity at which to drive until the next tick.
 
-        This is the answer to the last tick, if it arrives within `wait_s`. Otherwise it is the newest command, or standstill if
-        that is older than half a second. A simulator waits until its time may advance. Once the mission is over, the robot
+        This is the answer to the last tick, if it arrives within `wait_s`. Otherwise it is the latest command, or zero velocity
+        if that is older than half a second. A simulator waits until its time may advance. Once the mission is over, the robot
         stands still.
         """
         twist = _core.driver_command(wait_s)

@@ -58,7 +58,7 @@ def main(arguments):
         epilog="Options after -- are passed to `sketchnav eval`.",
     )
     parser.add_argument("suite")
-    parser.add_argument("--scheduler", required=True, help="address of the Dask scheduler, as tcp://head:8786")
+    parser.add_argument("--scheduler", required=True, help="address of the Dask scheduler, such as tcp://head:8786")
     parser.add_argument("--program", default="sketchnav", help="the program, on this machine and on every worker")
     parser.add_argument("--retries", type=int, default=3, help="how often to repeat a job that failed")
     split = arguments.index("--") if "--" in arguments else len(arguments)

@@ -214,8 +214,8 @@ class Channel:
 class Message:
     """A message in place in shared memory. Its fields are items, such as `scan["ranges_m"]`, and read-only views.
 
-    A view holds its message, and a reader may hold eight messages of a channel, or two if they have cells. `copy` returns one
-    that holds nothing.
+    A view keeps its message alive, and a reader may keep eight messages of a channel, or two if they have cells. `copy` returns
+    an independent copy.
     """
 
     def __init__(self, sample, dtype):

@@ -25,7 +25,7 @@ _M = TypeVar("_M", bound=Message)
 
 
 class Instant:
-    """The inputs of an instant: its tick, its time, and the newest message of each sensor."""
+    """The inputs of an instant: its tick, its time, and the latest message of each sensor."""
 
     @property
     def tick(self) -> int:
@@ -36,12 +36,12 @@ class Instant:
         return _core.instant()[1]
 
     def newest(self, channel: Channel[_M]) -> _M | None:
-        """The newest message of a sensor, or the message that the step answers, or None before the first."""
+        """The latest message of a sensor, or the message that the step answers, or None before the first."""
         memory = _core.newest(channel._found(), False)
         return None if memory is None else channel.message._of(memory)
 
     def fresh(self, channel: Channel[_M]) -> _M | None:
-        """The newest message if it has arrived since the previous instant."""
+        """The latest message if it has arrived since the previous instant."""
         memory = _core.newest(channel._found(), True)
         return None if memory is None else channel.message._of(memory)
 
@@ -92,15 +92,16 @@ _INSTANT, _INCOMING, _OUT = Instant(), Incoming(), Outbox()
 
 
 class Stage:
-    """A part of a navigator. The same messages in the same order must lead to the same messages: no clock, no file, no chance.
+    """A part of a navigator. The same messages in the same order must lead to the same messages, so do not use clocks, files or
+    unseeded random numbers.
 
-    `form` names the format of the state, with a version. A state in another form is not restored.
+    `form` identifies the format of the state, with a version. A state in another form is not restored.
     """
 
     form: str = ""
 
     def receive(self, incoming: Incoming) -> None:
-        """Receives an instruction, which is in force from now on, or a request."""
+        """Receives an instruction, which applies from now on, or a request."""
 
     def announce(self, out: Outbox) -> None:
         """Sends messages outside a step: at the start, after each request, and again after a kill."""
@@ -113,11 +114,11 @@ class Stage:
         """Takes the step of an instant."""
 
     def save(self) -> bytes:
-        """Everything that changes, as bytes."""
+        """Returns everything that changes, as bytes."""
         return b""
 
     def restore(self, state: bytes) -> None:
-        """Resumes from what `save` has returned."""
+        """Resumes from the bytes that `save` returned."""
         if state != b"":
             raise ValueError(f"{type(self).__name__}: expected a stage that restores what it saves")
 
@@ -155,7 +156,7 @@ class Summary:
 class Account:
     """A navigator's own summary of a run, made from its recording alone.
 
-    If it raises an exception, the run is judged without it, and a figure says so.
+    If it raises an exception, the run is judged without it, and a figure shows the error.
     """
 
     def receive(self, incoming: Incoming) -> None:
@@ -231,7 +232,7 @@ class Agenda:
 
     @property
     def task(self) -> int:
-        """The index of the task that is under way or up next."""
+        """The index of the current or next task."""
         return _core.agenda_now(self._agenda)[1]
 
     @property
@@ -251,7 +252,7 @@ class Agenda:
 
 
 class Navigator:
-    """Three stages under the name by which a mission selects them: `[navigator] kind`.
+    """Three stages under the name that missions use to select them: `[navigator] kind`.
 
     Each of the `stages` is called with a `Run`. `sensors` are those that the robot must have. `check` receives the mission and
     the robot before anything starts, and the text of a `ValueError` that it raises is shown to the user. `account` is called

@@ -13,8 +13,7 @@ type Curves = Vec<(String, Vec<[f64; 2]>)>;
 /// The result of the method `_summarize`: figures, and charts with title, unit and curves.
 type Told = (Vec<(String, String)>, Vec<(String, String, Curves)>);
 
-/// An object of the class `Account`, which calls the author's methods, or the reason why it failed. A run can be judged all the
-/// same.
+/// An object of the class `Account`, which calls the author's methods, or the reason why it failed. The run can still be judged.
 pub struct PythonAccount(Result<Py<PyAny>, StageError>);
 
 impl PythonAccount {
@@ -47,7 +46,7 @@ impl Account for PythonAccount {
                 summary.figures.extend(figures);
                 charts.into_iter().for_each(|(title, unit, curves)| chart(summary, &title, &unit, curves));
             }
-            // The traceback follows in further lines, and has been printed.
+            // The traceback follows on further lines, and has already been printed.
             Err(why) => {
                 let first = why.lines().next().unwrap_or_default();
                 summary.figure(

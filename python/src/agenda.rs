@@ -22,7 +22,8 @@ const AGENDA: &CStr = c"sketchnav.agenda";
 fn agenda<'a>(arguments: &'a Bound<'_, PyTuple>) -> PyResult<MutexGuard<'a, Agenda>> {
     let capsule = arguments.get_item(0)?.cast_into::<PyCapsule>()?;
     let pointer = capsule.pointer_checked(Some(AGENDA))?.cast::<Mutex<Agenda>>();
-    // SAFETY: capsules of this name hold an agenda. The arguments own a reference to the capsule for as long as they are borrowed.
+    // SAFETY: capsules of this name contain an agenda. The arguments own a reference to the capsule for as long as they are
+    // borrowed.
     let agenda: &'a Mutex<Agenda> = unsafe { pointer.as_ref() };
     Ok(agenda.lock().unwrap_or_else(PoisonError::into_inner))
 }
@@ -44,7 +45,7 @@ pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     function(module, c"agenda", |arguments| {
         let capsule = arguments.get_item(0)?.cast_into::<PyCapsule>()?;
         let run = capsule.pointer_checked(Some(RUN))?.cast::<RunConfig>();
-        // SAFETY: capsules of this name hold a run, and the arguments own a reference to this one.
+        // SAFETY: capsules of this name contain a run, and the arguments own a reference to this one.
         let agenda = Agenda::new(unsafe { run.as_ref() });
         Ok(PyCapsule::new_with_value(arguments.py(), Mutex::new(agenda), AGENDA)?.unbind())
     })?;

@@ -1,8 +1,8 @@
 //! The objects that a stage in Python may use while it is called: the instant, the message that it receives,
 //! and its outbox.
 //!
-//! A host lends these for one call. They are stored in a thread-local variable, from which the functions of the module read them.
-//! The variable is empty outside of calls, so a function that is called then raises `RuntimeError`.
+//! A host lends these for one call. They are stored in a thread-local variable, where the functions of the module find them. The
+//! variable is empty outside of calls, in which case these functions raise `RuntimeError`.
 
 use std::cell::RefCell;
 
@@ -25,7 +25,7 @@ pub struct Lent {
     remains: Option<*const (dyn Remains + 'static)>,
     files: Option<*const Files<'static>>,
     memories: Vec<Memory>,
-    /// True if Python kept a view of a message that was to be sent. Nothing more is sent then.
+    /// True if Python kept a view of a message to be sent. In that case, nothing more is sent.
     is_kept: bool,
     /// Errors of the host, each with the exception that carries it through Python.
     errors: Vec<(Py<PyBaseException>, StageError)>,

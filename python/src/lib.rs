@@ -6,7 +6,7 @@
 //!
 //! `sketchnav.drive` lets a robot or another simulator take the world's place (`driver`).
 //!
-//! PyO3 is used without its macros, because they would have most of the program's crates compiled with other features.
+//! PyO3 is used without its macros, because they would require most of the program's crates to be compiled with other features.
 
 mod account;
 mod agenda;

@@ -121,7 +121,7 @@ impl Memory {
         if views() > 0 {
             return Err(kept());
         }
-        // SAFETY: as above. Whoever keeps the object itself finds it empty.
+        // SAFETY: as above. If the object itself is kept, it is empty.
         unsafe {
             (*object).start = std::ptr::NonNull::dangling().as_ptr();
             (*object).length = 0;

@@ -29,7 +29,8 @@ const CALCULUS: &CStr = c"sketchnav.relations.calculus";
 fn calculus<'a>(arguments: &'a Bound<'_, PyTuple>) -> PyResult<&'a dyn Related> {
     let capsule = arguments.get_item(0)?.cast_into::<PyCapsule>()?;
     let pointer = capsule.pointer_checked(Some(CALCULUS))?.cast::<Box<dyn Related>>();
-    // SAFETY: capsules of this name hold a calculus. The arguments own a reference to the capsule for as long as they are borrowed.
+    // SAFETY: capsules of this name contain a calculus. The arguments own a reference to the capsule for as long as they are
+    // borrowed.
     Ok(unsafe { pointer.as_ref() }.as_ref())
 }
 

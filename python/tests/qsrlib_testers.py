@@ -3,7 +3,7 @@
     python qsrlib_testers.py strands_qsr_lib/qsr_lib/tests [TESTER ...]
 
 Prints how many tests of each tester pass, and the last line of the error for each that does not. An idiom of Python 2 is replaced,
-and `argprobd`, which draws random numbers and is rejected, is left out of what `multiple_tester` expects of all calculi together.
+and `argprobd`, which uses random numbers and is rejected, is left out of what `multiple_tester` expects of all calculi together.
 """
 
 import functools

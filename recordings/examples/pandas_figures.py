@@ -3,7 +3,7 @@
     pip install pandas mcap-ros2-support
     python recordings/examples/pandas_figures.py out/demo-001/building-a.mcap
 
-Needs nothing of sketchnav: the file says itself what its messages are made of.
+Does not need sketchnav, because the file contains the definitions of its messages.
 """
 
 import math

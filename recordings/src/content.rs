@@ -108,7 +108,7 @@ impl RawMessage {
         self.decode_by(|cdr, seq| spec.message.decode(cdr, seq))
     }
 
-    /// Like [`RawMessage::typed`], with the type of the channel to which the message belongs.
+    /// Like [`RawMessage::typed`], with the type of the message's channel.
     ///
     /// # Errors
     /// As [`RawMessage::typed`].

@@ -1,5 +1,5 @@
-//! Makes recordings from recordings: repairs, filters, merges and splits them. Messages, schemas, attachments
-//! and metadata are copied byte for byte, whatever they contain, even from a file with another profile.
+//! Makes recordings from recordings: repairs, filters, merges and splits them. Messages, schemas, attachments and metadata are
+//! copied byte for byte, regardless of their content, even from a file with another profile.
 //!
 //! Only the chunks whose times overlap are in memory at any time, and files are only written to sinks that
 //! the caller provides.
@@ -91,8 +91,7 @@ pub struct Copy<W: Write> {
     /// The topics as declared, with the number of each in the copy.
     topics: Vec<(Arc<Topic>, u16)>,
     counts: BTreeMap<String, Count>,
-    /// Topics from which messages before the first one were left out on purpose, and therefore do not count
-    /// as missing.
+    /// Topics whose messages before the first one were left out on purpose, and therefore do not count as missing.
     late: BTreeSet<String>,
     attached: BTreeSet<String>,
     described: BTreeSet<String>,
@@ -452,7 +451,7 @@ fn is_of_chunk(damage: &Damage) -> bool {
     }
 }
 
-/// Returns true if a record other than a chunk has content of its own, which records of the index do not.
+/// Returns true if a record other than a chunk has its own content, which records of the index do not.
 fn holds_something(damage: &Damage) -> bool {
     match damage {
         Damage::Content { kind, .. } => {

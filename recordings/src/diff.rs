@@ -133,7 +133,7 @@ impl std::str::FromStr for Tolerance {
             Some((spec, Self { channel: channel.to_owned(), field: field.to_owned(), at_most }))
         };
         let (spec, tolerance) = parse().ok_or_else(|| {
-            format!("expected CHANNEL.FIELD=NUMBER, as estimate.pose.x_px=0.5, found {text:?}")
+            format!("expected CHANNEL.FIELD=NUMBER, such as estimate.pose.x_px=0.5, found {text:?}")
         })?;
         let layout = spec.message.layout();
         // The smallest number takes four bytes, so steps of four find every field.

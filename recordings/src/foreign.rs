@@ -8,7 +8,7 @@ use crate::directory::Topic;
 /// Number of bytes at the beginning of a file that are examined.
 pub(crate) const LOOKED_AT: usize = 512;
 
-/// The commands that accept every MCAP file, whatever messages it contains.
+/// The commands that accept any MCAP file, regardless of its messages.
 pub const OF_ANY_MCAP: &str = "info, hz, filter, merge, split, recover, report and view";
 /// The commands that accept every MCAP file with ROS 2 messages, no matter which software wrote it.
 pub const OF_ROS2: &str = "info, echo, hz, filter, merge, split, recover, relations, report and view";

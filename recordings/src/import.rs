@@ -16,7 +16,7 @@ use crate::writer::Writer;
 const MAX_NAMED: usize = 1000;
 /// A reading up to this distance, in metres, is the laser itself. Lasers report 0 if they have no reading.
 const NEAREST_M: f32 = 0.01;
-/// Latest stamp of a recorded message, in seconds.
+/// Latest timestamp of a recorded message, in seconds.
 const MAX_STAMP_S: f64 = i32::MAX as f64;
 
 /// The rules for importing a log.
@@ -51,7 +51,7 @@ pub struct Imported {
     pub left_out_readings: u64,
     /// The lines of the first scans with such readings, each with the number of these readings.
     pub unreadable: Vec<(u64, usize)>,
-    /// How often the log's clock goes back. Such a scan is stamped one nanosecond after the previous scan.
+    /// How often the log's clock goes back. Scans with an earlier time are stamped one nanosecond after the previous scan.
     pub clock_goes_back: u64,
     /// Number of times that the log's clock does not advance. Such a scan also gets a timestamp one nanosecond after that of the
     /// previous scan.

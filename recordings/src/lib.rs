@@ -14,11 +14,11 @@
 //! - [`carmen`] and [`mod@import`] read logs of other projects. [`sources`] handles the files of a run inside
 //!   its recording.
 //!
-//! This crate does not judge or draw recordings, which is the purpose of `sketchnav-lab`. It does not read
-//! clocks or depend on how messages are transported between processes. Recordings are read from files and
-//! written to any sink that the caller provides. Only three modules access other files: [`sources`] reads the
-//! files that a mission of this machine names, [`series`] lists the files in a folder, and [`rosbag2`] reads
-//! the metadata of a folder. Nothing outside of a recording is read, whatever the recording says.
+//! This crate does not judge or draw recordings, which is the purpose of `sketchnav-lab`. It does not read clocks or depend on how
+//! messages are transported between processes. Recordings are read from files and written to any sink that the caller provides.
+//! Only three modules access other files: [`sources`] reads the files that a mission of this machine names, [`series`] lists the
+//! files in a folder, and [`rosbag2`] reads the metadata of a folder. Nothing outside a recording is read, regardless of its
+//! content.
 
 pub mod carmen;
 mod content;

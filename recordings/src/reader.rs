@@ -214,7 +214,7 @@ impl Recording {
     /// The index of the recording: the positions of its chunks and the times that they cover. Read once and then cached.
     ///
     /// # Errors
-    /// [`RecordingError::File`], or [`RecordingError::Damaged`] if a file without an index of its own is damaged.
+    /// [`RecordingError::File`], or [`RecordingError::Damaged`] if a file without its own index is damaged.
     pub fn index(&self) -> Result<&Index, RecordingError> {
         if let Some(index) = self.index.get() {
             return Ok(index);

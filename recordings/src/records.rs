@@ -23,8 +23,8 @@ use mcap::records::op;
 
 use crate::foreign::Foreign;
 
-/// Maximum length of a record, and of a chunk in either form, that is read into memory. This leaves room for the longest file
-/// that a run may name (64 MiB) together with its name and times.
+/// Maximum length of a record, and of a chunk in either form, that is read into memory. This leaves space for the longest file that
+/// a run may name (64 MiB) together with its name and times.
 pub const MAX_RECORD_BYTES: usize = 65 << 20;
 /// Size of the opcode and the length.
 pub(crate) const FRAME_BYTES: u64 = 9;
@@ -261,7 +261,7 @@ pub enum Record<'a> {
     Attachment(Attachment),
     /// The end of the data.
     DataEnd,
-    /// The offset at which the index begins, and the index's checksum.
+    /// The offset of the index, and its checksum.
     Footer(u64, u32),
     /// An index entry for a chunk.
     ChunkIndex(ChunkEntry),

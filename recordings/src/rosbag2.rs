@@ -248,7 +248,7 @@ fn topic_yaml(text: &mut String, topic: &Topic, count: u64) -> std::fmt::Result 
         writeln!(text, " []")?;
     } else {
         writeln!(text)?;
-        // Each line of the profile stays on a line of its own.
+        // Each line of the profile stays on its own line.
         profile.lines().try_for_each(|line| writeln!(text, "          {}", one_line(line)))?;
     }
     writeln!(text, "        type_description_hash: \"\"\n      message_count: {count}")

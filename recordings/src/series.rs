@@ -70,8 +70,8 @@ pub fn gaps(path: &Path, files: &[PathBuf]) -> Vec<(u32, u32)> {
 /// Writes one recording with the messages of all files, each message once.
 ///
 /// # Errors
-/// [`RecordingError`] if a file is damaged, if the first does not say which run it belongs to, or if the sink
-/// fails. A file that is merely truncated is not an error.
+/// [`RecordingError`] if a file is damaged, if the first does not identify its run, or if the sink fails. A file that is merely
+/// truncated is not an error.
 pub fn whole<W: Write>(files: &[PathBuf], sink: W) -> Result<W, RecordingError> {
     let Some(first) = files.first() else {
         let reason = "expected a file of the recording, found none".to_owned();

@@ -93,7 +93,7 @@ pub struct Latched {
 pub struct Topic {
     /// The channel's row of the table.
     pub spec: &'static ChannelSpec,
-    /// The sequence numbers. Unused if several processes write the channel, each with numbers of its own.
+    /// The sequence numbers. Unused if several processes write the channel, each with its own numbers.
     pub sequence: Sequence,
     /// The times of the messages, and the gaps between them.
     pub facts: TopicFacts,
@@ -374,8 +374,8 @@ impl Topic {
         self.facts.see_number(&mut self.sequence, self.spec.writer.is_none(), seq)
     }
 
-    /// Returns the time under which a message with this stamp is logged. Messages of several processes may
-    /// arrive out of order, but readers of a file rely on the times of a topic never going back.
+    /// Returns the time under which a message with this timestamp is logged. Messages of several processes may arrive out of order,
+    /// but readers of a file rely on the times of a topic never going back.
     fn log_ns(&self, stamp_ns: u64) -> u64 {
         match (self.spec.writer, self.facts.times_ns) {
             (None, Some((_, last_ns))) => stamp_ns.max(last_ns),
@@ -422,7 +422,7 @@ fn describe<W: Write>(mcap: &mut Mcap<W>, run: &RunConfig) -> Result<(), Recordi
     ];
     write_metadata(mcap, RUN_METADATA, facts.map(|(key, value)| (key.to_owned(), value)).into())?;
     write_metadata(mcap, "parameters", parameters(run)?)?;
-    // The place from which files are read concerns only the running system.
+    // Where files are read from concerns only the running system.
     let run = &RunConfig { files_of: None, ..run.clone() };
     let json = serde_json::to_vec_pretty(run)
         .map_err(|error| RecordingError::Run { what: "configuration", reason: error.to_string() })?;
@@ -460,7 +460,7 @@ fn attach<W: Write>(
         .map_err(RecordingError::Write)
 }
 
-/// Declares the topic of a channel, so that a reader knows it before the first message.
+/// Declares the topic of a channel, so that readers can find it before the first message.
 fn declare<W: Write>(mcap: &mut Mcap<W>, spec: &'static ChannelSpec) -> Result<Topic, RecordingError> {
     let mut metadata = BTreeMap::from([("layout".to_owned(), spec.message.type_name())]);
     if spec.is_latched() {

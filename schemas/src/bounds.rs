@@ -123,7 +123,7 @@ bounds! {
     PERSON_RADIUS_M: 0.01 to 5 " m";
     /// Side length of the window that a downward-looking camera sees of a plane of dots.
     WINDOW_M: 0.001 to 1000 " m";
-    /// Width of the margin that such a camera sees beyond each edge of its window.
+    /// Width of the margin that the camera sees beyond each edge of its window.
     WINDOW_MARGIN_M: 0 to 1000 " m";
     /// Average number of false detections in a view of a plane of dots.
     FALSE_DOTS: 0 to 10 "";

@@ -15,11 +15,11 @@ use crate::message::*;
 use crate::ros2::Ros2;
 
 /// Maximum number of ticks that the world, in lockstep, may be ahead of the recorder's file. The buffer and the history of every
-/// recorded channel hold more ticks than that.
+/// recorded channel are larger than that.
 pub const LOCKSTEP_WINDOW: u64 = 64;
 /// Number of ticks between two acknowledgements by the recorder.
 pub const RECORDED_EVERY: u64 = 16;
-/// Number of instants that the history and the buffers of a channel hold.
+/// Number of instants in the history and the buffers of a channel.
 const INSTANTS: usize = 128;
 /// Maximum number of channels in a run, including those common to all kinds of navigators.
 pub const MAX_CHANNELS: usize = 32;
@@ -83,8 +83,8 @@ impl PartialEq for ChannelSpec {
 impl Eq for ChannelSpec {}
 
 impl ChannelSpec {
-    /// Whether the whole declaration is the same, not only the name. A Python navigator declares its channels again each time its
-    /// module is loaded.
+    /// Returns true if the whole declaration is the same, not only the name. A Python navigator declares its channels again each
+    /// time its module is loaded.
     fn is_declared_like(&self, other: &Self) -> bool {
         let declared = |spec: &Self| {
             let message = (spec.message.name, spec.message.schema());
@@ -126,17 +126,17 @@ impl ChannelSpec {
         }
     }
 
-    /// Whether the recorder writes the channel to the file.
+    /// Returns true if the recorder writes the channel to the file.
     pub fn is_recorded(&self) -> bool {
         self.role != Role::Safe
     }
 
-    /// Whether late readers receive the latest message, like transient-local topics in ROS 2.
+    /// Returns true if late readers receive the latest message, like transient-local topics in ROS 2.
     pub fn is_latched(&self) -> bool {
         self.role == Role::Instruction
     }
 
-    /// Whether the channel's messages are sensor readings, each of which is its own cause.
+    /// Returns true if the channel's messages are sensor readings, each of which is its own cause.
     pub fn is_sensed(&self) -> bool {
         matches!(self.role, Role::Sensor | Role::Truth)
     }
@@ -161,12 +161,12 @@ impl ChannelSpec {
         (whose, when)
     }
 
-    /// Whether runs of navigators of this kind include the channel.
+    /// Returns true if runs of navigators of this kind include the channel.
     pub fn belongs_to(&self, kind: &str) -> bool {
         self.kind.is_none_or(|own| own == kind)
     }
 
-    /// Whether the channel is recorded under this topic, which is its name with a leading slash.
+    /// Returns true if the channel is recorded under this topic, which is its name with a leading slash.
     pub fn is_topic(&self, topic: &str) -> bool {
         topic.strip_prefix('/') == Some(self.name)
     }
@@ -382,7 +382,7 @@ pub fn of_topic(topic: &str) -> Option<&'static ChannelSpec> {
     find(topic.strip_prefix('/')?)
 }
 
-/// Whether several processes write the channel of this topic, in which case gaps in its sequence numbers mean nothing.
+/// Returns true if several processes write the channel of this topic, in which case gaps in its sequence numbers are meaningless.
 pub fn has_many_writers(topic: &str) -> bool {
     of_topic(topic).is_some_and(|spec| spec.writer.is_none())
 }

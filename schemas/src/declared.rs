@@ -93,7 +93,7 @@ pub enum Type {
     Twist,
     /// An array with its length.
     Array(Box<Type>, usize),
-    /// A struct with a `.msg` of its own.
+    /// A struct with its own `.msg`.
     Part(Struct),
 }
 

@@ -72,7 +72,7 @@ impl Action {
     }
 }
 
-/// When a fault hits a process.
+/// When a fault affects a process.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum When {
@@ -114,7 +114,7 @@ pub struct PlannedFault {
     /// The kind of fault.
     #[serde(rename = "do")]
     pub action: Action,
-    /// Whether the process is hit before or after it sends the message.
+    /// Whether the fault occurs before or after the process sends the message.
     #[serde(default, skip_serializing_if = "When::is_before")]
     pub when: When,
     /// Duration of a delay in wall-clock time, in milliseconds.
@@ -129,7 +129,7 @@ pub struct PlannedFault {
 }
 
 impl PlannedFault {
-    /// Creates a fault for message number `message` of a channel. If it hits the writer, it does so before the message is sent.
+    /// Creates a fault for message number `message` of a channel. A fault of the writer occurs before the message is sent.
     pub fn at_message(channel: &str, message: u64, action: Action) -> Self {
         Self {
             channel: channel.to_owned(),
@@ -168,8 +168,8 @@ impl PlannedFault {
     }
 }
 
-/// The faults in the order of the file. If several of them hit the writer at the same message, each one waits until the writer has
-/// restarted.
+/// The faults in the order of the file. If several of them affect the writer at the same message, each one waits until the writer
+/// has restarted.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FaultPlan {
@@ -223,8 +223,8 @@ impl PlannedFault {
         let wrong = |key, expected: &str, found: String| {
             Err(FaultPlanError::Value { number, key, expected: expected.to_owned(), found })
         };
-        // A fault cannot hit the supervisor, which owns the other processes. On a channel with many writers, messages have
-        // no unique number.
+        // Faults of the supervisor are not supported, since it owns the other processes. On a channel with many writers, messages
+        // have no unique number.
         let has_writer = |spec: &&channels::ChannelSpec| {
             spec.belongs_to(kind) && spec.writer.is_some_and(|writer| writer != Process::Supervisor)
         };

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// Line segment between two points, in metres in frame [`crate::geometry::World`].
 pub type Segment = [[f64; 2]; 2];
 
-/// Maximum distance between the middle of a door and the surface of its wall, in metres.
+/// Tolerance, in metres, for doors whose middle lies outside the surface of their wall.
 const DOOR_SLACK_M: f64 = 0.01;
 /// Distance, in metres, below which two points of a wall are the same point.
 const SAME_POINT_M: f64 = 1e-6;
@@ -36,7 +36,7 @@ pub struct FloorPlan {
 }
 
 impl FloorPlan {
-    /// The centre lines of the walls, interrupted by the doors, as one would draw them.
+    /// Returns the centre lines of the walls, interrupted by the doors, as in a drawing.
     pub fn middle_lines(&self) -> Vec<Segment> {
         let lines = self.wall.iter().flat_map(Wall::lines);
         let drawn = |line: Segment| {
@@ -47,7 +47,7 @@ impl FloorPlan {
         lines.flat_map(drawn).collect()
     }
 
-    /// Returns the stretches of a wall that its doors leave, in metres from the start of the wall's line, which is extended by
+    /// Returns the stretches of a wall between its doors, in metres from the start of the wall's line, which is extended by
     /// `beyond_m` at both ends.
     pub fn stretches(&self, line: &Segment, beyond_m: f64) -> Vec<[f64; 2]> {
         let gaps = self.door.iter().filter_map(|door| door.gap(line, self.wall_thickness_m));
@@ -57,7 +57,7 @@ impl FloorPlan {
 }
 
 impl Wall {
-    /// The lines from corner to corner of the wall.
+    /// Returns the lines from corner to corner of the wall.
     pub fn lines(&self) -> impl Iterator<Item = Segment> + '_ {
         let ends = self.points.last().zip(self.points.first());
         let closing = ends.filter(|_| self.closed).map(|(last, first)| [*last, *first]);

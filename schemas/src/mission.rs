@@ -35,7 +35,7 @@ pub struct Mission {
     pub navigator: NavigatorChoice,
     /// The true world.
     pub world: WorldSource,
-    /// The pose at which the robot truly starts.
+    /// The true pose of the robot at the start.
     pub start: Start,
     /// The tasks, in order.
     #[serde(default)]
@@ -79,7 +79,7 @@ pub struct NavigatorChoice {
     pub given: toml::Table,
 }
 
-/// The pose at which the robot truly starts.
+/// The true pose of the robot at the start.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Start {
@@ -118,7 +118,7 @@ pub struct Place {
     /// Corners of a simple polygon, in metres.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub polygon: Option<Vec<[f64; 2]>>,
-    /// Centre of a disc, or the point from which the final error is measured if there is a polygon. In metres.
+    /// Centre of a disc, or for a polygon the reference point of the final error. In metres.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub center: Option<[f64; 2]>,
     /// Radius of the disc, in metres.
@@ -294,7 +294,7 @@ pub enum MissionError {
 }
 
 impl MissionError {
-    /// The error for the table `key`, or for the key inside it to which `error` refers.
+    /// The error for the table `key`, or for the key inside it that `error` refers to.
     fn of_key(key: &str, error: &toml::de::Error) -> Self {
         // If the table does not come from text, only the last line of the error has the path of its key.
         let shown = error.to_string();
@@ -395,7 +395,7 @@ fn names_a_file(key: &str) -> bool {
     key == "drawing" || key.ends_with("_file")
 }
 
-/// The name by which errors refer to a task.
+/// The name of a task in error messages.
 pub fn task_key(number: usize, name: &str) -> String {
     format!("task {number} ({name})")
 }
@@ -462,8 +462,7 @@ impl Place {
         }
     }
 
-    /// The point from which the final error is measured, which is the given centre or else the mean of the
-    /// corners.
+    /// The reference point of the final error, which is the given centre or else the mean of the corners.
     pub fn middle(&self) -> [f64; 2] {
         let mean = |polygon: &Vec<[f64; 2]>| {
             let n = polygon.len() as f64;
@@ -522,7 +521,7 @@ fn check_name(key: &str, name: &str) -> Result<(), MissionError> {
 /// Checks a condition on a key.
 ///
 /// # Errors
-/// [`MissionError::Value`] if the condition does not hold.
+/// [`MissionError::Value`] if the condition is false.
 pub fn check(
     holds: bool,
     key: impl FnOnce() -> String,

@@ -278,7 +278,7 @@ impl Robot {
         within(&[("tick_hz, by laser.rate_hz", self.tick_hz(), bounds::TICK_HZ)])
     }
 
-    /// Checks the rates of the sensors, since a channel holds a limited number of readings per tick.
+    /// Checks the rates of the sensors, since the capacity of a channel per tick is limited.
     fn check_rates(&self) -> Result<(), RobotError> {
         self.sensors().try_for_each(|sensor| {
             let (rate_hz, most) = (sensor.rate_hz, sensor.channel.per_tick as f64 * self.tick_hz());

@@ -53,9 +53,9 @@ pub trait Ros2: Message {
     /// ROS 2 type, `package/msg/Type`.
     const TYPE: &'static str;
 
-    /// Converts the message into its ROS 2 form, reusing the memory of `spare`, which is the form of any
-    /// earlier message or the default. Allocates only if `spare` has less room than the message can fill.
-    /// `cells` is the slice that follows the message, and is empty if the channel has none.
+    /// Converts the message into its ROS 2 form, reusing the memory of `spare`, which is the form of any earlier message or the
+    /// default. Allocates only if the capacity of `spare` is too small. `cells` is the slice that follows the message, and is empty
+    /// if the channel has none.
     ///
     /// # Errors
     /// [`Ros2Error`] if the message contains something that the form cannot express.
@@ -94,8 +94,8 @@ pub trait Ros2: Message {
         self.to_cdr_by(cells, &mut Self::Form::default(), out)
     }
 
-    /// Like [`Ros2::to_cdr`], but reuses the memory of `form`. If `form` is that of an earlier message and `out` has enough
-    /// room, nothing is allocated.
+    /// Like [`Ros2::to_cdr`], but reuses the memory of `form`. If `form` is that of an earlier message and the capacity of `out` is
+    /// sufficient, nothing is allocated.
     ///
     /// # Errors
     /// As [`Ros2::to_cdr`].

@@ -81,8 +81,8 @@ pub struct RunConfig {
     pub system: String,
     /// The mission. Its paths are absolute, or names inside the recording `files_of`.
     pub mission: Mission,
-    /// The method by which the navigator drives, resolved at launch. It is never empty in a running system,
-    /// but it is in runs within one process and in some recordings of earlier versions.
+    /// The navigator's method, resolved at launch. It is never empty in a running system, but it is in runs within one process and
+    /// in some recordings of earlier versions.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub method: String,
     /// The recording that contains the files of the mission, or `None` if they are on disk. Only the

@@ -46,7 +46,7 @@ pub type Checked = Result<(), Invalid>;
 /// Checks a condition.
 ///
 /// # Errors
-/// [`Invalid`], which names the field, if the condition does not hold.
+/// [`Invalid`], which names the field, if the condition is false.
 pub fn ensure(holds: bool, field: &'static str, expected: &'static str, found: impl Into<f64>) -> Checked {
     if holds { Ok(()) } else { Err(Invalid { field, expected, found: found.into() }) }
 }

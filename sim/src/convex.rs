@@ -1,4 +1,4 @@
-//! Convex solids, from which furniture and walls are built. Coordinates are in metres, in frame `World`.
+//! Convex solids, which furniture and walls are built from. Coordinates are in metres, in frame `World`.
 
 use nalgebra::{Rotation2, Vector2};
 use serde::{Deserialize, Serialize};

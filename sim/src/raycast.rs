@@ -23,7 +23,7 @@ use crate::convex::Segment;
 /// How far faces extend beyond their ends, in metres, because parry lets a ray through exactly where two faces meet.
 const OVERLAP_M: f64 = 2e-5;
 
-/// Side length of the squares in which neighbouring faces are grouped, in metres.
+/// Side length of the squares that group neighbouring faces, in metres.
 const BLOCK_M: f64 = 2.0;
 
 /// The faces of everything static.
@@ -64,8 +64,8 @@ impl Faces {
         Self { tree: Polyline::new(vertices, Some(indices)), segments, pieces, blocks }
     }
 
-    /// Returns the distance at which a ray from `from` along `direction` (a unit vector) hits a face, or
-    /// `None` if it hits none within `max_m`.
+    /// Returns the distance where a ray from `from` along `direction` (a unit vector) hits a face, or `None` if it hits none within
+    /// `max_m`.
     pub fn cast(&self, from: Vector2<f64>, direction: Vector2<f64>, max_m: f64) -> Option<f64> {
         let ray = Ray::new(vector(from), vector(direction));
         self.tree.cast_local_ray(&ray, max_m as Real, true).map(f64::from)

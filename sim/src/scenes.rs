@@ -61,7 +61,7 @@ pub struct Scene {
     pub objects: Vec<Object>,
     /// The intended route. It begins at the origin along x, and its points are some centimetres apart.
     pub way: Vec<At>,
-    /// Index of the object at which the route ends.
+    /// Index of the object at the end of the route.
     pub goal: usize,
 }
 
@@ -347,7 +347,7 @@ impl Scene {
         Start { world: self.way[0], world_heading_deg: 0.0 }
     }
 
-    /// Returns the area around the goal in which the robot has arrived.
+    /// Returns the area around the goal where the robot has arrived.
     pub fn there(&self) -> Place {
         let outline = &self.objects[self.goal].outline;
         let middle = middle(outline);

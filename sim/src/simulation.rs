@@ -13,8 +13,8 @@ use sketchnav_schemas::ros2::Ros2;
 /// Age of a command, in nanoseconds of simulation time, above which the robot ignores it and stops.
 pub const COMMAND_LIMIT_NS: u64 = 500_000_000;
 
-/// A world in which a robot moves and takes measurements. Its whole state can be stored and restored with
-/// serde. The same state and the same commands give bit-identical results.
+/// A world where a robot moves and takes measurements. Its whole state can be stored and restored with serde. The same state and
+/// the same commands give bit-identical results.
 pub trait Simulation: Serialize + DeserializeOwned {
     /// Advances by one instant. A new `command` replaces the previous one. With `None`, the robot keeps following the previous
     /// command until that is too old, and then brakes.

@@ -33,7 +33,7 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static COUNTING: Counting = Counting;
 
-/// A floor with furniture and two people, into which the robot is driven.
+/// A floor with furniture and two people, which the robot runs into.
 const FLOOR: &str = "name='room'\nwall_thickness_m=0.2\n\
     [[wall]]\nclosed=true\npoints=[[0,0],[6,0],[6,4],[0,4]]\n[[wall]]\npoints=[[3,0],[3,4]]\n\
     [[door]]\nat=[3,2]\nwidth_m=1.0\n[[furniture]]\ncenter=[4.5,1.2]\nradius_m=0.3\n\

@@ -79,7 +79,7 @@ fn number() -> impl Strategy<Value = f64> {
     prop_oneof![3 => (0..ODD.len()).prop_map(|i| ODD[i]), 1 => 0.0..1.0_f64, 1 => any::<f64>()]
 }
 
-/// Returns a file in which the numbers of some keys are replaced.
+/// Returns a file with the numbers of some keys replaced.
 fn changed(text: &str, changes: &[(prop::sample::Index, f64)]) -> String {
     let mut lines: Vec<_> = text.lines().map(str::to_owned).collect();
     let keyed: Vec<_> = (0..lines.len()).filter(|i| lines[*i].contains("= ")).collect();

@@ -2,10 +2,10 @@
 //!
 //! There are four cases: no observer, the live view with a viewer of every topic, the bridge to ROS 2, and both.
 //!
-//! `cargo bench --bench observers` drives missions in which the cases take turns of a few seconds. Each case is the
-//! first in a round as often as the others. `--features ros2` adds the bridge, and `-- --missions 6` measures for
-//! longer. The figures come from the recording, so that measuring needs no observer of its own. The viewer and the
-//! readers run on the same machine, so the figures are only meaningful if nothing else is running.
+//! `cargo bench --bench observers` drives missions in which the cases take turns of a few seconds. Each case is the first in a
+//! round as often as the others. `--features ros2` adds the bridge, and `-- --missions 6` measures for longer. The figures come
+//! from the recording, so the measurement does not need a separate observer. The viewer and the readers run on the same machine, so
+//! the figures are only meaningful if nothing else is running.
 
 use std::path::Path;
 use std::thread::sleep;
@@ -126,8 +126,8 @@ fn take_turns(place: &Place) -> Vec<Turn> {
     taken
 }
 
-/// Returns the number of the next tick, or `None` if the mission has ended. The reader is closed at once, because a
-/// system that ends also ends its observers.
+/// Returns the number of the next tick, or `None` if the mission has ended. The reader is closed immediately, because a system that
+/// ends also ends its observers.
 fn next_tick() -> Option<u64> {
     let node = Node::join(System::open(SYSTEM).ok()?, Process::Observer).ok()?;
     Some(SendTimes::open(&node, TICK.spec).ok()?.newest() + 1)

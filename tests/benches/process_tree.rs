@@ -60,7 +60,7 @@ fn run(seed: u64) -> Value {
     serde_json::from_slice(&output.stdout).expect("one JSON object")
 }
 
-/// The latest stamp, in nanoseconds.
+/// The latest timestamp, in nanoseconds.
 struct Last(u64);
 
 impl Tap for Last {

@@ -1,10 +1,9 @@
 //! Attacks on a whole installation, drawn at random: kills, damaged recordings, nonsense missions, crowds of observers,
 //! files of other users, pipes in place of files, and floods of requests to the pad.
 //!
-//! Each test runs its own kind of attack twice.
-//! `SKETCHNAV_ATTACK_MINUTES=60 SKETCHNAV_ATTACK_SEED=7 cargo test --test faults attacks` continues for an hour, and each
-//! attack prints its seed. After every attack there must be no panic, no loss and nothing left over, the bytes must be the
-//! same as without the attack, and any error must say what is wrong.
+//! Each test runs its own kind of attack twice. `SKETCHNAV_ATTACK_MINUTES=60 SKETCHNAV_ATTACK_SEED=7 cargo test --test faults
+//! attacks` continues for an hour, and each attack prints its seed. After every attack there must be no panic, no loss and nothing
+//! left over, the bytes must be the same as without the attack, and any error must explain what is wrong.
 
 use std::fs;
 use std::io::{Read, Write};
@@ -99,7 +98,7 @@ impl Attacker {
         Self { rng: Pcg64Mcg::seed_from_u64(seed), undisturbed, place }
     }
 
-    /// Waits for a random time. The moment of an attack must not matter, so whenever it happens, the same must hold afterwards.
+    /// Waits for a random time. The time of an attack must not affect the outcome.
     fn pause(&mut self, longest: Duration) {
         std::thread::sleep(longest.mul_f64(self.rng.random::<f64>()));
     }
@@ -114,7 +113,7 @@ impl Attacker {
         self.place.assert_nothing_left(system);
     }
 
-    /// Kills services and the supervisor at random moments, and resumes the mission each time.
+    /// Kills services and the supervisor at random times, and resumes the mission each time.
     fn kills(&mut self) {
         // A mission that starts over gets a new folder. In a shared folder, an earlier run may be complete, and
         // `--resume` would find that run instead of the one that was killed.
@@ -247,7 +246,7 @@ impl Attacker {
         format!("{}{}{}", &text[..at], NUMBERS[self.rng.random_range(0..NUMBERS.len())], &text[end..])
     }
 
-    /// Observers come and go by the dozen, most of them killed, and a service dies in the meantime.
+    /// Dozens of observers come and go, most of them killed, and a service dies in the meantime.
     fn observers(&mut self) {
         let mut running = self.place.start("run room.toml --json --out watched --system watched");
         self.place.wait_until_joined(&mut running, "watched", &SERVICES);
@@ -399,8 +398,7 @@ fn ask(port: u16, request: &str) -> String {
     String::from_utf8_lossy(&answer).into_owned()
 }
 
-/// Asserts that a command, whatever it does with nonsense, ends with one of its own exit codes, says what is wrong, and
-/// does not panic.
+/// Asserts that a command that was given nonsense ends with one of its own exit codes, explains what is wrong, and does not panic.
 fn must_be_civil(ended: &Ended, what: &str) {
     let panicked = ["panicked", "RUST_BACKTRACE", "overflow"].iter().any(|word| ended.err.contains(word));
     assert!(matches!(ended.code, Some(0..=4)) && !panicked, "{what}: {ended}");

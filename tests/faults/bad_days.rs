@@ -1,7 +1,7 @@
-//! Days on which nothing is killed but everything else goes wrong: a full disk, full shared memory, a folder that is
-//! removed, interference by other users.
+//! Tests where nothing is killed but everything else goes wrong: a full disk, full shared memory, a folder that is removed,
+//! interference by other users.
 //!
-//! Some tests need root for a disk of their own, and say so if they are not root.
+//! Some tests need root for a separate disk, and print a notice if they are not root.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -60,8 +60,8 @@ fn begin(place: &Place, mission: &str, options: &str) -> Running {
     running
 }
 
-/// Lets the robot drive for more steps than the channels hold. A reader first receives the messages that the channels hold, so
-/// this waits for more messages than that.
+/// Lets the robot drive for more steps than the histories contain. A reader first receives the messages of the history, so this
+/// waits for more messages than that.
 fn drive_on(place: &Place) {
     let steps = 2 * STATUS.spec.history() + 50;
     let echoed = place.run(&format!("echo status --count {steps} --system day"));
@@ -100,7 +100,7 @@ fn write_long_drive(place: &Place) {
     });
 }
 
-/// The robot keeps driving. Once there is room again, messages that are still in the channels are written after all.
+/// The robot keeps driving. Once there is space again, messages that are still in the histories are written after all.
 #[test]
 fn a_full_disk_is_reported_and_recording_resumes_once_there_is_space() {
     let place = Place::new();
@@ -123,7 +123,7 @@ fn a_full_disk_is_reported_and_recording_resumes_once_there_is_space() {
     let info = info(&place, recording);
     let kinds = kinds(&info);
     assert!(kinds.contains(&"recording resumed"), "{info:#}");
-    // The missing messages are counted, because more messages were sent than the channels hold.
+    // The missing messages are counted, because more messages were sent than the histories contain.
     let lacks = info["missing"].as_u64().unwrap();
     assert!(lacks > 0 && report["lost_messages"].as_u64().unwrap() >= lacks, "{info:#}");
 }
@@ -158,7 +158,7 @@ fn full_shared_memory_is_refused_with_an_explanation() {
     place.assert_nothing_left("day");
 }
 
-/// A process that dies finds no room to start again and is given up. The supervisor then removes everything.
+/// A process that dies does not find enough space to restart and is given up. The supervisor then removes everything.
 #[test]
 fn shared_memory_that_fills_up_ends_the_mission_with_an_explanation() {
     let place = Place::new();
@@ -173,7 +173,7 @@ fn shared_memory_that_fills_up_ends_the_mission_with_an_explanation() {
     let Some(ended) = with_shared_memory(&place, "30m", script) else { return };
     assert_eq!((ended.code, ended.out.as_str()), (Some(3), ""), "{ended}");
     assert!(ended.err.contains("given up"), "{ended}");
-    // The log of the process is in shared memory, too, but has room reserved for the last words of the process.
+    // The log of the process is in shared memory, too, but has space reserved for the last lines of the process.
     let words = ["shared memory is full", "No space left on device", "/dev/shm was full for a moment"];
     assert!(words.iter().any(|words| ended.err.contains(words)), "{ended}");
     place.assert_nothing_left("day");
@@ -229,7 +229,7 @@ fn a_limit_on_file_size_ends_no_process() {
     assert_eq!(place.serving("day", "recorder"), recorders, "it lives");
     assert!(pids.iter().all(|pid| limit(*pid, "unlimited")));
     let ended = running.end();
-    // More messages may have been sent than the channels hold.
+    // More messages may have been sent than the histories contain.
     let lost = ended.json()["lost_messages"].as_u64().unwrap();
     assert_eq!(ended.code, Some(if lost == 0 { 0 } else { 4 }), "{ended}");
     assert_eq!(ended.json()["success"], true, "{ended}");

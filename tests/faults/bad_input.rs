@@ -1,5 +1,5 @@
-//! Bad input: the error names the file and the key or the position, and says what was expected. The exit code informs
-//! scripts, and nothing is left over.
+//! Bad input: the error names the file, the key or the position, and what was expected. Scripts can rely on the exit code, and
+//! nothing is left over.
 
 use std::fs;
 use std::path::Path;
@@ -16,7 +16,7 @@ struct Case {
     says: &'static [&'static str],
 }
 
-/// Runs the mission of each case, which must end with exit code 2, say what is wrong, and leave nothing behind.
+/// Runs the mission of each case, which must end with exit code 2, report what is wrong, and leave nothing behind.
 fn are_refused(cases: &[Case]) {
     for case in cases {
         let place = Place::new();
@@ -73,8 +73,8 @@ fn the_unchanged_room_is_valid() {
     }
 }
 
-/// The physics engine used to panic at once if a number was far from anything found indoors. After 13 s the mission was
-/// given up with exit code 3.
+/// The physics engine used to panic immediately if a number was far from anything found indoors. After 13 s the mission was given
+/// up with exit code 3.
 #[test]
 fn numbers_beyond_the_physics_are_refused() {
     are_refused(&[
@@ -400,8 +400,8 @@ fn bad_usage_is_refused() {
     assert_eq!(place.living(), []);
 }
 
-/// Runs the demo on a tiny file system with room for only 500 kB, which is part of the mission. It is mounted in a
-/// namespace of the command's own, so it needs no cleaning up. The recording is copied out of it afterwards.
+/// Runs the demo on a tiny file system with only 500 kB of space, which is part of the mission. It is mounted in a namespace of the
+/// command's own, so it needs no cleaning up. The recording is copied out of it afterwards.
 const ON_A_TINY_DISK: &str = "mkdir tiny && mount -t tmpfs -o size=500k tmpfs tiny || exit 77\n\
     \"$0\" demo --json --system full --out tiny\ncode=$?\n\
     cp -r tiny/demo-001 saved\nexit $code";
@@ -418,8 +418,7 @@ fn on_a_small_disk(place: &Place) -> Option<Ended> {
     (ended.code != Some(77) && !ended.err.contains("unshare")).then_some(ended)
 }
 
-/// Driving is more important than recording. The robot keeps driving, and the command says that the recording is
-/// incomplete.
+/// Driving is more important than recording. The robot keeps driving, and the command reports that the recording is incomplete.
 #[test]
 fn a_full_disk_ends_the_recording_and_not_the_mission() {
     let place = Place::new();

@@ -115,7 +115,7 @@ fn killing_starting_processes_loses_nothing() {
     chaos_finds_no_loss("--kills 20 --seed 6 --at-start-up");
 }
 
-/// A restarted recorder reads again what was not written yet. The recording says how often the recorder was restarted.
+/// A restarted recorder reads again what was not written yet. The recording contains the number of restarts of the recorder.
 #[test]
 fn a_killed_recorder_leaves_no_gap() {
     kill_in_turn(&["recorder"]);
@@ -126,7 +126,7 @@ fn processes_killed_in_turn_resume() {
     kill_in_turn(&SERVICES);
 }
 
-/// All processes die at the same moment, so none is left that could tell the others what they have missed.
+/// All processes die at the same time, so none is left to tell the others what they have missed.
 #[test]
 fn processes_killed_all_at_once_resume() {
     let place = Place::new();
@@ -139,7 +139,7 @@ fn processes_killed_all_at_once_resume() {
     assert_eq!(restarts, SERVICES.len() as u64);
 }
 
-/// In real time, no process waits for another. The robot stops, and drives on when its navigators are back.
+/// In real time, no process waits for another. The robot stops, and continues when its navigators are back.
 #[test]
 fn processes_killed_in_real_time_reach_their_goals() {
     let place = Place::new();
@@ -200,7 +200,7 @@ fn a_process_that_keeps_dying_is_given_up() {
     place.assert_nothing_left("disturbed");
 }
 
-/// Flips a bit in the state of the process's newest checkpoint, or of both checkpoints, and kills the process.
+/// Flips a bit in the state of the process's latest checkpoint, or of both checkpoints, and kills the process.
 fn damage_and_kill(place: &Place, process: &str, slots: usize) {
     for pid in place.serving("disturbed", process) {
         for (mut bytes, file) in checkpoints_of_stopped(place, process, pid).into_iter().take(slots) {
@@ -211,8 +211,7 @@ fn damage_and_kill(place: &Place, process: &str, slots: usize) {
     }
 }
 
-/// Stops the process at a moment at which neither of its checkpoints is half written. Returns the checkpoints, newest
-/// first.
+/// Stops the process at a time when neither of its checkpoints is half written. Returns the checkpoints, latest first.
 fn checkpoints_of_stopped(place: &Place, process: &str, pid: u32) -> Vec<(Vec<u8>, String)> {
     let mark = format!("checkpoint_{process}_");
     let number = |bytes: &[u8]| u64::from_ne_bytes(bytes[8..16].try_into().unwrap());
@@ -283,7 +282,7 @@ fn navigators_without_a_valid_checkpoint_continue_from_their_last_messages() {
     }
 }
 
-/// A world that does not know where the robot is cannot continue. The mission fails, and the error says why.
+/// A world without the robot's position cannot continue. The mission fails, and the error says why.
 #[test]
 fn a_world_without_a_valid_checkpoint_is_given_up() {
     let place = Place::new();

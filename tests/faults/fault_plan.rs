@@ -229,8 +229,8 @@ fn kills_before_messages_lose_nothing_and_can_be_repeated() {
     assert_eq!(words(&report), words(&again));
 }
 
-/// Random kills happen at moments measured by the clock. The schedule that is written afterwards names the first
-/// message at or after each moment.
+/// Random kills happen at times measured by the clock. The schedule that is written afterwards contains the first message at or
+/// after each of these times.
 #[test]
 fn random_faults_are_written_as_a_schedule() {
     let place = Place::new();

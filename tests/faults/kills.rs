@@ -1,4 +1,4 @@
-//! Problems with processes are reported on a channel of their own, and so are part of the recording.
+//! Problems with processes are reported on a separate channel, and are thus part of the recording.
 
 use nix::sys::signal::Signal;
 use serde_json::Value;
@@ -63,7 +63,7 @@ fn a_stopped_process_is_detected_and_nothing_is_lost() {
     assert_eq!(place.living(), []);
 }
 
-/// In real time, a person stops a process for a moment. This is reported, and the process continues without a restart.
+/// In real time, a person briefly stops a process. This is reported, and the process continues without a restart.
 #[test]
 fn a_process_that_continues_in_time_is_left_alone() {
     let place = Place::new();

@@ -1,5 +1,5 @@
-//! Limits that a shell sets (`ulimit`). A soft limit that is too low is raised. If a hard limit is too low, the error
-//! says what is needed.
+//! Limits that a shell sets (`ulimit`). A soft limit that is too low is raised. If a hard limit is too low, the error states what
+//! is needed.
 
 use support::{Ended, Place, Running, room};
 
@@ -12,8 +12,8 @@ fn limited(place: &Place, limits: &str, arguments: &str) -> Ended {
     Running::spawn(command).end()
 }
 
-/// With a limit of 64 open files, the error used to blame `/dev/shm` or came from the shared memory library. With 64
-/// KiB of stack, the program overflowed its stack.
+/// With a limit of 64 open files, the error used to refer to `/dev/shm` or came from the shared memory library. With 64 KiB of
+/// stack, the program overflowed its stack.
 #[test]
 fn a_limit_that_is_too_low_is_raised_or_reported() {
     if !needs::has(&["bash"]) {

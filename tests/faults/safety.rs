@@ -54,7 +54,7 @@ fn a_foreign_recording_gets_no_file_of_the_user() {
         assert!(!ended.err.contains(SECRET) && !ended.out.contains(SECRET), "{command}: {ended}");
         assert!(!place.files().join("again.mcap").exists(), "{command}");
     }
-    // Commands that need no file of the run continue without the files, and say so.
+    // Commands that need no file of the run continue without the files, and report this.
     place.fine("replay evil.mcap --rate max");
     place.fine("judge evil.mcap");
     place.page_says("evil.mcap", &["The world is not drawn", "nothing outside a recording is read"]);

@@ -1,5 +1,5 @@
-//! Checks that the documentation is true as far as a program can tell: links and anchors lead somewhere, named tests
-//! and files exist, commands are accepted and the cheap ones run, and figures and code agree with their sources.
+//! Checks that the documentation is true as far as a program can check it: links and anchors lead somewhere, named tests and files
+//! exist, commands are accepted and the cheap ones run, and figures and code agree with their sources.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -63,7 +63,7 @@ fn every_link_leads_somewhere() {
     findings.are_none();
 }
 
-/// Says what is wrong with a link on a page, or returns `None` if the link leads somewhere.
+/// Returns a description of what is wrong with a link on a page, or `None` if its target exists.
 fn follow(page: &Page, link: &str) -> Option<&'static str> {
     let (file, heading) = link.split_once('#').map_or((link, None), |(file, heading)| (file, Some(heading)));
     let folder = repository().join(page.path.parent().unwrap());
@@ -91,7 +91,7 @@ fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// A guarantee is only worth as much as its test. A page that names a missing test promises nothing.
+/// Each guarantee is backed by a test, so the tests that pages name must exist.
 #[test]
 fn named_tests_and_files_exist() {
     let mut files = Vec::new();
@@ -259,7 +259,7 @@ fn commands_for_landmarks_run() {
     pages::run("docs/navigators/landmarks.md", "Labels");
 }
 
-/// A code block that no test runs must say so by having a language other than `sh`.
+/// A code block that no test runs must be marked by a language other than `sh`.
 #[test]
 fn every_section_with_commands_is_tested() {
     let run = [

@@ -1,5 +1,4 @@
-//! Checks that the repository is what it says about itself: the rules of the code, the documentation, and generated
-//! files.
+//! Checks that the repository agrees with its own rules, documentation and generated files.
 
 mod docs;
 mod ecosystem;

@@ -119,7 +119,7 @@ fn python_reads_a_running_system() {
     place.assert_nothing_left("snake");
 }
 
-/// An observer may die at any moment without occupying the pipeline's places for readers.
+/// An observer may die at any time without occupying the pipeline's places for readers.
 #[test]
 fn killing_a_python_reader_fifty_times_does_no_harm() {
     let Some(python) = python("numpy, iceoryx2") else { return };
@@ -158,8 +158,7 @@ fn python_reads_a_recording_as_frames() {
     pytest(&place, &python, "test_recordings.py", "SKETCHNAV_RECORDING", recording);
 }
 
-/// Trials that are driven by workers on other machines give the same report as a single machine, whatever happens to a
-/// worker.
+/// Trials that are driven by workers on other machines give the same report as a single machine, even if a worker is lost.
 #[test]
 fn two_dask_workers_give_the_report_of_one_machine_despite_a_kill() {
     let Some(python) = python("distributed") else { return };

@@ -1,4 +1,4 @@
-//! The navigator `corridor` with separate processes keeps the guarantees that are given for every navigator.
+//! The navigator `corridor` with separate processes keeps the guarantees for all navigators.
 
 use serde_json::Value;
 use support::Place;
@@ -78,7 +78,7 @@ fn errors_in_a_mission_or_rule_file_are_reported_before_the_start() {
         (
             text.replace("metres = 7.0", "metres = 7.0\nturns = [\"left\"]"),
             rules,
-            "methods with rules know neither",
+            "methods with rules detect neither",
         ),
         (
             with_file.clone(),

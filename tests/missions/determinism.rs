@@ -44,7 +44,7 @@ fn two_runs_at_the_same_time_are_identical() {
     assert!(ended.out.starts_with("identical"), "{ended}");
 }
 
-/// The output names the difference so that it can be looked up: the channel, the number, the field and both values.
+/// The output describes the difference so that it can be looked up: the channel, the number, the field and both values.
 #[test]
 fn another_seed_is_different_and_diff_says_where() {
     let place = Place::new();

@@ -1,5 +1,4 @@
-//! The navigator `directions` with separate processes, over a plane of dots, keeps the guarantees that are given for
-//! every navigator.
+//! The navigator `directions` with separate processes, over a plane of dots, keeps the guarantees for all navigators.
 
 use std::fs;
 
@@ -30,7 +29,7 @@ fn from_a_picture_of_the_plane_the_navigator_arrives() {
     place.page_says(recording, &words);
 }
 
-/// A map with branches goes through all that a straight one does: run, rerun, replay, judge and report.
+/// A map with branches works everywhere that a straight one does: run, rerun, replay, judge and report.
 #[test]
 fn a_branching_map_corrects_the_navigators_errors() {
     let place = place("branching.toml");
@@ -47,7 +46,7 @@ fn a_branching_map_corrects_the_navigators_errors() {
         .page_says(recording, &["The custom map as a graph", "In words", "Seek the most isolated landmark."]);
 }
 
-/// The sentences of a map lead the robot like its symbols, and the page to print shows them with a picture.
+/// The sentences of a map direct the robot in the same way as its symbols, and the page to print shows them with a picture.
 #[test]
 fn a_map_in_sentences_leads_the_robot_as_its_symbols_do() {
     let place = place("written.toml");
@@ -69,7 +68,7 @@ fn a_map_in_sentences_leads_the_robot_as_its_symbols_do() {
     }
 }
 
-/// The robot does not start on a journey that it expects to fail, unless a person insists. Before it starts, it shows its map.
+/// The robot does not start on a journey that will probably fail, unless a person insists. Before it starts, it prints its map.
 #[test]
 fn a_journey_that_will_probably_fail_is_not_started_unless_a_person_insists() {
     let place = place("hundred.toml");
@@ -92,7 +91,7 @@ least_probability = 0.995",
     assert!(driven.err.contains("# ") && driven.err.contains("probability of arrival"), "{driven}");
 }
 
-/// A navigator with a belief goes through all that one with a map does: run, rerun, replay, judge and report.
+/// A navigator with a belief works everywhere that one with a map does: run, rerun, replay, judge and report.
 #[test]
 fn a_belief_leads_the_navigator_past_its_errors_without_a_map() {
     let place = place("belief.toml");
@@ -188,8 +187,8 @@ const C: &str = "[0.16, 0.16]";
 #[test]
 fn the_six_kinds_of_success_and_failure_are_distinguished() {
     let all = format!("{A}, {B}, {C}, [0.6, 0.6]");
-    // The verdict is followed by the exit code, which depends on what the navigator itself believes. It does not notice
-    // when it goes astray.
+    // The verdict is followed by the exit code, which depends on the navigator's own estimate. It does not notice when it goes
+    // astray.
     for (map, landmarks, kind, says) in [
         // A is in the corner. B and C are in view with equal rank, and the one farther away is meant.
         ("(*, SW)\n(Isol, -)\n", format!("{A}, {C}"), "direct", 0),
@@ -209,7 +208,7 @@ fn the_six_kinds_of_success_and_failure_are_distinguished() {
     }
 }
 
-/// The second entry knows B and C by what surrounds them. It is meant for B, and attains C, which is farther away.
+/// The second entry recognizes B and C by their surroundings. It is meant for B but reaches C, which is farther away.
 #[test]
 fn a_written_branching_map_is_followed_and_judged_entry_by_entry() {
     let all = format!("{A}, {B}, {C}, [0.6, 0.6]");
@@ -223,7 +222,7 @@ fn a_written_branching_map_is_followed_and_judged_entry_by_entry() {
         (knows_both, format!("{A}, {A}, {C}, {B}"), "recovered", [a, c, b], 3),
         (knows_both, format!("{A}, {C}, {B}, {B}"), "unaware", [a, c, b], 2),
         (knows_both, format!("{A}, {A}, {C}, {A}"), "astray", [a, c, b], 2),
-        // North-west of C there is nothing: entry 3 goes on at entry 4 with C in another corner.
+        // North-west of C there is nothing, so entry 3 continues at entry 4 with C in another corner.
         (
             "(*, SW)\n(Isol, SE)\n(Isol, (-, NW, 4), -)\n(Isol, -)\n",
             format!("{A}, {C}, {C}, {B}"),
@@ -237,7 +236,7 @@ fn a_written_branching_map_is_followed_and_judged_entry_by_entry() {
         assert_eq!(journey["attained"], serde_json::json!(taken), "{map}{landmarks}: {journey}");
         assert_eq!((&journey["accepted"], &journey["right"]), (&3.into(), &right.into()), "{journey}");
     }
-    // None of its signs is like that of C.
+    // All of its signs differ from that of C.
     let knows_neither = "(*, SW)\n(Isol, (group+group+none+none, NW, 1), (group+none+none+group, -), -)\n";
     let (code, journey) = ended(knows_neither, &format!("{A}, {B}"), &all);
     assert_eq!((code, &journey["kind"]), (Some(1), &"lost".into()), "{journey}");

@@ -23,7 +23,7 @@ fn the_example_driver_drives_a_mission() {
     let driver = place.driver("driver");
     let ended = running.end();
     assert_eq!(driver.end().code, Some(0));
-    // The mission says where the goal is in the world, but not even the driver knows where its robot truly is.
+    // The mission gives the position of the goal in the world, but the robot's true position is not known, not even to the driver.
     assert_eq!(ended.code, Some(0), "{ended}");
     let report = ended.json();
     let task = &report["tasks"][0];
@@ -62,9 +62,9 @@ fn odometry_at_five_times_the_scan_rate_loses_nothing() {
 pub(crate) const BEFORE: usize = 60;
 const PERIOD_NS: u64 = 100_000_000;
 
-/// The driver dies during the mission and is started again. Its numbers used to start over, so readers took its
-/// messages for ones that they had already received. They dropped the messages for as long as the first driver had run,
-/// and nothing was reported. The clock and the odometry also restarted at 0, which readers see as a jump.
+/// The driver dies during the mission and is started again. Its numbers used to start over, so readers mistook its messages for
+/// ones that they had already received. They dropped the messages for as long as the first driver had run, and nothing was
+/// reported. The clock and the odometry also restarted at 0, which readers see as a jump.
 #[test]
 fn a_restarted_driver_continues() {
     let place = Place::new();
@@ -87,7 +87,7 @@ fn a_restarted_driver_continues() {
     place.assert_nothing_left("driver");
 }
 
-/// Asserts that a second driver has continued what a first one had sent: numbers, stamps and the position.
+/// Asserts that a second driver has continued what a first one had sent: numbers, timestamps and the position.
 pub(crate) fn assert_taken_over(scans: &[LaserScan], odometry: &[Odometry]) {
     assert_continuous(scans);
     assert_continuous(odometry);

@@ -1,4 +1,4 @@
-//! The figures of experiments are based on what the processes really do.
+//! The figures of experiments agree with what the separate processes do.
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -47,8 +47,8 @@ fn results_are_printed_even_if_no_report_can_be_written() {
     assert!(ended.err.contains("--output: expected a file in an existing folder"), "{ended}");
 }
 
-/// The folders of missions and data used to be those of the machine that compiled the program. A suite that found no
-/// data there drove nothing and succeeded.
+/// The folders of missions and data used to be those of the machine that compiled the program, and a suite without data succeeded
+/// without driving anything.
 #[test]
 fn missing_missions_data_or_trials_are_reported_with_a_remedy() {
     let place = Place::new();

@@ -1,4 +1,4 @@
-//! The navigator `landmarks` with separate processes keeps the guarantees that are given for every navigator.
+//! The navigator `landmarks` with separate processes keeps the guarantees for all navigators.
 
 use serde_json::Value;
 use sketchnav_landmarks::messages::LANDMARK_VIEW;
@@ -59,8 +59,7 @@ fn kills_leave_the_same_bytes_with_every_method() {
     }
 }
 
-/// A route in words is equivalent to the sketch from which it was made. The robot drives to the same place with the
-/// same commands.
+/// A route in words is equivalent to the sketch that it was made from. The robot drives to the same place with the same commands.
 #[test]
 fn a_sketch_and_its_description_lead_to_the_same_place() {
     let place = place("scene-a-states.toml");
@@ -87,7 +86,7 @@ fn a_sketch_and_its_description_lead_to_the_same_place() {
     assert_eq!(commands(&recording), commands(&again));
 }
 
-/// The proposal is a sketch of its own. The person's sketch is never overwritten, and words have nothing to smooth.
+/// The proposal is a separate sketch. The person's sketch is never overwritten, and words have nothing to smooth.
 #[test]
 fn a_smoother_route_is_proposed_and_can_be_driven() {
     let place = place("scene-a.toml");
@@ -106,8 +105,8 @@ fn a_smoother_route_is_proposed_and_can_be_driven() {
     assert!(refused.err.contains("expected a mission with a sketch, found a route in words"), "{refused}");
 }
 
-/// A person tells the robot where in the sketch it is, in this case near the start of the route. The robot believes this from
-/// the next view on.
+/// A person sets the robot's position in the sketch, in this case near the start of the route. The robot uses it from the next view
+/// on.
 #[test]
 fn a_robot_that_navigates_by_belief_accepts_its_pose() {
     let place = place("scene-a.toml");

@@ -1,12 +1,12 @@
-//! The next drive starts from what a robot learned on a drive by a drawing: anywhere, with any heading, without a mark.
+//! The next drive starts from the map that a robot learned on a drive by a drawing: anywhere, with any heading, without a mark.
 
 use std::fs;
 
 use sketchnav_sketch::learned::Learned;
 use support::{Place, building, repository};
 
-/// Drives the demo's first tasks by its drawing, learns from the drive, and writes `again.toml`. That mission starts in another
-/// room, with its back to the door, in what was learned.
+/// Drives the demo's first tasks by its drawing, learns from the drive, and writes `again.toml`. That mission uses the learned map
+/// and starts in another room, with the robot's back to the door.
 fn learned() -> (Place, String) {
     let place = Place::new();
     building::write(&place.files().join("first.toml"), keep_tasks);
@@ -52,7 +52,7 @@ fn the_next_drive_starts_anywhere_in_what_was_learned() {
     // The option does the same as the key of the mission.
     building::write(&place.files().join("marked.toml"), keep_tasks);
     place.driven("marked.toml --learned building.learned");
-    // What was learned follows from the messages alone.
+    // What was learned depends only on the messages.
     place
         .fine(&format!("replay {first} --live localizer,planner,recorder --rate max --record replayed.mcap"));
     place.fine("learn replayed.mcap -o replayed.learned");
@@ -87,7 +87,7 @@ fn a_drive_in_what_was_learned_teaches_more() {
     place.driven("again.toml");
 }
 
-/// The sketcher, the localizer and the planner are killed while the robot finds out where it is, and later.
+/// The sketcher, the localizer and the planner are killed while the robot localizes itself, and later.
 #[test]
 fn kills_leave_the_same_bytes() {
     let (place, _) = learned();

@@ -1,5 +1,5 @@
-//! The method `outline` with separate processes keeps the guarantees that are given for every navigator, although its
-//! planner maintains a map and an alignment that takes many steps.
+//! The method `outline` with separate processes keeps the guarantees for all navigators, although its planner maintains a map and
+//! an alignment that takes many steps.
 
 use serde_json::{Value, json};
 use sketchnav_recordings::Recording;
@@ -37,8 +37,7 @@ fn places(feed: &Value) -> Vec<Value> {
     feed["question"]["places"].as_array().cloned().unwrap_or_default()
 }
 
-/// Over the page's own protocol, the robot asks, its planner is killed in the meantime, and the robot drives on after
-/// the answer.
+/// Over the page's own protocol, the robot asks, its planner is killed in the meantime, and the robot continues after the answer.
 #[test]
 fn a_robot_that_asks_continues_after_the_answer() {
     let (place, port, name) = (doubtful(), free_port(), "asks");

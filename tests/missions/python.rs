@@ -1,7 +1,6 @@
-//! A navigator in Python is a single file. It does all that the same navigator in Rust does: `stranger.rs`.
+//! A navigator in Python is a single file with the same functionality as the equivalent navigator in Rust (`stranger.rs`).
 //!
-//! These tests need a Python in which the wheel of this checkout is installed. `SKETCHNAV_WHEEL_PYTHON` names it; without it, the
-//! tests are skipped.
+//! These tests need a Python with the wheel of this checkout. `SKETCHNAV_WHEEL_PYTHON` names it; without it, the tests are skipped.
 
 use std::process::Command;
 
@@ -9,7 +8,7 @@ use sketchnav_recordings::Recording;
 use support::room::ALONG_THE_WALL;
 use support::{Ended, Place, repository, room};
 
-/// Creates a place in which `sketchnav` is the wall follower with these parts replaced, or returns `None` without a Python that has
+/// Creates a place where `sketchnav` is the wall follower with these parts replaced, or returns `None` without a Python that has
 /// the wheel.
 fn place_with(changes: &[(&str, &str)]) -> Option<Place> {
     let python = needs::python("wheel", "SKETCHNAV_WHEEL_PYTHON", "sketchnav._core")?;
@@ -67,7 +66,7 @@ fn an_account_that_fails_is_named_in_its_place() {
     assert!(judged.to_string().contains("\"reached\":true"), "{judged}");
 }
 
-/// Creates a place in which `sketchnav` is the same navigator in Rust.
+/// Creates a place where `sketchnav` is the same navigator in Rust.
 fn rust_place() -> Place {
     let place = Place::of_program("wall_follower");
     room::write(place.files());
@@ -75,7 +74,7 @@ fn rust_place() -> Place {
     place
 }
 
-/// Their comments had become different.
+/// The comments of the two definitions had diverged.
 #[test]
 fn the_definition_of_its_message_is_that_of_the_navigator_in_rust() {
     let main = "    raise SystemExit(sketchnav.main([NAVIGATOR]))\n";
@@ -129,7 +128,7 @@ fn a_sensor_that_no_robot_has_is_refused() {
     assert!(ended.err.contains(expected), "{ended}");
 }
 
-/// The second channel silently became the first one, with its messages.
+/// The second channel was silently replaced by the first one and its messages.
 #[test]
 fn a_channel_with_the_name_of_another_one_is_refused() {
     let (navigator, channels) = ("NAVIGATOR = Navigator(\n", "    channels=[WALLS],\n");
@@ -148,7 +147,7 @@ fn the_doctor_names_the_script_and_its_interpreter() {
     assert!(ended.out.contains("python") && ended.out.contains("/navigator.py)"), "{ended}");
 }
 
-/// A seed from the environment, or options that make Python ignore it, left each process with an order of its own.
+/// A seed from the environment, or options that make Python ignore it, used to give each process a different order.
 #[test]
 fn hashes_are_the_same_in_all_processes() {
     let shows = "import json\nimport sys\n\nprint('hash', hash('wall'), file=sys.stderr)\n";
@@ -191,7 +190,7 @@ fn an_exception_is_an_error_of_the_stage_and_its_traceback_is_in_the_log() {
     place.assert_nothing_left("walls");
 }
 
-/// The error for a misspelt field named only lines of this package.
+/// The error for a misspelt field used to name only lines of this package.
 #[test]
 fn the_error_for_a_misspelt_field_names_the_line_of_its_author() {
     let send = "out.send(WALLS, ahead_m=ahead_m, right_m=right_m)";
@@ -227,7 +226,7 @@ fn an_exception_in_any_method_is_an_error_of_the_stage() {
     }
 }
 
-/// The exception that ended the step was reported as the earlier one, which had been dealt with.
+/// The exception that ended the step was once reported as an earlier one, which had already been handled.
 #[test]
 fn an_error_of_the_host_that_was_caught_does_not_hide_a_later_exception() {
     let step = "        walls = instant.newest(WALLS)\n";
@@ -246,7 +245,7 @@ fn an_error_of_the_host_that_was_caught_does_not_hide_a_later_exception() {
     assert!(ended.err.contains("sonar") && !ended.err.contains("RuntimeError"), "{ended}");
 }
 
-/// It was sent as far as it had been filled.
+/// The message was once sent in its partly filled state.
 #[test]
 fn a_message_whose_filling_failed_is_not_sent() {
     let send = "        out.send(WALLS, ahead_m=ahead_m, right_m=right_m)\n";
@@ -272,7 +271,7 @@ fn what_is_kept_of_a_message_without_a_copy_is_an_error() {
             "{ended}"
         );
     }
-    // A message that is to be sent, whose sender takes the error lightly.
+    // A message to be sent, whose sender ignores the error.
     let send = "        out.send(WALLS, ahead_m=ahead_m, right_m=right_m)\n";
     let keeps = "        try:\n            out.send(WALLS, lambda walls: setattr(self, 'kept', walls))\n        \
                  except RuntimeError:\n";
@@ -320,7 +319,7 @@ fn messages_are_declared_filled_and_read() {
     assert_eq!(ended.code, Some(0), "{ended}");
 }
 
-/// What the package says about itself where it is published.
+/// The description of the package where it is published.
 #[test]
 fn the_examples_of_the_package_run_as_they_are() {
     let Some(python) = needs::python("wheel", "SKETCHNAV_WHEEL_PYTHON", "numpy, sketchnav._core") else {
@@ -348,7 +347,7 @@ fn the_examples_of_the_package_run_as_they_are() {
     place.fine("chaos spin.toml --kills 5");
 }
 
-/// To a type checker, a navigator's messages had no fields and no version.
+/// Type checkers once did not see the fields and the version of a navigator's messages.
 #[test]
 fn a_type_checker_accepts_the_package_and_the_navigator() {
     let Some(python) = needs::python("wheel", "SKETCHNAV_WHEEL_PYTHON", "mypy, sketchnav._core") else {
@@ -358,7 +357,7 @@ fn a_type_checker_accepts_the_package_and_the_navigator() {
     let navigator = repository().join("tests/stranger/wall_follower.py").display().to_string();
     for checked in [["--check-untyped-defs", &navigator], ["--package", "sketchnav"]] {
         let mut command = Command::new(&python);
-        // What the package needs for live systems and recordings may be missing.
+        // The packages for live systems and recordings may be missing.
         command.args(["-m", "mypy", "--ignore-missing-imports", "--cache-dir", "cache"]).args(checked);
         place.settle(&mut command);
         let ended: Ended = command.output().unwrap().into();
@@ -366,7 +365,7 @@ fn a_type_checker_accepts_the_package_and_the_navigator() {
     }
 }
 
-/// The page's code is that of the file.
+/// The code on the page is the same as in the file.
 #[test]
 fn the_code_of_the_page_is_that_of_the_file() {
     let read = |path: &str| std::fs::read_to_string(repository().join(path)).unwrap();

@@ -1,7 +1,6 @@
 //! A driver in Python takes the place of the simulated world: `tests/rooms_driver.py` brings a robot to the next room.
 //!
-//! These tests need a Python in which the wheel of this checkout is installed. `SKETCHNAV_WHEEL_PYTHON` names it; without it, the
-//! tests are skipped.
+//! These tests need a Python with the wheel of this checkout. `SKETCHNAV_WHEEL_PYTHON` names it; without it, the tests are skipped.
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -75,7 +74,7 @@ impl Waiting {
     }
 }
 
-/// What is left of a mission that was driven.
+/// The results of a mission that was driven.
 struct Driven {
     recording: Recording,
     driver: Ended,
@@ -99,7 +98,7 @@ fn it_drives_a_mission_in_real_time() {
     assert!(odometry.len() as u64 >= 5 * (ticks.len() as u64 - 1));
 }
 
-/// A simulator owns its time. The same drive takes the same steps each time.
+/// A simulator controls its own time, so the same drive takes the same steps each time.
 #[test]
 fn a_simulator_drives_in_lockstep_and_repeats_itself() {
     let drive = || {
@@ -121,7 +120,7 @@ fn a_simulator_keeps_time_in_real_time() {
     waiting.reached_by(driver);
 }
 
-/// The second driver counts its odometry from 0 again, which navigators would take for a drive back to the start.
+/// The second driver's odometry starts at 0 again, which navigators would mistake for a drive back to the start.
 #[test]
 fn a_killed_driver_is_continued_by_another_one() {
     let Some(waiting) = waiting(REAL_TIME) else { return };
@@ -136,11 +135,11 @@ fn a_killed_driver_is_continued_by_another_one() {
     assert_taken_over(&scans, &odometry);
 }
 
-/// A process that is killed while it creates a file in shared memory leaves it half-made.
+/// A process that is killed while it creates a file in shared memory leaves an incomplete file.
 #[test]
 fn drivers_that_are_killed_as_they_join_leave_nothing_in_the_way() {
     let Some(waiting) = waiting("--without world") else { return };
-    // Each is killed by its own hand at another moment.
+    // Each one kills itself at a different time.
     let joins = "    with sketchnav.drive(";
     for ms in [1, 2, 3, 5, 8, 13, 21] {
         let dies = format!(
@@ -153,7 +152,7 @@ fn drivers_that_are_killed_as_they_join_leave_nothing_in_the_way() {
     waiting.reached_by(driver);
 }
 
-/// The base of a driver that hangs goes on with its last velocity; a driver that comes back must not repeat it.
+/// If a driver hangs, its base keeps the last velocity, and the driver must not repeat that velocity afterwards.
 #[test]
 fn a_driver_that_is_too_slow_gets_no_old_command() {
     let Some(waiting) = waiting(REAL_TIME) else { return };
@@ -177,7 +176,7 @@ fn a_simulator_slower_than_the_clock_says_so_and_still_arrives() {
     assert!(ended.err.contains("the simulator is slower than --speed 100"), "{ended}");
 }
 
-/// Each error names the field, what was expected and what was found. None of these readings is sent.
+/// Each error names the field, what was expected and what was found. The invalid readings are not sent.
 #[test]
 fn a_bad_reading_is_an_error_that_names_what_is_wrong() {
     let Some(waiting) = waiting("--without world") else { return };
@@ -261,7 +260,7 @@ fn a_system_that_a_driver_cannot_join_is_named() {
     waiting.interrupt();
 }
 
-/// Ctrl-C ends the loop of the driver, and is Python's again after it.
+/// Ctrl-C ends the loop of the driver, after which Python handles it again.
 #[test]
 fn a_driver_that_is_asked_to_end_leaves_its_loop() {
     let Some(waiting) = waiting(REAL_TIME) else { return };
@@ -282,7 +281,7 @@ fn a_driver_that_is_asked_to_end_leaves_its_loop() {
     waiting.interrupt();
 }
 
-/// A driver outlives the system, whose end it notices by itself.
+/// A driver outlives the system and notices its end by itself.
 #[test]
 fn a_driver_leaves_its_loop_when_the_system_is_gone() {
     for options in [REAL_TIME, "--without world"] {

@@ -12,7 +12,7 @@ use support::{Place, repository, room};
 const DEMO_TASKS: [&str; 9] =
     ["0 → 1", "1 → 2", "2 → 3", "3 → 9", "9 → 4", "4 → 5", "5 → 8", "8 → 6", "6 → 7"];
 
-/// Checks what a user sees first: nine tasks, all of them reached, nothing lost, two pictures and a recording.
+/// Checks what a user sees first: nine tasks, all of them reached, no losses, two pictures and a recording.
 fn the_demo_reaches_every_task(seed: u64) {
     let place = Place::new();
     let (report, code) = place.mission(&format!("demo --seed {seed} --out results"), "demo");
@@ -54,7 +54,7 @@ demos! {
     the_demo_reaches_every_task_with_seed_5: 5;
 }
 
-/// Scripts read the report by these keys.
+/// Scripts rely on these keys of the report.
 #[test]
 fn the_report_has_the_documented_keys() {
     let place = Place::new();
@@ -176,8 +176,7 @@ fn a_map_made_by_a_robot_serves_as_a_world() {
     }
 }
 
-/// There is no promise that a robot with a different drive and laser reaches the same places, but it must get to the
-/// end of the mission.
+/// A robot with a different drive and laser need not reach the same places, but it must complete the mission.
 #[test]
 fn another_robot_completes_the_laboratory() {
     let place = Place::new();
@@ -191,7 +190,7 @@ fn another_robot_completes_the_laboratory() {
     place.assert_nothing_left("turtle");
 }
 
-/// Otherwise, the first user of a mission that ships broken would be the one to find out.
+/// Otherwise, a broken mission would only be noticed by its first user.
 #[test]
 fn every_shipped_mission_can_be_opened() {
     let mut count = 0;

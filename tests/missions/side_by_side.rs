@@ -18,8 +18,7 @@ fn stop(place: &Place, running: Running, name: &str) {
     place.assert_no_system_left(name);
 }
 
-/// Two robots drive in two buildings. Each system has its own processes and messages, and when one ends, the other
-/// drives on.
+/// Two robots drive in two buildings. Each system has its own processes and messages, and when one ends, the other continues.
 #[test]
 fn two_systems_do_not_see_each_other() {
     let place = Place::new();
@@ -100,7 +99,7 @@ fn echo_prints_messages_as_they_come() {
     stop(&place, running, "lab");
 }
 
-/// The laser of the demo's robot scans ten times per simulated second, whatever the mission's speed.
+/// The laser of the demo's robot scans ten times per simulated second, regardless of the mission's speed.
 #[test]
 fn hz_measures_the_rate_of_a_channel() {
     let place = Place::new();
@@ -113,9 +112,9 @@ fn hz_measures_the_rate_of_a_channel() {
     stop(&place, running, "lab");
 }
 
-/// `hz` measures the messages that arrive while it listens. It once included the channel's history, which is handed
-/// over all at once, and reported a rate of a million per second. The drawing is only in the history and is not sent
-/// again. `hz` prints its result when the system ends, but was once killed along with the system's own processes.
+/// `hz` measures the messages that arrive while it listens. It once included the channel's history, which is handed over at the
+/// same time, and reported a rate of a million per second. The drawing is only in the history and is not sent again. `hz` prints
+/// its result when the system ends, but was once killed along with the system's own processes.
 #[test]
 fn hz_does_not_count_the_history() {
     let place = Place::new();

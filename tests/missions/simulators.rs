@@ -1,7 +1,7 @@
-//! Simulators of others in place of the world: `examples/irsim_driver.py` and `examples/mujoco_driver.py` drive missions.
+//! Third-party simulators in place of the world: `examples/irsim_driver.py` and `examples/mujoco_driver.py` drive missions.
 //!
-//! Each needs a Python in which the wheel of this checkout and the simulator are installed. `SKETCHNAV_WHEEL_PYTHON` names it;
-//! without it, the tests are skipped.
+//! Each needs a Python with the wheel of this checkout and the simulator. `SKETCHNAV_WHEEL_PYTHON` names it; without it, the tests
+//! are skipped.
 
 use std::path::PathBuf;
 use std::process::Command;

@@ -6,7 +6,7 @@ use support::page::{Page, free_port, wait_for};
 use support::room::ALONG_THE_WALL;
 use support::{Place, room};
 
-/// Creates a place in which `sketchnav` is the program with that navigator.
+/// Creates a place where `sketchnav` is the program with that navigator.
 fn place() -> Place {
     let place = Place::of_program("wall_follower");
     room::write(place.files());
@@ -56,7 +56,7 @@ fn twenty_kills_leave_the_same_bytes() {
 fn errors_in_its_mission_are_reported_before_the_start() {
     let place = place();
     let path = place.files().join("wall.toml");
-    // A key that it does not have was once ignored without a word.
+    // An unknown key was once silently ignored.
     for (seconds, error) in [
         ("", ": missing field `seconds`"),
         ("seconds = \"long\"\n", ".seconds: invalid type: string \"long\", expected a number"),
@@ -74,7 +74,7 @@ fn errors_in_its_mission_are_reported_before_the_start() {
     std::fs::write(&path, ALONG_THE_WALL.replace("nomad200", "robotino")).unwrap();
     let ended = place.run("run wall.toml");
     assert!(ended.code == Some(2) && ended.err.contains("[sonar]"), "{ended}");
-    // The project's own program doesn't know this navigator, and lists the ones that it does know.
+    // The project's own program does not contain this navigator, and lists those that it does contain.
     let ours = Place::new();
     std::fs::write(ours.files().join("wall.toml"), ALONG_THE_WALL).unwrap();
     room::write(ours.files());

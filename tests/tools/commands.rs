@@ -137,7 +137,7 @@ fn once_prints_the_newest_message() {
     let newest = lines(&history).iter().map(|line| line["seq"].as_u64().unwrap()).max().unwrap();
     let later = seq();
     assert!(first > 1 && later >= first && later >= newest.min(first + 1), "{first}, {newest}, {later}");
-    // A message that stays in the history until a new one arrives is also the newest one.
+    // A message that stays in the history until a new one arrives is also the latest one.
     assert_eq!(lines(&place.fine("echo sketch --once --field grid.info.width")).len(), 1);
     ended(running);
 }

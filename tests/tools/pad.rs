@@ -300,7 +300,7 @@ fn the_drawing_is_driven_whichever_process_is_killed() {
         Page::open(stage.port, Some(&session))
     };
     assert_eq!((&page.hello["drives"], &page.hello["path"]), (&json!(true), &route()));
-    // The pad knows which mission files are its own, and replaces no others.
+    // The pad keeps track of its own mission files and does not replace any others.
     page.must("/api/mission", &saved);
     std::fs::write(place.files().join("saved/my-floor.toml"), "by hand").unwrap();
     let (status, refused) = page.post("/api/mission", br#"{"name":"My floor"}"#);
@@ -317,8 +317,8 @@ fn the_drawing_is_driven_whichever_process_is_killed() {
     stage.end();
 }
 
-/// Even if the pad and the sketcher die at any moment, or both at once, a drawing that is sent under one name is
-/// accepted, and only once.
+/// Even if the pad and the sketcher die at any time, or both at once, a drawing that is sent under one name is accepted exactly
+/// once.
 #[test]
 fn requests_are_taken_once_whichever_process_dies() {
     let stage = Stage::new("sent", "--speed 2");
@@ -365,8 +365,8 @@ fn requests_are_taken_once_whichever_process_dies() {
     assert_eq!(answers, (1..=6).map(|drawing| (drawing, 1)).collect::<Vec<_>>());
 }
 
-/// A pad whose checkpoints are damaged has forgotten everything that was drawn. A driving robot can still be stopped,
-/// and drawings that are sent again are accepted.
+/// A pad whose checkpoints are damaged no longer has anything that was drawn. A driving robot can still be stopped, and drawings
+/// that are sent again are accepted.
 #[test]
 fn a_pad_without_its_state_stops_the_robot_and_continues() {
     let stage = Stage::new("forgetful", "--speed 1");
@@ -589,7 +589,7 @@ fn an_abort_before_the_robot_drives_is_obeyed() {
         let sketcher = place.start(&format!("serve sketcher --system {name}"));
         page.until_allowed("restore");
         assert_eq!((&page.feed["state"], &page.feed["task"]["path_m"]), (&json!("aborted"), &json!(0.0)));
-        // There is nothing left to abort, and the answer says so.
+        // There is nothing left to abort, as the answer states.
         let (status, answer) = page.order("abort");
         assert!(status == 409 && answer["error"].as_str().unwrap().contains("aborted"), "{status} {answer}");
         assert_eq!(page.order("restore").0, 200);

@@ -159,8 +159,8 @@ fn what_the_robot_has_learned_is_accepted_driven_by_and_rejected() {
     place.assert_nothing_left("pad");
 }
 
-/// A robot follows a route past landmarks that was drawn on the page, and gets lost because the route ends in the open. A person taps
-/// its position and then draws the rest of the route, which leads it to the goal.
+/// A robot follows a route past landmarks that was drawn on the page, and gets lost because the route ends in open space. A person
+/// taps its position and then draws the rest of the route, which leads it to the goal.
 #[test]
 fn a_route_past_landmarks_is_drawn_and_drawn_on_from_where_the_robot_stands() {
     let Some(browser) = Browser::find() else { return };

@@ -1,5 +1,5 @@
-//! A user study with its whole system, in which participants come one after another, over real sockets. The study's
-//! folder records how far each of them has got.
+//! A user study with its whole system and consecutive participants, over real sockets. The study's folder records the progress of
+//! each of them.
 
 use std::fs;
 use std::path::PathBuf;

@@ -28,8 +28,8 @@ fn fine(place: &Place, arguments: &str) -> Ended {
     ended
 }
 
-/// `sketchnav diff … | head -1` once reported that two recordings were identical, because the exit code of any command
-/// was 0 if nothing read its output any more.
+/// `sketchnav diff … | head -1` once reported that two recordings were identical, because the exit code of any command was 0 once
+/// its output was no longer read.
 #[test]
 fn closing_the_pipe_does_not_change_the_exit_code() {
     let place = Place::new();
@@ -96,7 +96,7 @@ fn another_parameter_makes_a_difference_that_is_named_and_judged() {
     let line =
         format!("rerun {recording} --process localizer --set particles=200 --json {}", tolerances.join(" "));
     let output = place.run(&line).json();
-    // The samples of the particles, for which no tolerance is given, differ by construction.
+    // The samples of the particles, which have no tolerance, differ by construction.
     assert_eq!(output["difference"]["channel"], "particles", "{output}");
     // If the tolerance of one field is far too small, that field is reported as different.
     let particles =
@@ -138,7 +138,7 @@ fn the_tools_have_the_exit_codes_of_mcap() {
     ] {
         assert_eq!(place.run(line).code, Some(code), "{line}");
     }
-    // Reports about part of a run say that it is only a part.
+    // Reports about part of a run state that it is only a part.
     for line in [
         "judge same.mcap cut.mcap",
         "report cut.mcap -o page.html",
@@ -169,7 +169,7 @@ fn a_replay_for_observers_leaves_nothing_behind() {
             break echoed;
         }
     };
-    // Numbers and stamps keep increasing when the replay starts again.
+    // Numbers and timestamps keep increasing when the replay starts again.
     let lines: Vec<Value> = echoed.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     assert_eq!(lines.len(), 400);
     for field in ["seq", "stamp_ns", "source_seq"] {
@@ -204,7 +204,7 @@ fn a_replay_for_observers_leaves_nothing_behind() {
     assert!(late.err.contains("--start 1000000: expected at most ") && !late.err.contains("/scan"), "{late}");
 }
 
-/// Writes a copy of the recording in which, in the third second, a localizer died and a planner reported its health.
+/// Writes a copy of the recording with a localizer's death and a planner's health report in the third second.
 fn with_a_fault(recording: &Path, copy: &Path) {
     let recording = Recording::open(recording).unwrap();
     let files: Vec<_> = sketchnav_recordings::sources::of_recording(&recording).cloned().collect();
@@ -373,8 +373,8 @@ fn write_log(place: &Place, log: &str, map: &str) {
     write(log, b"FLASER 3 1.0 1.0 1.0 2 2 0 2 2 0 0.1 host 0.1\n");
 }
 
-/// The mission of a log used to be written as text in which names were quoted as in Rust. "\u{308}" is not valid TOML,
-/// so a decomposed "ü", as in file names on macOS, was rejected.
+/// The mission of a log used to be written as text with names quoted as in Rust. "\u{308}" is not valid TOML, so a decomposed "ü",
+/// as in file names on macOS, was rejected.
 #[test]
 fn logs_and_maps_may_have_any_name() {
     let place = Place::new();
@@ -388,7 +388,7 @@ fn logs_and_maps_may_have_any_name() {
     assert!(run.mission.world.map.unwrap().ends_with(map));
 }
 
-/// For invalid logs and options, the error says where the mistake is, before anything is written.
+/// For invalid logs and options, the error gives the position of the mistake before anything is written.
 #[test]
 fn errors_about_logs_begin_with_the_file_name() {
     let place = Place::new();
@@ -411,7 +411,7 @@ fn errors_about_logs_begin_with_the_file_name() {
     }
     assert!(!place.files().join("log.mcap").exists());
     fine(&place, "import good.log --map map.yaml -o log.mcap");
-    // No planner drove this log, so a planner that sends nothing would agree with it byte for byte.
+    // The log was not driven by a planner, so a planner that sends nothing would agree with it byte for byte.
     let ended = place.run("rerun log.mcap --process planner");
     assert_eq!(ended.code, Some(2), "{ended}");
     fine(&place, "rerun log.mcap --process localizer");

@@ -99,7 +99,7 @@ fn speeds_of_an_encounter_are_compared() {
     assert_eq!(words("qtc-c22"), ["-,-,+,+,0,0", "-,0,+,0,+,0", "0,-,0,+,-,0"]);
 }
 
-/// People were once not recorded, so nothing could be said about them afterwards.
+/// People were once not recorded, so their relations could not be computed afterwards.
 #[test]
 fn a_recording_yields_the_relations_of_the_robot_and_every_person() {
     let place = Place::new();
@@ -172,7 +172,7 @@ fn the_relations_of_arrays_in_python_are_those_of_their_definitions() {
     }
 }
 
-/// The command and the package compute with the same library, and read the same table alike.
+/// The command and the package use the same library, so they compute the same relations from a table.
 #[test]
 fn the_command_and_python_find_the_same_relations_in_a_table() {
     let modules = "numpy, sketchnav._core";

@@ -40,7 +40,7 @@ fn numbers(report: &Value, key: &str) -> Vec<f64> {
     report[key].as_array().unwrap().iter().map(|number| number.as_f64().unwrap()).collect()
 }
 
-/// Returns the newest status of the mission.
+/// Returns the latest status of the mission.
 fn status(place: &Place) -> Value {
     place.fine("echo status --once --system lab").json()["message"].clone()
 }
@@ -94,7 +94,7 @@ fn ros_2_receives_the_robots_topics_and_drives_it() {
     assert_eq!(ended.code, Some(0), "{ended}");
     assert!(ended.err.contains("\"stand on your head\": expected one of start, abort"), "{ended}");
     assert!(
-        ended.err.contains(", 0 dropped because a subscriber had no room, 0 lost before that"),
+        ended.err.contains(", 0 dropped because a subscriber was too slow, 0 lost before that"),
         "{ended}"
     );
     place.assert_nothing_left("lab");
@@ -129,7 +129,7 @@ fn bad_input_is_reported_and_nothing_is_opened() {
     place.assert_nothing_left("lab");
 }
 
-/// A late reader receives the drawing, which is much longer than a datagram, as a type that it knows only from IDL.
+/// A late reader receives the drawing, which is much longer than a datagram, as a type that it only has as IDL.
 #[test]
 fn a_reader_of_another_vendor_gets_the_latched_drawing() {
     let Some(python) = ros2_python() else { return };

@@ -1,4 +1,4 @@
-//! Tests of `sketchnav top` for programs, which prints the state of a running system at one moment.
+//! Tests of `sketchnav top` for programs, which prints the state of a running system at one time.
 
 use nix::sys::signal::Signal;
 use serde_json::Value;

@@ -1,5 +1,5 @@
-//! The live view. A third-party viewer decodes every topic of a running demo. A recording is played, paused and
-//! searched. Bad input is rejected, and the layout that comes with the project only names things that exist.
+//! The live view. A third-party viewer decodes every topic of a running demo. A recording is played, paused and searched. Bad input
+//! is rejected, and the layout that comes with the project only refers to existing channels, fields and panels.
 //!
 //! The first test needs node and Foxglove's packages (`.ci/run` installs them). The folder that contains `node_modules`
 //! is `SKETCHNAV_FOXGLOVE` or, by default, `target/foxglove`. Without them, the test prints a notice and is skipped.

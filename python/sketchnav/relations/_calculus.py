@@ -30,8 +30,9 @@ CHANGES = ("first", "same", "neighbour", "jump", "inserted")
 class Timed(NamedTuple):
     """A relation with the period in which it held, in seconds.
 
-    `change` says how it follows from the previous one: "first" in the series or after a gap; "same"; "neighbour", by continuous
-    motion; "jump", if something was missed in between; or "inserted", if it was not observed but must have held for an instant.
+    `change` describes how it follows from the previous one: "first" in the series or after a gap; "same"; "neighbour", by
+    continuous motion; "jump", if something was missed in between; or "inserted", if it was not observed but must have held for an
+    instant.
     """
 
     relation: str
@@ -111,7 +112,7 @@ def times(value: ArrayLike, samples: int) -> NDArray[np.float64]:
 
 @dataclass(frozen=True)
 class Calculus:
-    """A calculus with its parameters. Its subclasses say which objects it relates."""
+    """A calculus with its parameters. Its subclasses define which objects it relates."""
 
     #: The name of the calculus.
     name: ClassVar[str]

@@ -1,6 +1,6 @@
 """The calculi. Lengths are in the unit of the coordinates.
 
-Each class says which objects it relates and who introduced it. Its fields are its parameters.
+Each class documents which objects it relates and who introduced it. Its fields are its parameters.
 """
 
 from collections.abc import Mapping
@@ -123,8 +123,8 @@ class Opra(Composed, Pair):
 class Argd(Composed, Pair):
     """Distances by named thresholds (QSRlib; Patil 2019). `labels` gives the threshold of each label.
 
-    With the bound "upper" (QSRlib), a threshold is the greatest distance of its label, and the last label also covers anything
-    beyond. With "lower" (Patil 2019), it is the least distance, and the first label also covers anything nearer.
+    With the bound "upper" (QSRlib), a threshold is the maximum distance of its label, and the last label also covers anything
+    beyond. With "lower" (Patil 2019), it is the minimum distance, and the first label also covers anything nearer.
     """
 
     name = "argd"

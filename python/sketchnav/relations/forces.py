@@ -24,7 +24,7 @@ class Assessment(NamedTuple):
 
     #: The index of the direction, counter-clockwise from 0 at the heading.
     direction: int
-    #: How true it is that the argument is in this direction, from 0 to 1.
+    #: The degree to which the argument is in this direction, from 0 to 1.
     degree: float
     #: "satisfactory", "rather satisfactory" or "unsatisfactory", from 0.75, from 0.5 and below.
     grade: str
@@ -65,14 +65,14 @@ def histogram(
 
 
 def distance(argument: ArrayLike | Sequence[ArrayLike], referent: ArrayLike | Sequence[ArrayLike]) -> float:
-    """The least distance between two polygons, or 0 if they overlap: Chronis's proximity (2007)."""
+    """The minimum distance between two polygons, or 0 if they overlap: Chronis's proximity (2007)."""
     return _core.forces_distance(_rings("argument", argument), _rings("referent", referent))
 
 
 def degrees(
     histogram: ArrayLike, directions_rad: ArrayLike, *, heading_rad: float = 0.0
 ) -> NDArray[np.float64]:
-    """How true it is that the argument is in each direction, from 0 to 1 (after Matsakis et al. 2001); the directions are relative
+    """The degree to which the argument is in each direction, from 0 to 1 (after Matsakis et al. 2001); the directions are relative
     to the heading. NaN if a force is infinite or none is above 0."""
     directions = np.ascontiguousarray(directions_rad, np.float64) + heading_rad
     found = _core.forces_degrees(_forces(histogram), directions.ravel())

@@ -40,7 +40,7 @@ fn words(which: Which, arrays: &[Array], quantisation: f64) -> PyResult<Vec<Stri
     (0..rows).map(word).collect()
 }
 
-/// Returns the words of the steps of two points. Unless each step stands for itself, a step begins where the previous one ends.
+/// Returns the words of the steps of two points. Unless the steps are independent, a step begins where the previous one ends.
 fn steps(which: Which, arrays: &[Array], parameters: &Parameters) -> PyResult<Vec<String>> {
     let [rows, ..] = arrays[0].shape();
     let pair = |of: [usize; 2], row| {

@@ -1,4 +1,4 @@
-//! A calculus with its parameters, as Python uses it: relations are numbers, whatever the calculus is.
+//! A calculus with its parameters, as Python uses it: relations are numbers, regardless of the calculus.
 
 use std::sync::OnceLock;
 
@@ -12,7 +12,7 @@ use sketchnav_qualitative::{
 
 use super::arrays::{Array, Scene};
 
-/// The number that stands for no relation.
+/// The number for no relation.
 pub const NONE: i16 = -1;
 
 /// Objects over time.

@@ -74,7 +74,7 @@ impl<R: BufRead> Lines<R> {
     }
 }
 
-/// Returns true for the errors with which decompressors report data that ends too early or is damaged.
+/// Returns true for the errors that decompressors report for truncated or damaged data.
 fn breaks_off(error: &io::Error) -> bool {
     matches!(error.kind(), ErrorKind::UnexpectedEof | ErrorKind::InvalidInput | ErrorKind::InvalidData)
 }

@@ -40,7 +40,7 @@ impl ScanKind {
     /// All kinds, the most informative one first.
     pub const ALL: [Self; 3] = [Self::RobotLaser1, Self::Flaser, Self::RawLaser1];
 
-    /// The word with which lines of this kind begin.
+    /// The first word of lines of this kind.
     pub const fn word(self) -> &'static str {
         match self {
             Self::RobotLaser1 => "ROBOTLASER1",

@@ -66,7 +66,7 @@ fn without_odom_lines_the_odometry_is_the_pose_of_the_scans() {
     let (scans, _) = read(log);
     assert_eq!(scans.iter().map(|scan| scan.odometry.x).collect::<Vec<_>>(), [0.0, 1.0, 2.5]);
     assert_eq!(scans[2].reference.unwrap().x, 9.5);
-    // ODOM lines that stand still are as good as none.
+    // ODOM lines that never change count as missing.
     let log: String = [0.0, 1.0, 2.5].map(|x| odom(0.0) + &flaser(7.0 + x, x)).concat();
     assert_eq!(read(&log).0[2].odometry.x, 2.5);
     let survey = Survey::of(log.as_bytes()).unwrap();
@@ -117,7 +117,7 @@ fn odom_lines_that_end_halfway_or_are_sparse_are_doubted() {
     assert_eq!(doubts(&stops), [Doubt::Partial { lines_m: 3.0, scans_m: 5.0 }]);
     let jumps = log(|_| true).replacen("ODOM 3.5 ", "ODOM 35 ", 1);
     assert_eq!(doubts(&jumps), [Doubt::Partial { lines_m: 67.75, scans_m: 5.0 }]);
-    // Scans that state no motion say nothing about the lines.
+    // Scans without motion cannot be compared with the lines.
     let states_none: String = [0.0, 1.0, 2.0].map(|x| odom(x) + &flaser(0.0, 0.0)).concat();
     assert_eq!(doubts(&states_none), []);
 }

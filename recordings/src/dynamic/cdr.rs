@@ -9,7 +9,7 @@ use super::definition::{Count, Field, Kind, Primitive, Types};
 const MAX_DEPTH: usize = 32;
 /// Size of the encapsulation header before the message. Alignment counts from its end.
 const ENCAPSULATION_BYTES: usize = 4;
-/// Maximum number of bytes after the message, with which writers may fill the last word.
+/// Maximum number of bytes after the message, which writers may use to fill the last word.
 const MAX_PADDING: usize = 3;
 
 /// Decodes the message in `bytes`.
@@ -187,7 +187,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-        /// No length is trusted: whatever the bytes are, the result is either an error or a message.
+        /// No length is trusted: for any bytes, the result is either an error or a message.
         #[test]
         fn arbitrary_bytes_are_decoded_or_rejected(
             cut in 0..50_usize,

@@ -198,7 +198,7 @@ pub fn tick(step: u64) -> Tick {
     tick
 }
 
-/// Writes all messages of a step of the story, in which the robot drives along x.
+/// Writes all messages of a step of the story of a robot that drives along x.
 pub fn write_step(writer: &mut Writer<BufWriter<File>>, step: u64) {
     let (header, x) = (header(step), 0.03 * step as f64);
     let pose = PoseM::new(&Pose::<Odom>::new(x, 0.0, 0.0));

@@ -357,7 +357,7 @@ fn the_run_is_found_wherever_another_tool_wrote_it() {
     let forms = [
         form(),
         form().use_chunks(false),
-        // Files in these forms do not say where the attachments are.
+        // Files in these forms do not record where the attachments are.
         form().emit_attachment_indexes(false).emit_metadata_indexes(false),
         form().emit_summary_records(false),
     ];

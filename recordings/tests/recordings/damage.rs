@@ -226,7 +226,7 @@ fn check_mixed(path: &Path, file: &[u8], count: usize, first: [u32; 3], last: [u
     assert_eq!((copied.messages, copied.lost_chunks, copied.lost_bytes), (count as u64, 0, 0));
 }
 
-/// If a chunk's length exceeds the file, the error says where, rather than that there is no index.
+/// If a chunk's length exceeds the file, the error gives the position instead of reporting a missing index.
 #[test]
 fn a_chunk_that_ends_beyond_the_file_is_reported() {
     let folder = tempfile::tempdir().unwrap();
@@ -240,7 +240,7 @@ fn a_chunk_that_ends_beyond_the_file_is_reported() {
     assert!(error.contains(&format!("byte {at}: the file ends within the record")), "{error}");
 }
 
-/// `recover` is for damaged files, but it refused a file of which only the first bytes were damaged.
+/// `recover` is for damaged files, but it refused a file with only its first bytes damaged.
 #[test]
 fn a_file_with_only_its_magic_damaged_is_recovered() {
     let folder = tempfile::tempdir().unwrap();

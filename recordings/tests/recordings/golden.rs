@@ -36,8 +36,8 @@ fn check(name: &str, record: impl Fn(&Path)) -> PathBuf {
     golden
 }
 
-/// Returns the first difference in any channel. `diff` leaves out health and faults, which differ from run to run, so a
-/// changed format of those messages would have gone unnoticed here.
+/// Returns the first difference in any channel. `diff` leaves out health and faults, which differ from run to run, so a change in
+/// the format of those messages would not be noticed here.
 fn difference(a: &Path, b: &Path) -> Option<Difference> {
     let recorded = channels::all().filter(|spec| spec.is_recorded());
     let mut comparison = Comparison::of(recorded, Tolerances::default());

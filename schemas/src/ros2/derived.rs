@@ -19,7 +19,7 @@ use crate::message::{DotView, Message, People};
 pub struct Derived {
     /// Name of the topic, such as `/plan/global`.
     pub topic: &'static str,
-    /// The channel from which the topic is derived.
+    /// The channel that the topic is derived from.
     pub of: &'static ChannelSpec,
     /// ROS 2 type, such as `nav_msgs/msg/Path`.
     pub ros2: &'static str,

@@ -33,7 +33,7 @@ pub trait Field: Part {
     /// Converts a form into a value. Anything in the form that the type cannot express is left out.
     ///
     /// # Errors
-    /// [`Ros2Error`] if the type cannot hold the form.
+    /// [`Ros2Error`] if the form does not fit into the type.
     fn from_form(form: &Self::Form) -> Result<Self, Ros2Error>;
 }
 

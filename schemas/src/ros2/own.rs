@@ -41,7 +41,7 @@ pub trait Way<T> {
     /// Sets `value`, which is zero, to the content of the form. If it is a list, sets `count` to the number of entries.
     ///
     /// # Errors
-    /// [`Ros2Error`] if the value cannot hold the form.
+    /// [`Ros2Error`] if the form does not fit into the value.
     fn fill(value: &mut T, count: &mut u32, field: &'static str, form: &Self::Form) -> Result<(), Ros2Error>;
 }
 
@@ -193,7 +193,7 @@ pub trait Own: Part {
     /// Sets the fields, which are zero, to the content of the form.
     ///
     /// # Errors
-    /// [`Ros2Error`] if a field cannot hold its form.
+    /// [`Ros2Error`] if a form does not fit into its field.
     fn fill(&mut self, form: &Self::Form) -> Result<(), Ros2Error>;
 }
 

@@ -9,7 +9,7 @@ use crate::time::NS_PER_S;
 /// Checks a condition on a field.
 ///
 /// # Errors
-/// [`Ros2Error::Value`] if the condition does not hold.
+/// [`Ros2Error::Value`] if the condition is false.
 pub fn expect(holds: bool, field: &'static str, expected: &'static str, found: u64) -> Result<(), Ros2Error> {
     if holds { Ok(()) } else { Err(Ros2Error::Value { field, expected, found }) }
 }
@@ -94,8 +94,8 @@ pub(crate) fn counted_bytes<'a>(
     }
 }
 
-/// Converts the entries of `all` in use into their forms, reusing the memory of `spare`, which afterwards has
-/// room for all entries.
+/// Converts the entries of `all` in use into their forms, reusing the memory of `spare`, whose capacity afterwards suffices for all
+/// entries.
 ///
 /// # Errors
 /// [`Ros2Error::Value`] if the count is above the capacity or an entry beyond the count is not zero, since
@@ -128,8 +128,7 @@ pub fn fill<T: Field>(field: &'static str, all: &mut [T], forms: &[T::Form]) -> 
     Ok(forms.len() as u32)
 }
 
-/// Returns the text as a string, reusing the memory of `spare`, which afterwards has room for any text of
-/// this type.
+/// Returns the text as a string, reusing the memory of `spare`, whose capacity afterwards suffices for any text of this type.
 ///
 /// # Errors
 /// [`Ros2Error::Text`] if converting the string back would not yield the same bytes.

@@ -59,8 +59,8 @@ fn a_foreign_frame_is_refused() {
     assert!(matches!(error, Ros2Error::Foreign { .. }), "{error}");
 }
 
-/// A driver that computes its quaternions leaves rounding errors in x and y, and −0 if it inverts them. None of its odometry
-/// was read, and the reason given was a byte offset.
+/// A driver that computes its quaternions leaves rounding errors in x and y, and −0 if it inverts them. Its whole odometry was
+/// once rejected, with a byte offset as the reason.
 #[test]
 fn rounding_in_a_quaternion_is_distinguished_from_a_tilt() {
     let header = Header { seq: 3, stamp_ns: 5, source_seq: 3 };

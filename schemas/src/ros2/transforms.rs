@@ -1,5 +1,5 @@
-//! The transforms that viewers need to place the messages. `/tf` follows the odometry, and `/tf_static` says
-//! where the laser is mounted. They are derived from other messages and never read back.
+//! The transforms that viewers need to place the messages. `/tf` follows the odometry, and `/tf_static` contains the pose of the
+//! laser. They are derived from other messages and never read back.
 
 use ros2_interfaces_jazzy_serde::{
     geometry_msgs::msg::{Quaternion, Transform, TransformStamped, Vector3},
@@ -37,7 +37,7 @@ pub fn base_in_odom(odometry: &Odometry, form: &mut Form, out: &mut Vec<u8>) -> 
     encode(form, out)
 }
 
-/// Appends the transform base_link → laser, which says where `laser` is mounted, to `out`, in CDR.
+/// Appends the transform base_link → laser, which is the pose at which `laser` is mounted, to `out`, in CDR.
 ///
 /// # Errors
 /// [`Ros2Error`], which never occurs with a valid laser.

@@ -88,7 +88,7 @@ pub enum Command {
     },
     /// Serve a page on which people draw a map and a path, and drive the robot by their drawing in real time.
     #[command(
-        after_help = "Ends with Ctrl-C. Exit codes: 0 ended by a person, 2 bad input, 3 anything else (including files of a study that cannot be read), 4 the recording is incomplete.\nExample: sketchnav pad --mission sim/missions/laboratory/laboratory-a.toml --port 8000\nExample, a user study: sketchnav pad --mission sim/missions/routes/court-01.toml --study study\nTo make its pages again: sketchnav pad --study study --report"
+        after_help = "Ends with Ctrl-C. Exit codes: 0 ended by a person, 2 bad input, 3 anything else (including files of a study that cannot be read), 4 the recording is incomplete.\nExample: sketchnav pad --mission sim/missions/laboratory/laboratory-a.toml --port 8000\nExample, a user study: sketchnav pad --mission sim/missions/routes/court-01.toml --study study\nTo write its pages again: sketchnav pad --study study --report"
     )]
     Pad {
         #[command(flatten)]
@@ -175,7 +175,7 @@ pub enum Command {
     },
     /// Check whether this machine can run a system: shared memory, permissions, limits, leftovers, versions, clock.
     #[command(
-        after_help = "Each finding that is not fine comes with advice.\nExit codes: 0 no error (there may be warnings), 1 an error: no system can run here.\nExample: sketchnav doctor --json"
+        after_help = "Every warning and every error comes with advice.\nExit codes: 0 no error (there may be warnings), 1 an error: no system can run here.\nExample: sketchnav doctor --json"
     )]
     Doctor {
         /// Print one JSON object instead of lines.
@@ -184,7 +184,7 @@ pub enum Command {
     },
     /// Remove what dead systems have left behind: processes, folders, shared memory. Running systems are not affected.
     #[command(
-        after_help = "A system that was cleaned away cannot be resumed.\nThe next system that starts cleans up as well.\nExample: sketchnav clean"
+        after_help = "A removed system cannot be resumed.\nStarting another system cleans up as well.\nExample: sketchnav clean"
     )]
     Clean {
         /// Print one JSON object instead of lines.
@@ -240,7 +240,7 @@ pub enum Command {
     },
     /// Give a running mission one order by hand: start, abort, pause, resume, unattended, goal or here.
     #[command(
-        after_help = "The supervisor forwards the order, so this works alongside a pad, and the order is recorded.\nExit codes: 0 sent, 2 bad input, 3 anything else.\nExample: sketchnav send pause --system lab\nExample, to go to the third task now: sketchnav send goal --task 3\nExample, to go to the task whose name or goal is the kitchen: sketchnav send goal kitchen\nExample, to say where in the drawing the robot is: sketchnav send here --at 520,90"
+        after_help = "The supervisor forwards the order, so this works alongside a pad, and the order is recorded.\nExit codes: 0 sent, 2 bad input, 3 anything else.\nExample: sketchnav send pause --system lab\nExample, to go to the third task now: sketchnav send goal --task 3\nExample, to go to the task whose name or goal is the kitchen: sketchnav send goal kitchen\nExample, to set the robot's position in the drawing: sketchnav send here --at 520,90"
     )]
     Send {
         #[command(flatten)]
@@ -516,8 +516,7 @@ pub struct ChaosOptions {
     /// Apply the faults of this file (TOML), written by chaos or by hand, instead of random kills.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["kills", "targets", "signal", "at_start_up", "at_messages"])]
     pub schedule: Option<PathBuf>,
-    /// Kill processes before randomly chosen messages instead of at random moments, so that the schedule can be
-    /// repeated exactly.
+    /// Kill processes before randomly chosen messages instead of at random times, so that the schedule can be repeated exactly.
     #[arg(long, conflicts_with = "at_start_up")]
     pub at_messages: bool,
     /// The processes that may be killed, separated by commas.
@@ -542,7 +541,7 @@ pub struct ChaosOptions {
     pub json: bool,
 }
 
-/// A shell for which completions can be generated.
+/// A shell with support for completions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Shell {
     /// Bourne Again shell.

@@ -5,7 +5,7 @@ use anyhow::anyhow;
 use crate::args::{Other, Rmw, Ros2Options, parse_rmw};
 use crate::failure::{Failure, Outcome};
 
-/// The environment variable with which ROS 2 selects the middleware.
+/// The environment variable that selects the middleware of ROS 2.
 const RMW_VARIABLE: &str = "RMW_IMPLEMENTATION";
 
 /// Runs the bridge until the system ends or the user ends it.
@@ -30,7 +30,7 @@ fn ros2(options: &Ros2Options) -> Result<Outcome, Failure> {
     }
 }
 
-/// Returns the error of a build without a feature, which says how to build with it.
+/// Returns the error for a missing feature, which explains how to build with it.
 #[cfg(not(all(feature = "ros2", feature = "zenoh")))]
 fn absent(what: &str, feature: &str) -> Failure {
     let advice = format!("cargo build --release --features {feature}");
@@ -74,7 +74,7 @@ mod built {
     use crate::output::{live, say};
     use crate::systems;
 
-    /// The environment variable with which ROS 2 selects the domain.
+    /// The environment variable that selects the domain of ROS 2.
     const DOMAIN_VARIABLE: &str = "ROS_DOMAIN_ID";
 
     /// The Zenoh router of this host, at the default endpoint of rmw_zenoh.
@@ -154,7 +154,7 @@ mod built {
     fn report(name: &str, done: &Summary) -> Outcome {
         let Summary { sent, unsent, lost } = done;
         say!(
-            "{name}: {sent} messages sent, {unsent} dropped because a subscriber had no room, {lost} lost before that"
+            "{name}: {sent} messages sent, {unsent} dropped because a subscriber was too slow, {lost} lost before that"
         );
         Outcome::Success
     }

@@ -70,7 +70,7 @@ impl Report {
 /// Runs the mission in the file `mission` twice, first undisturbed and then disturbed.
 pub fn chaos(mission: &Path, options: &ChaosOptions) -> Result<Outcome, Failure> {
     if options.signal.contains(&KillSignal::Starve) && !options.at_messages {
-        let error = anyhow!("--signal starve: expected --at-messages, found kills at random moments");
+        let error = anyhow!("--signal starve: expected --at-messages, found kills at random times");
         return Err(Failure::Input(error));
     }
     let given = schedule::given(options, mission)?;
@@ -96,7 +96,7 @@ pub fn chaos(mission: &Path, options: &ChaosOptions) -> Result<Outcome, Failure>
     Ok(if good { Outcome::Success } else { Outcome::Short })
 }
 
-/// Kills processes at random moments, and writes what happened to the file `schedule`.
+/// Kills processes at random times, and writes what happened to the file `schedule`.
 fn by_lot(
     mission: &Path,
     options: &ChaosOptions,

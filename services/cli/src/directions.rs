@@ -36,7 +36,7 @@ pub struct DirectionsOptions {
     /// Plan with this method instead of the mission's.
     #[arg(long)]
     method: Option<String>,
-    /// Say in words what each entry of the custom maps means.
+    /// Explain in words what each entry of the custom maps means.
     #[arg(long, conflicts_with = "table")]
     words: bool,
     /// Draw the custom maps as graphs into this SVG file.
@@ -51,7 +51,7 @@ pub struct DirectionsOptions {
 }
 
 impl DirectionsOptions {
-    /// Returns true if the custom maps are to be explained, which is possible without a plan.
+    /// Returns true if the custom maps should be explained, which is possible without a plan.
     fn explains(&self) -> bool {
         self.words || self.graph.is_some() || self.page.is_some()
     }

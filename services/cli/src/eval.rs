@@ -107,9 +107,9 @@ fn project(named: Option<&Path>) -> anyhow::Result<PathBuf> {
     if let Some(folder) = named {
         let missing = || format!("--project {}: expected a checkout with {MISSIONS} in it", folder.display());
         let found = Some(folder).filter(has_missions).with_context(missing)?;
-        return std::path::absolute(found).context("the current folder is gone");
+        return std::path::absolute(found).context("the current folder no longer exists");
     }
-    let here = std::env::current_dir().context("the current folder is gone")?;
+    let here = std::env::current_dir().context("the current folder no longer exists")?;
     let missing = || {
         format!(
             "expected {MISSIONS} in the current folder or above it: name a checkout of sketchnav by --project DIR"
@@ -157,8 +157,8 @@ fn methods(suite: &Suite, options: &EvalOptions) -> anyhow::Result<Vec<String>> 
     if !suite.methods.is_empty() {
         return Ok(suite.methods.clone());
     }
-    // If all trials prescribe one method, they are driven by it whatever the user asks for, so the table is headed with
-    // its name.
+    // If all trials prescribe one method, they are driven by it regardless of the user's choice, so the table is headed with its
+    // name.
     let own = first.method.as_deref();
     let own = own.filter(|own| suite.trials.iter().all(|trial| trial.method.as_deref() == Some(own)));
     Ok(own.or(known.first().copied()).map(str::to_owned).into_iter().collect())
@@ -267,8 +267,8 @@ fn report(driven: &Driven<'_>, path: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Options that determine where the outcomes come from, each of which takes a value. They are not shown, so
-/// that the page of a merged experiment equals that of one driven on a single machine.
+/// Options that determine where the outcomes come from. Each takes a value. They are not shown, so that the page of a merged
+/// experiment equals that of one driven on a single machine.
 const WHERE_FROM: [&str; 2] = ["--merge", "--accept"];
 
 /// Returns the command line as it was typed, without the program's path and the options in [`WHERE_FROM`].

@@ -46,7 +46,7 @@ impl From<anyhow::Error> for Failure {
 }
 
 impl Failure {
-    /// Returns the error, whatever kind of failure it is.
+    /// Returns the error of any kind of failure.
     pub fn into_error(self) -> anyhow::Error {
         match self {
             Self::Input(error)

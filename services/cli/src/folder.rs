@@ -70,7 +70,7 @@ pub fn create(out: &Path, name: &str) -> anyhow::Result<RunFolder> {
             Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
             made => {
                 made.with_context(|| format!("{}: cannot be created", folder.display()))?;
-                let path = std::path::absolute(&folder).context("the current folder is gone")?;
+                let path = std::path::absolute(&folder).context("the current folder no longer exists")?;
                 return Ok(RunFolder { path, above });
             }
         }

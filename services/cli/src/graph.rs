@@ -72,7 +72,7 @@ fn measured(system: System) -> Result<Live, Failure> {
     Ok(Live { system: name, kind, figures })
 }
 
-/// Returns the processes in the order in which they take part in an instant.
+/// Returns the processes in their order within an instant.
 fn lanes() -> Vec<Process> {
     let [world, sketcher, localizer, planner, recorder] = SERVICES;
     let [pad] = EXTRAS;

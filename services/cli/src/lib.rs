@@ -1,6 +1,5 @@
-//! `sketchnav` drives a robot by what a person can say about a place without surveying it: a drawing, a route
-//! past landmarks, or directions. This crate is the command line, and its building blocks are separate
-//! libraries.
+//! `sketchnav` drives a robot through places that nobody has surveyed, by a drawing, a route past landmarks, or directions. This
+//! crate is the command line, and its building blocks are separate libraries.
 //!
 //! | to | take |
 //! |---|---|
@@ -89,8 +88,8 @@
 //!
 //! # A program with your own navigator
 //!
-//! A `main` that calls [`main_with`] makes a complete `sketchnav` that includes your own navigators.
-//! `docs/write-a-navigator.md` walks through such a program, `tests/stranger/wall_follower.rs`.
+//! A `main` that calls [`main_with`] is a complete `sketchnav` that includes your own navigators. `docs/write-a-navigator.md` walks
+//! through such a program, `tests/stranger/wall_follower.rs`.
 
 // All printing goes through `output`, which escapes any text that could control a terminal.
 #![deny(clippy::print_stdout, clippy::print_stderr)]

@@ -37,7 +37,7 @@ impl Link {
             let free = TcpListener::bind((site.bind, 0)).and_then(|listener| listener.local_addr());
             site.port = free.with_context(|| format!("{}: expected a free port", site.bind))?.port();
         }
-        site.save = std::path::absolute(&site.save).context("the current folder is gone")?;
+        site.save = std::path::absolute(&site.save).context("the current folder no longer exists")?;
         let given = token.map_or_else(token::of_environment, |token| Ok(Some(token)))?;
         Ok(Self { site, token: given.unwrap_or_else(Token::random), study: None })
     }

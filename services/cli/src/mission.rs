@@ -41,7 +41,7 @@ const DEMO: [(&str, &[u8]); 3] = [
     ("sketch-a.svg", include_bytes!("../../../sim/missions/building/sketch-a.svg")),
 ];
 
-/// The word that stands for the demo wherever a mission file is expected.
+/// The word for the demo wherever a mission file is expected.
 const DEMO_WORD: &str = "demo";
 
 /// Returns true if `mission` refers to the embedded demo. An existing file called `demo` takes precedence.
@@ -84,7 +84,7 @@ pub fn resume(folder: &Path, options: &RunOptions) -> Result<Outcome, Failure> {
         resumed => resumed.map_err(|error| classify(error.into()))?,
     };
     let began = Instant::now();
-    // Pages that are still open know the previous token.
+    // Pages that are still open use the previous token.
     let token = options.token.clone().or_else(|| token::kept(&system));
     let (link, view) = (link(&run, options, token)?, Beside::prepare(options.foxglove)?);
     let lines = lines(&run, link.as_ref()).map_err(classify)?;
@@ -193,7 +193,7 @@ fn follow(
     };
     let report = match report::Report::new(run, &supervisor, wall, folder, warnings) {
         Ok(report) => report,
-        // The errors with which processes ended are closer to the cause, such as a full disk, so they take precedence.
+        // The errors of processes are closer to the cause, such as a full disk, so they take precedence.
         Err(failure) => {
             let failure = ended.err().map_or(failure, classify);
             return Err(if options.json { without_recording(&supervisor, failure)? } else { failure });

@@ -1,4 +1,4 @@
-//! Prints without panicking, even if the reader of our output is gone or the disk is full.
+//! Prints without panicking, even if the reader of our output has exited or the disk is full.
 //!
 //! Only this module writes to standard output and standard error, and it does so through
 //! [`sketchnav_schemas::shown`], so that text from outside, such as the name of a file or a task, cannot

@@ -113,8 +113,7 @@ fn check_kind(mission: &Mission) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Configures a run with the mission's world, robot and true start, but without anything that the mission says about a
-/// drawing.
+/// Configures a run with the mission's world, robot and true start, but without its keys for a drawing.
 fn run_config(
     options: &PadOptions,
     folder: &Path,

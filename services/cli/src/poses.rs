@@ -16,7 +16,7 @@ const TYPES: [(&str, &[&str]); 4] = [
     ("geometry_msgs/PointStamped", &["point"]),
 ];
 
-/// The position of an object at one moment.
+/// The position of an object at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Place {
     pub time_s: f64,

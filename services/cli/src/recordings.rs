@@ -104,7 +104,7 @@ mod tests {
 
     use crate::args::Cli;
 
-    /// A temporary folder with a recording, in which to run commands.
+    /// A temporary folder with a recording for running commands.
     struct Place(tempfile::TempDir);
 
     impl Place {

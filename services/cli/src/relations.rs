@@ -38,7 +38,7 @@ pub struct RelationsOptions {
     /// Ignore motion up to this speed, in metres per second.
     #[arg(long, value_name = "M/S")]
     pub quantisation_mps: Option<f64>,
-    /// Distance up to which qtc-bc includes the sides, in metres.
+    /// Maximum distance where qtc-bc includes the sides, in metres.
     #[arg(long, value_name = "METRES", default_value_t = sketchnav_qualitative::qtc::PERSONAL_SPACE_M)]
     pub near_m: f64,
     /// Labels and thresholds for argd, separated by commas.
@@ -52,18 +52,18 @@ pub struct RelationsOptions {
     /// Whether a threshold of argd is the greatest distance of its label, or the least.
     #[arg(long, value_parser = bounds(), default_value = "upper")]
     pub bound: Bound,
-    /// Treat sides that differ by up to this distance as equal (rcc, rectangle, allen), and points that near to each other or
-    /// to a line as at it (flipflop, doublecross, dra), in metres.
+    /// Treat sides that differ by up to this distance as equal (rcc, rectangle, allen), and points within this distance of each
+    /// other or of a line as coincident (flipflop, doublecross, dra), in metres.
     #[arg(long, value_name = "METRES", default_value_t = 0.0)]
     pub tolerance_m: f64,
-    /// Treat stamps that differ by up to this many seconds as equal. The object with the fewest samples sets the times,
-    /// and the nearest sample of each other object is used. By default stamps must be equal.
+    /// Treat timestamps that differ by up to this many seconds as equal. The object with the fewest samples sets the times, and the
+    /// nearest sample of each other object is used. By default timestamps must be equal.
     #[arg(long, value_name = "SECONDS", value_parser = parse_tolerance)]
     pub tolerance: Option<f64>,
     /// Do not follow objects across gaps of more than this many seconds in their samples.
     #[arg(long, value_name = "SECONDS")]
     pub max_gap_s: Option<f64>,
-    /// Print a line for each sample, even if the relation stays the same.
+    /// Print a line for each sample, even if the relation does not change.
     #[arg(long)]
     pub every_sample: bool,
     /// Omit relations that were not sampled but that motion must have passed through between two samples.
@@ -87,7 +87,7 @@ fn parse_tolerance(text: &str) -> Result<f64, String> {
     seconds.ok_or_else(|| "expected a number of seconds, 0 or above".to_owned())
 }
 
-/// An object at one moment.
+/// An object at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Body {
     /// Position, in metres.
@@ -116,7 +116,7 @@ struct Series {
     note: Option<String>,
 }
 
-/// A relation and the period during which it held.
+/// A relation and the period when it held.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 struct Held {
     from_s: f64,
@@ -158,7 +158,7 @@ fn compute(whole: &Whole, options: &RelationsOptions) -> anyhow::Result<Vec<Seri
     Ok(series)
 }
 
-/// Returns true if the file is named like a recording, or is one whatever its name.
+/// Returns true if the file is named like a recording, or is one under another name.
 fn is_recording(file: &Path) -> bool {
     let is_named_so = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"));
     is_named_so || copy::profile(file).is_ok()

@@ -36,7 +36,7 @@ pub struct Report {
     verdict: Verdict,
     #[serde(flatten)]
     doubts: Doubts,
-    /// How the planner says it drove, if it had to deviate from the method.
+    /// How the planner reports that it drove, if it had to deviate from the method.
     #[serde(skip_serializing_if = "Option::is_none")]
     driven: Option<&'static str>,
     /// Duration of the run by the clock, in seconds, or `None` if its supervisor was killed at its end.
@@ -53,10 +53,10 @@ pub struct Report {
     #[serde(skip_serializing_if = "Option::is_none")]
     incomplete: Option<String>,
     pictures: Vec<PathBuf>,
-    /// The folder with what the processes have printed.
+    /// The folder with the output of the processes.
     #[serde(skip_serializing_if = "Option::is_none")]
     logs: Option<PathBuf>,
-    /// Why some of what the processes have printed is not in that folder.
+    /// Why some of that output is missing.
     #[serde(skip_serializing_if = "Option::is_none")]
     logs_incomplete: Option<String>,
     /// Why there are fewer pictures than expected.
@@ -203,7 +203,7 @@ impl Report {
             out!("method     {how}")?;
         }
         for OutstandingFault { number, words } in &self.outstanding_faults {
-            out!("not done   fault {number} of the plan: {words}; its message never came")?;
+            out!("not done   fault {number} of the plan: {words}; its message was never sent")?;
         }
         for rejected in self.rejections() {
             out!("rejected   {rejected}")?;
@@ -275,7 +275,7 @@ struct Gap {
 }
 
 impl Gap {
-    /// Returns `None` if the disk had room again before anything was lost.
+    /// Returns `None` if the disk had space again before anything was lost.
     fn of(failure: Option<&RecordingFailure>, info: &Info) -> Option<Self> {
         let failure = failure?;
         let missing = failure.missing.max(info.missing);

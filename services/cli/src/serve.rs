@@ -12,8 +12,8 @@ use sketchnav_schemas::codes::Process;
 use crate::args::PadSite;
 use crate::failure::{Failure, Outcome};
 
-/// Runs `process` in the system until it is asked to end. For the pad, `page` says where to serve the page and for
-/// which study.
+/// Runs `process` in the system until it is asked to end. For the pad, `page` specifies where to serve the page and for which
+/// study.
 pub fn serve(process: Process, system: &str, page: (PadSite, Option<PathBuf>)) -> Result<Outcome, Failure> {
     let system = System::open(system).map_err(|error| Failure::Input(error.into()))?;
     let node = Node::join(system, process).map_err(|error| Failure::Other(error.into()))?;

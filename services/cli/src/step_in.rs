@@ -118,8 +118,8 @@ fn is_order(given: &MissionCommand, ordered: &Ordered) -> bool {
     given.order == ordered.order.code() && given.task == ordered.task && given.here() == ordered.here
 }
 
-/// Returns the index, from 0, of the task that the order refers to by number or by name. With `--state`, returns the
-/// number, from 1, of the landmark state from which to resume.
+/// Returns the index, from 0, of the task that the order refers to by number or by name. With `--state`, returns the number, from
+/// 1, of the landmark state to resume from.
 fn task_of(options: &SendOptions, system: &str, run: &RunConfig) -> Result<u32, Failure> {
     let (order, tasks) = (options.order, run.mission.task.len() as u32);
     if let Some(name) = &options.name {
@@ -194,7 +194,7 @@ fn drawing(node: &Node, run: &RunConfig) -> Result<([f64; 2], f64), Failure> {
     Ok(([answer.sketch_width_px, answer.sketch_height_px].map(f64::from), answer.scale))
 }
 
-/// Returns the drawing in which the robot estimates its position, if the mission has one.
+/// Returns the drawing that the robot localizes in, if the mission has one.
 fn canvas(run: &RunConfig) -> Result<Option<Canvas>, Failure> {
     let navigator = sketchnav_navigators::of(&run.mission).or_input()?;
     let Some(find) = navigator.canvas else { return Ok(None) };
@@ -202,7 +202,7 @@ fn canvas(run: &RunConfig) -> Result<Option<Canvas>, Failure> {
     find(run, &read_from(&*files)).map_err(|error| anyhow!("{error}")).or_input()
 }
 
-/// Returns the sequence number of the newest order.
+/// Returns the sequence number of the latest order.
 fn newest(node: &Node) -> anyhow::Result<u64> {
     let sent = SendTimes::open(node, MISSION.spec).context("the channel of orders")?;
     Ok(sent.newest())

@@ -39,7 +39,7 @@ const ON_FLOOR: &str = "floor.svg";
 
 /// Serves the page to one participant after another, until a person ends it.
 pub fn run(folder: &Path, options: &PadOptions) -> Result<Outcome, Failure> {
-    let folder = std::path::absolute(folder).context("the current folder is gone").or_input()?;
+    let folder = std::path::absolute(folder).context("the current folder no longer exists").or_input()?;
     if folder.is_dir() {
         folder::check_own(&folder).or_input()?;
     }
@@ -223,7 +223,7 @@ mod tests {
         Facts { version: VERSION, mission, method, start_heading_deg, goal, shows_floor: true }
     }
 
-    /// A participant who holds the plan upside down draws a robot that faces left, although it really faces right.
+    /// A participant who holds the plan upside down draws a robot that faces left, although it actually faces right.
     #[test]
     fn an_outcome_has_the_end_and_the_rotation_of_the_drawing() {
         let tasks = vec![task(true, "reached"), task(false, "lost"), task(false, "not begun")];

@@ -29,7 +29,7 @@ const SECOND: Duration = Duration::from_secs(1);
 
 /// Processes the messages of channels.
 trait Listener {
-    /// Whether to pass on the messages of the channel's history, all of which arrive at once.
+    /// Whether to pass on the messages of the channel's history, which all arrive at the same time.
     const HISTORY: bool;
     /// Called once before the first message, with the channels that are read.
     fn begin(&mut self, node: &Node, specs: &[&'static ChannelSpec]) -> Result<(), Failure>;
@@ -43,7 +43,7 @@ trait Listener {
 enum Amount {
     /// This many messages, as they arrive.
     Messages(u64),
-    /// A single message: the newest one or, if there is none yet, the first one to arrive.
+    /// A single message: the latest one or, if there is none yet, the first one to arrive.
     Newest,
 }
 

@@ -144,7 +144,7 @@ fn print(details: &Details) -> anyhow::Result<()> {
         out!("{:<10} {}", "written by", of(&info.library))?;
         info.notes.iter().try_for_each(|note| out!("{:<10} {note}", "note"))?;
     }
-    // Other software records real time, and its recordings say nothing about a run.
+    // Other software records real time, and its recordings do not describe a run.
     let what = if info.run.is_empty() { "recorded" } else { "simulated" };
     out!("{:.1} s {what}, {} messages, {} missing; {end}", info.duration_s, info.messages, info.missing)?;
     let mut table = Table::new();

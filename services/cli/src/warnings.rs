@@ -54,7 +54,7 @@ pub fn receive(supervisor: &mut Supervisor, run: &RunConfig, quiet: bool) -> Res
     }
 }
 
-/// Prints a plan to standard error. Of a long one, only the comments are printed, in which a plan says what to expect.
+/// Prints a plan to standard error. Of a long one, only the comments are printed, which describe what to expect.
 fn print(text: &str) {
     let is_short = text.lines().count() <= MOST_LINES;
     text.lines().filter(|line| is_short || line.starts_with('#')).for_each(|line| say!("{line}"));

@@ -19,7 +19,7 @@ use crate::outlet::Outlet;
 const LOOK_UP: Duration = Duration::from_millis(20);
 /// Time between two checks whether the system still runs.
 const SECOND: Duration = Duration::from_secs(1);
-/// Maximum time for which a simulator waits for the first command.
+/// Maximum time that a simulator waits for the first command.
 const PATIENCE: Duration = Duration::from_secs(10);
 
 /// The clock that determines the mission time.
@@ -243,8 +243,8 @@ impl Driver {
         Ok(source_seq)
     }
 
-    /// Returns the velocity to drive at until the next instant, or `None` if the robot should stop for good
-    /// because the mission is over, the system is gone, or the process was asked to end.
+    /// Returns the velocity to drive at until the next instant, or `None` if the robot should stop permanently because the mission
+    /// is over, the system has ended, or the process was asked to end.
     ///
     /// With a robot, this is the response to the last tick if it arrives within `wait`. Otherwise, it is the latest command, or a
     /// standstill if that is older than half a second. With a simulator in lockstep, it is the response to the last tick. With a
@@ -263,7 +263,7 @@ impl Driver {
         Ok((!self.is_over).then_some(twist))
     }
 
-    /// Returns the number of the tick to which the latest command responds, or 0 before the first one.
+    /// Returns the number of the tick that the latest command responds to, or 0 before the first one.
     pub fn answered(&self) -> u64 {
         self.orders.answered()
     }
@@ -379,7 +379,7 @@ impl Driver {
 
 impl Drop for Driver {
     fn drop(&mut self) {
-        // The system may be gone.
+        // The system may have ended.
         let _ = self.health.report(self.tick_ns.unwrap_or(self.began.1));
     }
 }

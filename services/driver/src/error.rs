@@ -49,7 +49,7 @@ pub enum DriverError {
         /// Stamp of this one.
         found_ns: u64,
     },
-    /// More messages were sent between two ticks than a channel holds. The last one was not sent.
+    /// The number of messages between two ticks exceeds the capacity of a channel. The last one was not sent.
     #[error("{channel}: expected at most {most} between two ticks, found another one; end the instant first")]
     TooMany {
         /// Name of the channel.

@@ -15,7 +15,7 @@ const LIMIT: Duration = Duration::from_millis(500);
 /// Number of ticks whose times are kept, at least as many as there are in [`LIMIT`] at a thousand per second.
 const KEPT: usize = 512;
 
-/// The commands, and the times of the ticks to which they respond.
+/// The commands, and the times of the ticks that they respond to.
 pub struct Orders {
     commands: Reader<VelocityCommand>,
     /// The last tick of an earlier driver. Responses to it, and to earlier ticks, are obsolete.
@@ -47,7 +47,7 @@ impl Orders {
         Ok(())
     }
 
-    /// Returns the number of the tick to which the latest command responds, or 0 before the first one.
+    /// Returns the number of the tick that the latest command responds to, or 0 before the first one.
     pub fn answered(&self) -> u64 {
         self.newest.map_or(0, |command| command.header.source_seq)
     }

@@ -11,8 +11,7 @@ use crate::error::DriverError;
 /// Maximum angle that the beams of a scan cover, in radians: a full turn and a tenth.
 const MOST_TURN_RAD: f64 = 1.1 * std::f64::consts::TAU;
 
-/// The sending side of a channel. It checks messages, and sends at most as many between two ticks as the
-/// channel holds.
+/// The sending side of a channel. It checks messages, and does not send more between two ticks than the channel's capacity.
 ///
 /// If a sensor takes more readings than that, they are thinned evenly. The latest one is held back and sent just before the tick.
 pub struct Outlet {
@@ -20,7 +19,7 @@ pub struct Outlet {
     thinning: Thinning,
     /// Number of messages since the last tick.
     since_tick: usize,
-    /// Stamp of the latest message, in nanoseconds.
+    /// Timestamp of the latest message, in nanoseconds.
     newest_ns: Option<u64>,
     /// The latest reading if it is held.
     held: Owned,
@@ -62,7 +61,7 @@ impl Outlet {
         self.newest_ns
     }
 
-    /// Sends a message, or holds it back. `source_seq` is the number of the tick to which it belongs.
+    /// Sends a message, or holds it back. `source_seq` is the number of its tick.
     ///
     /// # Errors
     /// Any error of `fill`, and [`DriverError`] if the message is invalid, too early or one too many, in
@@ -138,7 +137,7 @@ fn check_turn(scan: &LaserScan) -> Checked {
     ensure(turn_rad <= MOST_TURN_RAD, "angle_increment_rad", expected, step_rad)
 }
 
-/// Selects which readings are sent, so that there are no more between two ticks than the channel holds for a late reader.
+/// Selects which readings are sent, so that all readings between two ticks are available to a late reader.
 #[derive(Debug)]
 struct Thinning {
     gap_ns: u64,
@@ -160,7 +159,7 @@ impl Thinning {
         Self { gap_ns, most, found: 0, sent: 0, last_ns: None, is_fast: false }
     }
 
-    /// Returns true if a reading with this stamp should be sent now. (The last reading before a tick is sent in any case.)
+    /// Returns true if a reading with this timestamp should be sent now. (The last reading before a tick is sent in any case.)
     fn takes(&self, stamp_ns: u64) -> bool {
         let is_far = !self.is_fast || self.last_ns.is_none_or(|last| stamp_ns >= last + self.gap_ns);
         is_far && self.sent < self.most
@@ -185,7 +184,7 @@ impl Thinning {
 mod tests {
     use super::*;
 
-    /// Returns the timestamps of those readings that are sent at once.
+    /// Returns the timestamps of the readings that are sent immediately.
     fn sent(thinning: &mut Thinning, stamps: impl Iterator<Item = u64>) -> Vec<u64> {
         let takes = |stamp: &u64| {
             let takes = thinning.takes(*stamp);

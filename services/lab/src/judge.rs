@@ -1,9 +1,8 @@
 //! Judges the outcome of a mission by the true poses rather than by the planner's own report.
 //!
-//! A task is reached if the planner reported so *and* the robot truly was in the task's place. (Boniardi et
-//! al. 2015, IV, "considered a task successful if … the robot is able to access them".) The [`on_sketch`]
-//! module instead judges by the robot's own estimate, as the authors do. A real robot's true poses are not
-//! known, so its own report counts.
+//! A task is reached if the planner reported so *and* the robot actually was in the task's place. (Boniardi et al. 2015, IV,
+//! "considered a task successful if … the robot is able to access them".) The [`on_sketch`] module instead judges by the robot's
+//! own estimate, as the authors do. A real robot's true poses are not known, so its own report counts.
 //!
 //! This module is pure: messages and the mission go in, and a [`Verdict`] or [`figures::Figures`] comes out.
 //! It does not print, and only [`log::Log`], which collects the messages that the judge needs, reads
@@ -43,13 +42,13 @@ pub struct Verdict {
 pub struct TaskVerdict {
     /// Name of the task.
     pub name: String,
-    /// True if the planner reported the goal as reached and the robot truly was there.
+    /// True if the planner reported the goal as reached and the robot actually was there.
     pub reached: bool,
     /// The last state that the planner reported, in the words of [`TaskState`], or `not begun` if it did not
     /// report any. If this says `reached` but the field `reached` is false, the robot stopped in the wrong
     /// place.
     pub state: String,
-    /// The reason given by the planner, in its own words.
+    /// The reason given by the planner.
     pub reason: String,
     /// Simulation time from the start of the task to its end, in seconds.
     pub time_s: f64,
@@ -87,7 +86,7 @@ impl Verdict {
     }
 }
 
-/// The period in which a task was driven, and its last state.
+/// The period of a task's drive, and its last state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TaskSpan {
     /// Simulation time of the first status message of the task other than `waiting`.
@@ -99,7 +98,7 @@ pub struct TaskSpan {
 }
 
 impl TaskSpan {
-    /// Returns the messages within the span. `messages` must be sorted by their stamps.
+    /// Returns the messages within the span. `messages` must be sorted by their timestamps.
     pub fn of<'a, T: Message>(&self, messages: &'a [T]) -> &'a [T] {
         let first = messages.partition_point(|m| m.header().stamp_ns < self.begin_ns);
         let end = messages.partition_point(|m| m.header().stamp_ns <= self.end_ns);
@@ -150,12 +149,12 @@ pub fn judge(
     }
 }
 
-/// Maximum age of a true pose at the end of a task, in nanoseconds. A true pose is sent at each instant, so an older one
-/// shows a gap.
+/// Maximum age of a true pose at the end of a task, in nanoseconds. A true pose is sent at each instant, so an older one indicates
+/// a gap.
 const FRESH_NS: u64 = 1_000_000_000;
 
-/// Judges tasks that end in a gap of the recording by the last status that they reported while the mission ran. Such a task
-/// is reached if the planner reported so, and its reason says that it is not in the recording.
+/// Judges tasks that end in a gap of the recording by the last status that they reported while the mission ran. Such a task is
+/// reached if the planner reported so, and its reason mentions that it is not in the recording.
 pub fn fill_gaps<'a>(
     verdict: &mut Verdict,
     truth: &[GroundTruth],
@@ -210,7 +209,7 @@ fn judge_task(
     let at_end = truth_at(truth, span.end_ns).map(|m| m.pose());
     let there = at_end.is_some_and(|pose| task.there.contains(pose.x, pose.y));
     let [x, y] = task.there.middle();
-    // Nobody knows where a real robot truly was.
+    // The true position of a real robot is not known.
     let is_real = truth.is_empty();
     let is_unknown = task.there.is_unknown() || is_real;
     let reason = if is_unknown { by_its_word(reason) } else { reason.to_owned() };
@@ -341,7 +340,7 @@ mod tests {
         assert!((verdict.tasks[0].final_error_m.unwrap() - 1.0).abs() < 1e-9);
     }
 
-    /// The tasks of a real robot used to be judged by a place that nobody could check, so none of them was ever reached.
+    /// The tasks of a real robot used to be judged by a place that nobody could check, so they were never reached.
     #[test]
     fn a_real_robot_is_judged_by_its_own_report() {
         let status = [
@@ -391,7 +390,7 @@ mod tests {
         assert!(!empty.success && empty.tasks.len() == 2 && empty.sim_seconds == 0.0);
     }
 
-    /// A disk that was full for a moment turned a mission whose tasks were all reached into "3 of 9 reached".
+    /// A disk that was full for a short time turned a mission whose tasks were all reached into "3 of 9 reached".
     #[test]
     fn a_gap_in_the_recording_changes_no_verdict() {
         let ends = [say(20, 0, TaskState::Reached), say(50, 1, TaskState::Reached)];
@@ -411,7 +410,7 @@ mod tests {
         let status = [recorded.as_slice(), &[ends[1]]].concat();
         assert!(judged(&drive(30), &status, &ends).success);
         assert!(judged(&[], &[], &ends).success);
-        // What the recording does show counts, whatever was reported.
+        // What the recording shows counts, regardless of what was reported.
         let early = [say(10, 0, TaskState::Reached)];
         assert!(!judged(&drive(100), &early, &early).tasks[0].reached);
         let lost = [ends[0], say(50, 1, TaskState::Lost)];

@@ -73,9 +73,9 @@ pub struct Chart<'a> {
     pub x_unit: &'a str,
     /// First and last position along the picture, mostly in seconds.
     pub span: [f64; 2],
-    /// Positions at which the tasks began.
+    /// Positions where tasks began.
     pub marks: &'a [f64],
-    /// Positions at which processes died.
+    /// Positions where processes died.
     pub faults: &'a [f64],
 }
 

@@ -60,7 +60,7 @@ pub struct DrawnGoal<'a> {
     pub height_px: u32,
     /// Cells of the drawing, with row 0 at the bottom.
     pub cells: &'a [u8],
-    /// Pose at which the robot started.
+    /// The robot's start pose.
     pub start: Pose<Sketch>,
     /// Position of the goal.
     pub goal: Point<Sketch>,
@@ -93,13 +93,13 @@ pub struct SketchPicture<'a> {
     pub height_px: u32,
     /// Cells of a [`sketchnav_sketch::messages::SketchMap`], with row 0 at the bottom.
     pub cells: &'a [u8],
-    /// Pose at which the robot started.
+    /// The robot's start pose.
     pub start: Pose<Sketch>,
     /// The tasks in order.
     pub tasks: &'a [TaskPicture<Sketch>],
 }
 
-/// The true floor and what truly happened on it, to be drawn by [`floor()`].
+/// The true floor and what actually happened on it, to be drawn by [`floor()`].
 #[derive(Debug, Clone)]
 pub struct FloorPicture<'a> {
     /// Heading of the picture.
@@ -108,13 +108,13 @@ pub struct FloorPicture<'a> {
     pub shapes: &'a FloorShapes,
     /// Paths of the people walking on the floor.
     pub people: &'a [Vec<Point<World>>],
-    /// Polygons of what a camera saw at some moments.
+    /// Polygons of what a camera saw at some times.
     pub views: &'a [Vec<Point<World>>],
-    /// Pose at which the robot started.
+    /// The robot's start pose.
     pub start: Pose<World>,
     /// The tasks in order.
     pub tasks: &'a [TaskPicture<World>],
-    /// Positions at which contacts began.
+    /// Positions where contacts began.
     pub contacts: &'a [Point<World>],
 }
 
@@ -153,7 +153,7 @@ pub fn sketch(picture: &SketchPicture<'_>) -> Result<String, PictureError> {
     Ok(sheet.finish())
 }
 
-/// A moment of a run in a drawing, to be drawn by [`moment()`].
+/// A snapshot of a run in a drawing, to be drawn by [`moment()`].
 #[derive(Debug, Clone)]
 pub struct Moment<'a> {
     /// Heading of the picture.
@@ -174,7 +174,7 @@ pub struct Moment<'a> {
     pub plan: &'a [Point<Sketch>],
 }
 
-/// Draws a moment in the drawing as SVG, with the path so far, the particles, the pose and the plan.
+/// Draws a snapshot in the drawing as SVG, with the path so far, the particles, the pose and the plan.
 ///
 /// # Errors
 /// [`PictureError`] if the number of cells does not match the size, or if they cannot be packed as a PNG.

@@ -38,8 +38,7 @@ pub fn of(
     })
 }
 
-/// Returns a picture of the drawing or sketch with the path that the robot believed it took, or `None` if the recording has
-/// neither.
+/// Returns a picture of the drawing or sketch with the estimated path, or `None` if the recording has neither.
 ///
 /// # Errors
 /// Fails if the drawing or the route cannot be read.

@@ -1,4 +1,4 @@
-//! Runs the published methods under conditions in which they must succeed, with the true floor plan as the drawing.
+//! Runs the published methods under conditions where they must succeed, with the true floor plan as the drawing.
 
 mod support;
 

@@ -93,8 +93,8 @@ pub fn of(mission: &Mission) -> Result<&'static Navigator, UnknownNavigator> {
     all().find(|navigator| navigator.kind == found).ok_or_else(unknown)
 }
 
-/// Returns the method by which a mission is driven. This is the method that it names, or else the first of
-/// its navigator. If the navigator has no methods, this is the navigator's own name.
+/// Returns the method of a mission: the one that it names, or else the first of its navigator. If the navigator has no methods,
+/// this is the navigator's own name.
 pub fn method(mission: &Mission) -> &str {
     let named = mission.navigator.given.get("method").and_then(toml::Value::as_str);
     let first = || of(mission).ok()?.methods.first().copied();

@@ -1,5 +1,5 @@
-//! The C++ header is that of the table, and g++ agrees with it about every size and offset. The parts that need g++ are
-//! skipped where there is none.
+//! The C++ header matches the table, and g++ agrees with it about every size and offset. The parts that need g++ are skipped if it
+//! is not installed.
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -11,7 +11,7 @@ fn path() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../cpp/sketchnav.hpp")
 }
 
-/// As for golden files, `SKETCHNAV_UPDATE_GOLDEN=1` updates it.
+/// As with golden files, `SKETCHNAV_UPDATE_GOLDEN=1` updates it.
 #[test]
 fn the_header_is_up_to_date() {
     sketchnav_navigators::register(&[]).unwrap();

@@ -1,5 +1,5 @@
-//! Every message that the macros declare with a `.msg` of its own, declared once more at run time from its layout and its
-//! schema: the fingerprint, the layout, the schema, the bytes in CDR and the JSON are the same.
+//! Every message that the macros declare with its own `.msg`, declared once more at run time from its layout and its schema: the
+//! fingerprint, the layout, the schema, the bytes in CDR and the JSON are the same.
 
 use std::convert::Infallible;
 

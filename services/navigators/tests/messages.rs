@@ -1,5 +1,5 @@
-//! Every message of every navigator of this project, and those that all have: back and forth in ROS 2, as JSON, as a
-//! schema, as it lies in memory. A message that is declared is tested here.
+//! Tests every message of every navigator of this project, and the common ones: the round trip through ROS 2, JSON, the schema, and
+//! the layout in memory. Any message that is declared is tested here.
 
 use std::convert::Infallible;
 
@@ -59,7 +59,7 @@ impl Check for ComesBack {
     }
 }
 
-/// A form that is used again must keep nothing of the message before.
+/// A form that is reused must not retain anything from the previous message.
 struct FormsAreUsedAgain(u64);
 impl Check for FormsAreUsedAgain {
     fn check<T: Ros2>(&self) {
@@ -74,7 +74,7 @@ impl Check for FormsAreUsedAgain {
     }
 }
 
-/// As JSON a message has the fields of its `.msg`. The count of a list and what fills padding once were there as `null`.
+/// As JSON, a message has the fields of its `.msg`. The counts of lists and the padding used to appear as `null`.
 struct JsonHasNoFieldWithoutAForm;
 impl Check for JsonHasNoFieldWithoutAForm {
     fn check<T: Ros2>(&self) {
@@ -151,8 +151,8 @@ proptest! {
     }
 }
 
-/// A driver that gave no cause drove well and had nothing in its recording. Writers write it by the table of
-/// channels; the ROS 2 forms have no place for another.
+/// A driver that did not set the cause drove correctly, but its recording was empty. Writers now set it according to the table of
+/// channels, and the ROS 2 forms cannot store a different one.
 #[test]
 fn readings_are_their_own_cause() {
     struct Stray;
@@ -162,7 +162,7 @@ fn readings_are_their_own_cause() {
             let (mut message, cells) = sample::<T>(&mut stream(1, T::NAME), 7);
             message.header_mut().source_seq = 6;
             let is_refused = message.to_cdr(&cells, &mut Vec::new()).is_err();
-            // A message of our own has a place for another.
+            // A message of our own can store a different one.
             assert!(!is_refused || channel.spec.is_sensed(), "{}", channel.spec.name);
             assert_eq!(is_refused, !T::TYPE.starts_with("sketchnav"), "{}", channel.spec.name);
             Ok(())
@@ -187,7 +187,7 @@ fn every_schema_contains_the_types_it_uses() {
     every(HasSchema);
 }
 
-/// How often the schema of `T` has a constant of this name and number.
+/// Returns how often the schema of `T` has a constant with this name and number.
 fn constants<T: Ros2>(name: &str, code: u32) -> usize {
     let line = format!("uint32 {}={code} #", definitions::constant(name));
     T::schema().lines().filter(|found| found.starts_with(&line)).count()

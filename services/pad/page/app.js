@@ -1,5 +1,5 @@
-// The page: joins the desk, the link, the panel, and what a person presses. The robot's side of every
-// step is the server's to allow; here a button is only enabled where the server says that it is.
+// The page: connects the desk, the link, the panel and the user's input. The server decides which steps the robot accepts; a button
+// here is enabled only when the server allows its step.
 
 import { bindBar, showBar } from "./bar.js";
 import { doubts, withRoomNames } from "./checks.js";
@@ -27,14 +27,14 @@ import { onSheet } from "./view.js";
 
 const at = (id) => document.getElementById(id);
 const settings = load();
-/** A tap so near to a place that the robot asks about means that one, screen pixels. */
+/** A tap this close to a place that the robot asks about means that place, screen pixels. */
 const NEAR_PX = 28;
-/** How long after a change the drawing is checked, milliseconds. */
+/** Delay between a change and the check of the drawing, milliseconds. */
 const CHECK_MS = 250;
-/** How large a drawing of another program is that is pasted onto one, as a part of a sheet. */
+/** Size of another program's drawing when it is pasted onto one, as a fraction of the sheet. */
 const PASTED = 0.5;
 const robot = { feed: null, hello: null, busy: false, fedAt: 0, walls: null, learned: null, placed: readPlaced(), sent: null };
-/** What is asked for in words: the text of the item `key`, or a new text `at` a place. */
+/** What text is being asked for: the text of the item `key`, or a new text `at` a place. */
 let asking = null;
 
 // ---------------------------------------------------------------------------- drawing
@@ -63,7 +63,7 @@ crosshair = new Crosshair(at("sheet"), at("crosshair"), desk.sheet, desk, () => 
 bindBar(desk, at("sheet"));
 window.addEventListener("blur", () => pointers.cancelAll());
 
-/** Tools that change what is drawn already. */
+/** Tools that change existing items. */
 const EDITS = ["select", "door"];
 
 function drawingChanged() {
@@ -81,7 +81,7 @@ function drawingChanged() {
 
 let [checking, checked] = [0, null];
 
-/** Marks what looks wrong with the drawing, once the hand rests and if the robot could be sent by it. */
+/** Marks what looks wrong with the drawing, once the user pauses and if the robot could be sent along it. */
 function check() {
   checking = desk.isBusy ? setTimeout(check, CHECK_MS) : 0;
   const { pose } = robot.feed ?? {};
@@ -93,13 +93,13 @@ function check() {
   showDoubts(found);
 }
 
-/** Whether what is drawn here belongs in the library. Drawings of a study do not, and a page that watches a mission has none. */
+/** Whether the current drawing belongs in the library. Drawings of a study do not, and a page that watches a mission has none. */
 function keeps() {
   const { hello } = robot;
   return hello ? !hello.study && hello.mode !== "watches" : link.failed;
 }
 
-/** A page that was opened afresh shows the drawing that was on a sheet last, unless the robot has another. */
+/** A newly opened page shows the last drawing that was on a sheet, unless the robot has another. */
 async function resume() {
   if (robot.hello?.study || robot.hello?.mode === "watches") return;
   const kept = await keeper.resumed(desk.drawing);
@@ -111,7 +111,7 @@ async function openKept(id) {
   if (id !== keeper.entryOf(desk.drawing)) desk.change(await keeper.open(id));
 }
 
-/** Where the robot was put: that start is not sent again, not by a page that was loaded again either. */
+/** The pose at which the robot was placed: this start is not sent again, not even after a reload. */
 function setPlaced(start) {
   robot.placed = start;
   sessionStorage.setItem("placed", JSON.stringify(start));
@@ -136,7 +136,7 @@ function askText(what) {
   at("label-text").focus();
 }
 
-/** The drawing with the words that were asked for. */
+/** The drawing with the entered text. */
 function answered(drawing, { key, at: place }, words) {
   if (place) return words ? withText(drawing, words, place) : drawing;
   if (!itemOf(drawing, key)) return drawing;
@@ -188,7 +188,7 @@ const study = new Study({
   post: (told) => link.post("/api/study", JSON.stringify(told)),
 });
 
-/** Who watches sees what the driver has sent; who drives keeps what is on the own sheet. */
+/** A watching page shows what the driver has sent; the driving page keeps its own sheet. */
 async function takeDrawing(hello, before) {
   if (hello.mode === "watches") {
     if (desk.tool !== "hand") desk.take("hand");
@@ -206,7 +206,7 @@ async function takeDrawing(hello, before) {
   }
 }
 
-/** A drawing as the server keeps it: strokes, or the address of a photo. */
+/** A drawing in the server's format: strokes, or the address of a photo. */
 async function sentDrawing(sent) {
   if (!sent.image) return fromFile(sent);
   return { ...blank(sent.canvas), photo: await dataUrl(await link.fetch(sent.image)) };
@@ -223,7 +223,7 @@ async function takeWalls(number) {
   }
 }
 
-/** The picture of what was learned, which is shown over the drawing. */
+/** The picture of what was learned, shown over the drawing. */
 async function takeLearned(view) {
   const number = view?.picture ?? null;
   if (number === robot.learned) return;
@@ -252,7 +252,7 @@ setInterval(refresh, 1000);
 
 // ---------------------------------------------------------------------------- steps
 
-/** Does one request at a time, and says how it went. */
+/** Runs one request at a time and reports the outcome. */
 async function request(work) {
   robot.busy = true;
   refresh();
@@ -281,13 +281,13 @@ async function sendSketch() {
   // A sketch of objects has no walls.
   const degrees = answer.wall_direction_rad === null ? NaN : (answer.wall_direction_rad * 180) / Math.PI;
   if (stands) return doubted(answer, "The map has arrived. The start is now where the robot stands.");
-  // Nothing runs at minus nothing.
+  // Avoids "-0.0°".
   return doubted(answer, Number.isFinite(degrees) ? `The map has arrived. Its walls run at ${(Math.round(degrees * 10) / 10 + 0).toFixed(1)}°.` : "The map has arrived.");
 }
 
 /**
- * Where the robot stands, as a start, if `drawing` is an edit of the map that it has and it knows where it is; `null` otherwise, and if
- * a person has marked another start, or a path by hand, which begins where it begins.
+ * The robot's pose as a start, if `drawing` is an edit of the map that the robot has and the robot is localized. `null` otherwise,
+ * and if the user has marked another start or drawn a path, which begins at its own first point.
  */
 function standing(drawing) {
   const { pose } = robot.feed ?? {};
@@ -296,7 +296,7 @@ function standing(drawing) {
   return { at: [pose.x, pose.y], heading_deg: (pose.heading_rad * 180) / Math.PI };
 }
 
-/** What has arrived, and what the robot doubts about it. */
+/** The reply to the user, with the robot's doubts. */
 function doubted(answer, words) {
   return answer.doubts ? `${words} But: ${answer.doubts}.` : words;
 }
@@ -325,7 +325,7 @@ for (const [order, words] of Object.entries(ORDERS)) {
     return words;
   }));
 }
-/** Takes over what was learned, or forgets it. */
+/** Accepts or rejects what was learned. */
 function answerLesson(order, words) {
   request(async () => {
     await link.post("/api/order", JSON.stringify({ order }));
@@ -335,7 +335,7 @@ function answerLesson(order, words) {
 }
 at("accept").addEventListener("click", () => answerLesson("accept", "The robot drives by what it has learned. Send the path again."));
 at("reject").addEventListener("click", () => answerLesson("reject", "What the robot has learned is forgotten."));
-// What was seen lies under the drawing, to be traced; the drawing is then sent as any other.
+// What the robot saw is placed under the drawing for tracing; the drawing is then sent like any other.
 at("correct").addEventListener("click", () => request(async () => {
   const picture = await dataUrl(await link.fetch(`/api/learned.png?k=${robot.learned}`));
   desk.change({ ...desk.drawing, underlay: picture });
@@ -357,14 +357,14 @@ at("wheel").addEventListener("click", () => request(async () => {
   return "You drive.";
 }));
 
-/** Not one request at a time: stopping waits for nothing. */
+/** Does not wait for other requests: stopping must be immediate. */
 function abort() {
   if (at("abort").disabled) return false;
   link.abort().catch((error) => say(error.message, true));
   say("Stop has been sent.");
   return true;
 }
-// A touch stops the robot as it lands, not when it is lifted; a click without one is a key's.
+// A touch stops the robot on contact, not on release; a click without a pointer comes from the keyboard.
 at("abort").addEventListener("pointerdown", abort);
 at("abort").addEventListener("click", (event) => event.detail === 0 && abort());
 
@@ -374,7 +374,7 @@ for (const button of document.querySelectorAll("#tools [data-tool]")) {
   button.addEventListener("click", () => desk.take(button.dataset.tool));
 }
 const does = {
-  // Who watches has no tools.
+  // A watching page has no tools.
   tool: (name) => robot.hello?.mode === "watches" || desk.take(name),
   undo: () => study.step("undo", () => desk.undo()), redo: () => study.step("redo", () => desk.redo()),
   zoom: (factor) => desk.zoom(factor), fit: () => desk.fit(), help: showKeys, letGo: () => desk.escape(),
@@ -401,7 +401,7 @@ at("zoom-in").addEventListener("click", () => does.zoom(1.25));
 at("zoom-out").addEventListener("click", () => does.zoom(0.8));
 at("fit").addEventListener("click", does.fit);
 
-/** Takes in a file as a drawing of its own; a picture lies under what is drawn already. */
+/** Opens a file as a new drawing; a picture is placed under the current one. */
 async function takeIn(file) {
   const { drawing, picture, words } = await readFile(file);
   const lies = picture !== null && !isBlank(desk.drawing);
@@ -409,7 +409,7 @@ async function takeIn(file) {
   say(lies ? `“${file.name}” lies under the sheet, to be traced.` : `“${file.name}” is open.${words}`);
 }
 
-/** Takes in the text of a drawing: as one of its own, or in the middle of what is drawn already. */
+/** Opens the text of a drawing: as a new one, or in the middle of the current one. */
 function takeWords(text) {
   const { drawing, left, own } = fromWords(text);
   if (isBlank(desk.drawing)) desk.change(keeper.imported(drawing, null));
@@ -420,7 +420,7 @@ function takeWords(text) {
   say(`A drawing was pasted.${leftOut(left)}`);
 }
 
-/** Does something, and says what went wrong. */
+/** Runs `work` and reports an error to the user. */
 async function tried(work) {
   try {
     await work();
@@ -437,7 +437,7 @@ bindExchange({
   words: (text) => tried(() => takeWords(text)),
 });
 
-/** A button of the menu: does its work, closes the menu, and says what went wrong. */
+/** A menu button: does its work, closes the menu, and reports an error. */
 function item(id, work) {
   at(id).addEventListener("click", () => {
     at("menu").hidePopover();
@@ -474,7 +474,7 @@ at("mission-form").addEventListener("submit", (event) => {
   at("menu").hidePopover();
   request(async () => {
     const answer = await link.post("/api/mission", JSON.stringify({ name }));
-    // The server keeps them in its folder; a photo has no text to take along.
+    // The server stores it in its folder; a photo has no text to include.
     for (const file of answer.files.filter((f) => f.text !== null)) save(file.name, file.text, "text/plain");
     return `The mission is saved: ${answer.files.map((file) => file.name).join(", ")}.`;
   });
@@ -511,7 +511,7 @@ for (const box of document.querySelectorAll("[data-show]")) {
   });
 }
 showChecks();
-// Room for the legend on the sheet is on large screens alone.
+// Only large screens have space for the legend on the sheet.
 at("shows").open = matchMedia("(min-width: 900px) and (min-height: 600px)").matches;
 
 const ms = (value) => `${value.toFixed(2)} ms`;
@@ -528,5 +528,5 @@ at("menu").addEventListener("beforetoggle", (event) => {
   });
 });
 desk.take("pen");
-// Only where the connection is safe from others, as it is over localhost.
+// Only in a secure context, which localhost is.
 navigator.serviceWorker?.register("sw.js").catch((error) => console.warn(`The page cannot be kept for use without a server: ${error.message}`));

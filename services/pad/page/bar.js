@@ -1,4 +1,4 @@
-// The bar of what is selected: a button for each thing that can be done with it, shown while it can.
+// The bar for the selection: a button for each available action, shown only while it applies.
 
 const at = (id) => document.getElementById(id);
 
@@ -18,16 +18,18 @@ const SHOWN = {
   spread: ({ units }) => units > 2,
 };
 
-/** What a button does, by its name, if that is not a method of Selection. */
+/** The method of Selection behind a button, if the names differ. */
 const DOES = {
   adds: (selection) => selection.toggleAdding(),
   points: (selection) => selection.editPoints(),
   gaps: (selection) => selection.closeGaps(),
 };
 
-/** Binds the bar to `desk.selecting`. `sheet` gets the focus back after a click, so that keys go on with what is selected. */
+/**
+ * Connects the bar to `desk.selecting`. `sheet` gets the focus back after a click, so that keys continue to act on the selection.
+ */
 export function bindBar(desk, sheet) {
-  // The event comes after the choice is shown, so until then it is at the left edge, which is on every screen.
+  // The event fires after the menu is shown; until then the menu is at the left edge, which is always on the screen.
   at("arrange").addEventListener("toggle", (event) => (event.newState === "open" ? placeArrange() : at("arrange").style.left = "8px"));
   for (const button of at("selection").querySelectorAll("[data-does]")) {
     button.addEventListener("click", (event) => {
@@ -37,13 +39,13 @@ export function bindBar(desk, sheet) {
       if (DOES[name]) DOES[name](selection);
       else selection[name](Number.isNaN(Number(value)) ? value : Number(value));
       if (button.closest("[popover]")) at("arrange").hidePopover();
-      // A click by a key leaves the focus where it is.
+      // A click from the keyboard leaves the focus where it is.
       if (event.detail > 0 && name !== "label") sheet.focus({ preventScroll: true });
     });
   }
 }
 
-/** Puts the choice of sides above the bar, or below it if that is at the top, within the screen. */
+/** Places the menu of sides above the bar, or below it if the bar is at the top, within the screen. */
 function placeArrange() {
   const { top, bottom, left, width } = at("selection").getBoundingClientRect();
   const { width: own } = at("arrange").getBoundingClientRect();
@@ -54,7 +56,7 @@ function placeArrange() {
   });
 }
 
-/** Shows the bar, or hides it while nothing is selected, and says what is. */
+/** Shows the bar with a description of the selection, or hides it while nothing is selected. */
 export function showBar(selection) {
   const bar = at("selection");
   const state = selection?.state;

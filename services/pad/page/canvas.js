@@ -1,24 +1,22 @@
-// The sheet on the screen: four canvases on top of each other, each redrawn for its own reason.
+// The sheet on the screen: four stacked canvases, each redrawn for its own reason.
 //
-// - `ink`: paper, pictures, strokes. A finished stroke is added; only another view, an undone step or the
-//   eraser draws it anew.
+// - `ink`: paper, pictures, strokes. A finished stroke is added; only a changed view, an undo or the eraser redraws it.
 // - `marks`: obstacles, texts, route, goals, start.
-// - `feed`: what the robot says; drawn once for each message (feed.js).
-// - `live`: the stroke under the pen. A movement draws its new segments and nothing else, in the event
-//   itself, on a canvas that need not wait for the others (`desynchronized`). While nothing is drawn by hand, what is
-//   selected is shown here (overlay.js).
+// - `feed`: the robot's data; drawn once per message (feed.js).
+// - `live`: the stroke under the pen. A movement draws only its new segments, in the event handler itself, on a canvas that need
+//   not wait for the others (`desynchronized`). While nothing is drawn by hand, it shows the selection (overlay.js).
 
 import { middle, roomAt } from "./geometry.js";
 import { inkRuns, widthAt } from "./ink.js";
 import { MARK_PX, tipOf } from "./items.js";
 
-/** Screens beyond twice as fine cost more than the eye gains. */
+/** Higher pixel ratios cost more than they improve the picture. */
 const MAX_RATIO = 2;
 
-/** A mark of what looks wrong: radius of its ring, height of its word, space around that; screen pixels. */
+/** The mark of a doubt: radius of its ring, height of its text, padding; screen pixels. */
 const DOUBT_PX = { ring: 20, text: 13, pad: 4 };
 
-/** Colours by name, as the style sheet has them for the sheet's element. */
+/** Colours by name, as the style sheet defines them for the sheet's element. */
 export function palette(element) {
   const style = getComputedStyle(element);
   const names = ["paper", "ink", "edge", "obstacle", "obstacle-text", "place", "route", "goal", "goal-text", "start", "robot", "particle", "scan", "plan", "seen", "hidden", "trail", "rubber", "walls", "learned", "select", "guide", "doubt", "doubt-text"];
@@ -34,7 +32,7 @@ export class Sheet {
   area = [1, 1];
   ratio = 1;
   colors = {};
-  /** What was done since the page was loaded: for the figures that the page shows. */
+  /** Work done since the page was loaded, for the figures on the page. */
   work = { redraws: 0, strokesAdded: 0, liveSegments: 0, liveMoves: 0 };
 
   constructor(element) {
@@ -46,7 +44,7 @@ export class Sheet {
     }
   }
 
-  /** Takes the colours of the theme; of white paper where there is a picture. Answers whether they have changed. */
+  /** Reads the theme's colours, or those of white paper if there is a picture. Returns whether they have changed. */
   recolor({ photo, underlay }) {
     this.#element.classList.toggle("lit", Boolean(photo || underlay));
     const before = this.colors;
@@ -59,7 +57,7 @@ export class Sheet {
     return this.#layers[name];
   }
 
-  /** Takes the element's size; answers whether it has changed. */
+  /** Reads the element's size; returns whether it has changed. */
   measure() {
     const area = [this.#element.clientWidth, this.#element.clientHeight];
     const ratio = Math.min(MAX_RATIO, window.devicePixelRatio || 1);
@@ -86,7 +84,7 @@ export class Sheet {
     context.setTransform(scale * this.ratio, 0, 0, scale * this.ratio, x * this.ratio, y * this.ratio);
   }
 
-  /** Draws paper, pictures and strokes anew. */
+  /** Redraws paper, pictures and strokes. */
   drawInk(drawing) {
     this.work.redraws += 1;
     const context = this.wipe("ink");
@@ -97,7 +95,7 @@ export class Sheet {
     this.#drawPicture(context, drawing.photo, drawing.canvas, 1);
     context.strokeStyle = this.colors.edge;
     context.lineWidth = 1 / this.view.scale;
-    // What was drawn before must not show in what is drawn now: the same drawing is the same pixels.
+    // Nothing of the previous drawing may remain: the same drawing must give the same pixels.
     context.lineJoin = "miter";
     context.strokeRect(0, 0, w, h);
     drawing.strokes.forEach((stroke) => this.#drawStroke(context, stroke));
@@ -129,7 +127,7 @@ export class Sheet {
     context.globalAlpha = 1;
   }
 
-  /** Makes the pictures of a drawing ready; answers whether there were new ones. */
+  /** Loads the pictures of a drawing; returns whether there were new ones. */
   async load({ photo, underlay }) {
     const fresh = [photo, underlay].filter((url) => url && !this.#pictures.has(url));
     for (const url of fresh) {
@@ -141,7 +139,7 @@ export class Sheet {
     return fresh.length > 0;
   }
 
-  /** Draws obstacles and marks anew. `draft` is a shape that is being drawn, `doubts` are what looks wrong. */
+  /** Redraws obstacles and marks. `draft` is the shape being drawn, `doubts` are what looks wrong. */
   drawMarks({ obstacles, labels, route, goals, start }, draft = null, doubts = []) {
     const context = this.wipe("marks");
     obstacles.forEach((obstacle) => this.#drawObstacle(context, obstacle));
@@ -153,7 +151,7 @@ export class Sheet {
     if (draft) this.#drawDraft(context, draft);
   }
 
-  /** So many screen pixels, in sheet pixels. */
+  /** Converts screen pixels to sheet pixels. */
   px(n) {
     return n / this.view.scale;
   }
@@ -171,7 +169,7 @@ export class Sheet {
     if (label) this.#drawLabel(context, label, polygon);
   }
 
-  /** A label no wider than its obstacle: smaller, or cut off; where nothing of it can be read, none. */
+  /** A label no wider than its obstacle: smaller or cut off, and omitted if it would be unreadable. */
   #drawLabel(context, label, polygon) {
     const room = roomAt(middle(polygon), polygon, this.px(9)) * this.view.scale * 0.94;
     context.font = "600 12px system-ui, sans-serif";
@@ -222,7 +220,7 @@ export class Sheet {
     this.#write(context, String(index + 1), at, this.colors["goal-text"], 13);
   }
 
-  /** A ring, and a word below it that stays on the sheet. */
+  /** A ring with a text below it that stays on the sheet. */
   #drawDoubt(context, { at: [x, y], word }) {
     const [radius, high, pad] = [DOUBT_PX.ring, DOUBT_PX.text, DOUBT_PX.pad].map((n) => this.px(n));
     context.strokeStyle = context.fillStyle = this.colors.doubt;
@@ -251,7 +249,7 @@ export class Sheet {
     context.stroke();
   }
 
-  /** A shape under way: `{ kind: "polygon" | "line" | "start" | "rubber", … }`. */
+  /** A shape in progress: `{ kind: "polygon" | "line" | "start" | "rubber", … }`. */
   #drawDraft(context, draft) {
     if (draft.kind === "start") {
       this.#drawStart(context, draft.start);
@@ -275,7 +273,7 @@ export class Sheet {
     if (draft.corners) draft.points.forEach((corner, i) => this.#disc(context, corner, i === 0 ? 8 : 4));
   }
 
-  /** Begins the line under the pen, in a colour and a width in sheet pixels. */
+  /** Begins the line under the pen, with a colour and a width in sheet pixels. */
   liveBegin(at, pressure, width_px, color) {
     const context = this.wipe("live");
     context.lineCap = context.lineJoin = "round";
@@ -288,7 +286,7 @@ export class Sheet {
     this.work.liveMoves += 1;
   }
 
-  /** Draws on: the new points and nothing else. */
+  /** Continues the line: draws the new points only. */
   liveExtend(points, pressures) {
     const context = this.#layers.live;
     const live = this.#live;
@@ -305,7 +303,7 @@ export class Sheet {
     this.work.liveMoves += 1;
   }
 
-  /** Takes the line under the pen away. */
+  /** Removes the line under the pen. */
   liveEnd() {
     this.#live = null;
     this.wipe("live");

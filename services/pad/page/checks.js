@@ -1,15 +1,15 @@
-// What looks wrong with a drawing before a robot drives by it, each with its place and a word: ways through walls, goals and places
-// that cannot be reached, goals that look alike. Pure.
+// Checks a drawing before a robot drives by it: paths through walls, unreachable goals and places, goals that look alike. Each
+// finding has a place and a short text. Pure.
 
 import { boxOf, distance, meeting } from "./geometry.js";
 import { cellOf, gridOf, reachable, roomsOf, seen, sees } from "./grid.js";
 
-/** Crossings nearer to each other than this are one, as a part of the sheet's longer side. */
+/** Crossings closer to each other than this count as one, as a fraction of the sheet's longer side. */
 const ONE = 1 / 60;
-/** How many directions are compared, and up to which mean difference of the logarithm of distances two places look alike. */
+/** Number of directions compared, and the mean difference of log distances up to which two places look alike. */
 const [DIRECTIONS, ALIKE] = [72, 0.1];
 
-/** The grid of a drawing and its rooms, made once. */
+/** The grid of a drawing and its rooms, cached. */
 const known = new WeakMap();
 
 function mapOf({ canvas, strokes, obstacles }) {
@@ -21,7 +21,7 @@ function mapOf({ canvas, strokes, obstacles }) {
   return made;
 }
 
-/** The name of the room that a point lies in, if one text is written there; `null` otherwise. */
+/** The name of the room that contains a point, if exactly one text is written in it; `null` otherwise. */
 export function roomNameAt(drawing, at) {
   const { grid, rooms } = mapOf(drawing);
   const roomAt = (p) => rooms[cellOf(grid, p)] ?? 0;
@@ -30,7 +30,7 @@ export function roomNameAt(drawing, at) {
   return names.length === 1 ? names[0].text : null;
 }
 
-/** The drawing with the names of rooms for goals that have none; a room with several goals names none of them. */
+/** The drawing with unnamed goals named after their rooms; a room with several goals names none of them. */
 export function withRoomNames(drawing) {
   const names = drawing.goals.map(({ name, at }) => name ?? roomNameAt(drawing, at));
   const goals = drawing.goals.map((goal, i) => (goal.name || !names[i] || names.indexOf(names[i]) !== names.lastIndexOf(names[i]) ? goal : { name: names[i], ...goal }));
@@ -38,8 +38,8 @@ export function withRoomNames(drawing) {
 }
 
 /**
- * What looks wrong: `{ at, word, why }` each, the word for the drawing, the reason for the list beside it. `from`: where the robot
- * stands, if the drawing does not say where it starts. Of a photo nothing is known.
+ * Returns what looks wrong: a list of `{ at, word, why }`, with the text for the drawing and the reason for the list beside it.
+ * `from`: the robot's place, if the drawing has no start. A photo is not checked.
  */
 export function doubts(drawing, from = null) {
   const { route, goals, labels, start, photo } = drawing;
@@ -84,7 +84,7 @@ function crossings({ strokes, obstacles, canvas }, route) {
 
 const touch = (a, b) => a[0] <= b[2] && b[0] <= a[2] && a[1] <= b[3] && b[1] <= a[3];
 
-/** Where two segments cross; `null` if they do not. */
+/** The intersection of two segments; `null` if there is none. */
 function crossing(a, b, c, d) {
   const [u, v] = [[b[0] - a[0], b[1] - a[1]], [d[0] - c[0], d[1] - c[1]]];
   const [t, s] = [meeting(a, u, c, v), meeting(c, v, a, u)];
@@ -92,7 +92,7 @@ function crossing(a, b, c, d) {
   return [a[0] + t * u[0], a[1] + t * u[1]];
 }
 
-/** Goals from which everything looks as from another that cannot be seen from there, whichever way the robot faces. */
+/** Goals that look, at any heading, like another goal that is out of sight. */
 function alike(grid, goals, all = goals) {
   const views = goals.map(({ at }) => seen(grid, at, DIRECTIONS).map(Math.log));
   return goals.flatMap((goal, i) => {
@@ -103,7 +103,7 @@ function alike(grid, goals, all = goals) {
   });
 }
 
-/** The mean difference of two views, one turned so that it fits best. */
+/** The mean difference of two views at the rotation that fits best. */
 function difference(a, b) {
   let least = Infinity;
   for (let turn = 0; turn < a.length; turn += 1) {

@@ -1,5 +1,5 @@
-// The desk: the drawing with its history, the tool in hand, and the sheet that shows both. What is drawn
-// anew after a change is decided here: a finished stroke is added to the ink, anything else redraws.
+// The desk: the drawing with its history, the current tool, and the sheet that shows both. It decides what is redrawn after a
+// change: a finished stroke is added to the ink, anything else redraws.
 
 import { Sheet } from "./canvas.js";
 import { drawFeed, trailed } from "./feed.js";
@@ -8,14 +8,14 @@ import { drawOverlay } from "./overlay.js";
 import { makeTools } from "./tools.js";
 import { fitted, held, onSheet, panned, zoomed } from "./view.js";
 
-/** Whether `after` is `before` with one stroke more. */
+/** Whether `after` is `before` with one stroke added. */
 export function oneMore(before, after) {
   return after.strokes.length === before.strokes.length + 1
     && before.strokes.every((stroke, i) => stroke === after.strokes[i])
     && before.canvas === after.canvas && before.photo === after.photo && before.underlay === after.underlay;
 }
 
-/** Whether the ink layer shows both the same. */
+/** Whether the ink layer is the same for both. */
 const sameInk = (a, b) => a.strokes === b.strokes && a.canvas === b.canvas && a.photo === b.photo && a.underlay === b.underlay;
 
 export class Desk {
@@ -33,7 +33,7 @@ export class Desk {
   #frame = 0;
   #host;
   #fits = true;
-  /** What the robot says: the last feed, its trail, its last particles, its map, what it has learned. */
+  /** What the robot sends: the last feed, its trail, its last particles, its map, what it has learned. */
   feed = null;
   trail = [];
   cloud = null;
@@ -91,7 +91,7 @@ export class Desk {
     return this.#tool;
   }
 
-  /** Takes another tool; what the last one has begun is dropped. */
+  /** Selects another tool; anything the last one has begun is dropped. */
   take(name) {
     this.letGo();
     if (name !== this.#tool) this.#tools[this.#tool]?.leave?.();
@@ -102,19 +102,19 @@ export class Desk {
     this.#host.changed();
   }
 
-  /** Drops what is under way. */
+  /** Drops what is in progress. */
   letGo() {
     const tool = this.#under ?? this.#tools[this.#tool];
     this.#under = null;
     tool?.cancel();
   }
 
-  /** What is selected, while the tool that selects is in hand; `null` otherwise. */
+  /** The selection, while the select tool is active; `null` otherwise. */
   get selecting() {
     return this.#tool === "select" ? this.#tools.select.selection : null;
   }
 
-  /** Drops what is under way, or else what is selected. */
+  /** Drops what is in progress, or else the selection. */
   escape() {
     const tool = this.#tools[this.#tool];
     if (tool?.escape && !this.#under) tool.escape();
@@ -126,7 +126,7 @@ export class Desk {
     this.#tools[this.#tool]?.close?.();
   }
 
-  /** Another drawing as one step; as part of the step before if both have the same `tag`. */
+  /** Replaces the drawing in one step, merged with the previous step if both have the same `tag`. */
   change(next, tag = null) {
     const before = this.#history;
     this.#history = tag !== null && tag === this.#tag ? { ...before, now: next, future: [] } : changed(before, next);
@@ -136,7 +136,7 @@ export class Desk {
     this.#host.changed();
   }
 
-  /** Another drawing, without a way back to the one before. */
+  /** Replaces the drawing and its history. */
   renew(drawing) {
     this.#leap(history(drawing));
   }
@@ -186,18 +186,18 @@ export class Desk {
     this.#redraw("over");
   }
 
-  /** Whether a hand is at something. */
+  /** Whether a gesture is in progress. */
   get isBusy() {
     return this.#under !== null;
   }
 
-  /** What looks wrong with the drawing, `{ at, word }` each. */
+  /** What looks wrong with the drawing: a list of `{ at, word }`. */
   doubt(doubts) {
     this.#doubts = doubts;
     this.#redraw("marks");
   }
 
-  /** A message of the robot. */
+  /** Handles a message from the robot. */
   told(feed) {
     this.feed = feed;
     this.trail = trailed(this.trail, feed.trail);
@@ -208,7 +208,7 @@ export class Desk {
     this.#redraw("feed");
   }
 
-  /** Draws a layer anew with the next frame. */
+  /** Redraws a layer with the next frame. */
   #redraw(...layers) {
     layers.forEach((layer) => { this.#stale[layer] = true; });
     this.#frame ||= requestAnimationFrame(() => this.#draw());
@@ -228,7 +228,7 @@ export class Desk {
     if (stale.over) this.#drawOver();
   }
 
-  /** What is selected, or what the tool has snapped to. A stroke under the pen has the layer to itself. */
+  /** The selection, or what the tool has snapped to. A stroke under the pen has the layer to itself. */
   #drawOver() {
     const overlay = this.#tools[this.#tool]?.overlay?.() ?? (this.#guides.length ? { guides: this.#guides } : null);
     if (overlay) drawOverlay(this.sheet, overlay);
@@ -251,7 +251,7 @@ export class Desk {
     this.#host.viewed();
   }
 
-  /** The whole sheet. */
+  /** Shows the whole sheet. */
   fit() {
     this.#fits = true;
     this.#viewed(fitted(this.#shown.canvas, this.sheet.area));
@@ -268,7 +268,7 @@ export class Desk {
   }
 
   #resized() {
-    // Not under a hand that draws: its stroke would jump.
+    // Not during a stroke, which would jump.
     if (this.#under || !this.sheet.measure()) return;
     if (this.#fits) this.fit();
     else this.#viewed(this.sheet.view);
@@ -278,7 +278,7 @@ export class Desk {
     if (this.sheet.recolor(this.#shown)) this.#redraw("ink", "marks", "feed", "over");
   }
 
-  // ------------------------------------------------------------------ what pointers and keys do
+  // ------------------------------------------------------------------ pointers and keys
 
   begin(sample) {
     if (this.#host.asked()) this.#under = this.#tools.here;
@@ -306,7 +306,7 @@ export class Desk {
     this.#resized();
   }
 
-  /** A mouse or pen over the sheet, with nothing pressed. */
+  /** A mouse or pen over the sheet without a pressed button. */
   hover(sample) {
     const tool = this.#tools[this.#tool];
     tool?.hover?.(this.#placed(sample));
@@ -318,7 +318,7 @@ export class Desk {
     return { ...sample, at: onSheet(this.sheet.view, sample.at) };
   }
 
-  /** From the pen's event to its ink on the canvas. */
+  /** Measures the time from the pen's event to its ink on the canvas. */
   #inked({ time }) {
     this.work.inkMs = performance.now() - time;
     this.work.inkWorstMs = Math.max(this.work.inkWorstMs, this.work.inkMs);

@@ -1,24 +1,24 @@
-// Drawings of Excalidraw: lines and outlines are walls, filled shapes are obstacles, the first arrow is the path, texts name places.
-// Pure. The format: https://docs.excalidraw.com/docs/codebase/json-schema
+// Reads drawings of Excalidraw: lines and outlines become walls, filled shapes become obstacles, the first arrow becomes the path,
+// and texts name places. Pure. The format: https://docs.excalidraw.com/docs/codebase/json-schema
 
 import { ellipse } from "./geometry.js";
 import { expect, isObject, isPoint, list } from "./model.js";
 import { placed } from "./placing.js";
 
-/** The corners of its shapes in the box from the origin to (w, h). */
+/** Corners of each shape in the box from the origin to (w, h). */
 const CORNERS = {
   rectangle: (w, h) => [[0, 0], [w, 0], [w, h], [0, h]],
   diamond: (w, h) => [[w / 2, 0], [w, h / 2], [w / 2, h], [0, h / 2]],
   ellipse: (w, h) => ellipse([0, 0], [w, h]),
 };
 const LINES = ["line", "freedraw", "arrow"];
-/** Elements without a place on a map, and what they are called. */
+/** Elements without a counterpart on a map, with their names. */
 const NAMES = { image: "picture", embeddable: "web page", iframe: "web page" };
 
-/** Whether a file that is parsed is a drawing or a clipboard of Excalidraw. */
+/** Whether a parsed file is a drawing or clipboard of Excalidraw. */
 export const isExcalidraw = (file) => isObject(file) && /^excalidraw(\/clipboard)?$/.test(file.type);
 
-/** Reads one: `{ drawing, left }`; `left` names what was left out. Throws an `Error` with the place and what was expected. */
+/** Reads a drawing: `{ drawing, left }`; `left` lists what was left out. Throws an `Error` with the place and what was expected. */
 export function fromExcalidraw(file) {
   const read = { strokes: [], obstacles: [], labels: [], route: null, left: [], groups: new Map() };
   const elements = list(file.elements, "elements").map((element, i) => checked(element, `elements[${i}]`)).filter((e) => !e.isDeleted);
@@ -27,7 +27,7 @@ export function fromExcalidraw(file) {
   return { drawing: placed(read), left: read.left };
 }
 
-/** An element of which the members that are read have the right types. */
+/** An element whose members have the expected types. */
 function checked(element, where) {
   expect(isObject(element) && typeof element.type === "string", where, "an element with a type", element);
   const { type, x, y, width = 0, height = 0, angle = 0, strokeWidth = 2 } = element;
@@ -56,7 +56,7 @@ function take(element, word, read) {
   else if (type !== "selection" && type !== "frame") read.left.push(NAMES[type] ?? type);
 }
 
-/** A shape that is filled is an obstacle; an outline is a wall, and its text the name of the place within. */
+/** A filled shape is an obstacle; an outline is a wall, and its text names the place inside. */
 function takeShape(element, word, read) {
   const { type, width, height, strokeWidth: width_px, backgroundColor = "transparent" } = element;
   const corners = onPage(element, CORNERS[type](width, height));
@@ -68,7 +68,7 @@ function takeShape(element, word, read) {
   if (word) read.labels.push({ text: word, at: middleOf(element) });
 }
 
-/** A text by itself names the place where its middle is. One within a shape was read with that. */
+/** A free text names the place at its middle. A text within a shape was read with the shape. */
 function takeText(element, read) {
   const text = element.text.replace(/\s+/g, " ").trim();
   if (text && !element.containerId) read.labels.push({ text, at: middleOf(element) });
@@ -76,7 +76,7 @@ function takeText(element, read) {
 
 const middleOf = ({ x, y, width, height }) => [x + width / 2, y + height / 2];
 
-/** Points beside an element's own place, on the page: turned about the middle of their box. */
+/** Points relative to an element, on the page: rotated about the middle of their box. */
 function onPage({ x, y, angle }, points) {
   const [xs, ys] = [0, 1].map((axis) => points.map((p) => p[axis]));
   const [cx, cy] = [xs, ys].map((all) => (all.reduce((a, b) => Math.min(a, b)) + all.reduce((a, b) => Math.max(a, b))) / 2);
@@ -84,7 +84,7 @@ function onPage({ x, y, angle }, points) {
   return points.map(([px, py]) => [x + cx + (px - cx) * cos - (py - cy) * sin, y + cy + (px - cx) * sin + (py - cy) * cos]);
 }
 
-/** The group that it is moved with: the outermost. */
+/** The outermost group, which moves as one. */
 function groupOf({ groupIds }, { groups }) {
   const id = Array.isArray(groupIds) ? groupIds.at(-1) : undefined;
   if (id === undefined) return {};

@@ -1,4 +1,4 @@
-// What comes onto the sheet by drop and paste, and leaves it by copy and cut.
+// Drop and paste onto the sheet, copy and cut from it.
 
 import { copied, withCopies } from "./items.js";
 import { writes } from "./keyboard.js";
@@ -7,12 +7,12 @@ import { blank, toText } from "./model.js";
 /** Text that may be a drawing. */
 const DRAWING = /^\s*[{<]/;
 
-/** What is selected, as a drawing: what the clipboard holds, also for other pages. */
+/** The selection as a drawing: the contents of the clipboard, also for other pages. */
 const asText = (drawing, keys) => toText(withCopies(blank(drawing.canvas), copied(drawing, keys), [0, 0]).drawing);
 
 /**
- * Binds the clipboard and what is dropped. The host has `takes()` (whether anything may come in), `files(files)`, `words(text)`,
- * `desk`, `select()` (takes the tool that selects).
+ * Handles the clipboard and dropped files. The host has `takes()` (whether anything is accepted), `files(files)`, `words(text)`,
+ * `desk`, `select()` (activates the select tool).
  */
 export function bindExchange(host) {
   let own = null;
@@ -51,7 +51,7 @@ export function bindExchange(host) {
   }
   document.addEventListener("drop", (event) => {
     if (!hasFiles(event)) return;
-    // Also where nothing is taken: the browser would leave the page for the file.
+    // Also if nothing is accepted: otherwise the browser would leave the page for the file.
     event.preventDefault();
     if (host.takes()) host.files([...event.dataTransfer.files]);
   });

@@ -1,11 +1,11 @@
-// What the robot says, drawn over the sheet: where it believes to be and how sure it is, its particles, where it has
-// been, and the shapes of its navigator. Drawn once for each message, never in between.
+// The robot's data, drawn over the sheet: its estimated pose and uncertainty, its particles, its trail, and the shapes of its
+// navigator. Drawn once per message, never in between.
 
-/** Longest trail that is kept, and the least step between its points, canvas pixels. */
+/** Maximum length of the trail, and minimum distance between its points, canvas pixels. */
 const MAX_TRAIL = 4000;
 const TRAIL_STEP_PX = 3;
 
-/** A trail with one point more; where it grows too long, every second point goes. */
+/** A trail with one more point; a trail that is too long loses every second point. */
 export function trailed(trail, at) {
   if (!at) return trail;
   const last = trail.at(-1);
@@ -15,8 +15,8 @@ export function trailed(trail, at) {
 }
 
 /**
- * Particles carried along with the robot: they come once a second, `cloud` is the last of them with the pose
- * of that moment, and until the next ones they move as the robot does.
+ * Particles moved along with the robot: they arrive once a second, `cloud` has the last ones with the pose at that time, and until
+ * the next ones they move with the robot.
  */
 export function carried(cloud, pose) {
   if (!cloud || !pose) return null;
@@ -29,19 +29,19 @@ export function carried(cloud, pose) {
   });
 }
 
-/** Which setting shows the shapes of a colour; the others are always shown. */
+/** The setting that shows shapes of a colour; other colours are always shown. */
 const PARTS = { scan: "scan", plan: "plan", seen: "plan", hidden: "plan" };
 /** Widths of lines and sides of dots, screen pixels. */
 const LINE_PX = { plain: 2.5, dashed: 2, bold: 4 };
 const DOT_PX = { seen: 5, hidden: 5 };
 
 /**
- * Draws a feed with the trail and the cloud of particles so far. `shows` says which parts; `lasting` are the shapes that
- * stay until the next; `walls` is the picture of the walls as the robot understood them, and `learned` of what it saw, or `null`.
+ * Draws a feed with the trail and the last particles. `shows` selects the parts; `lasting` are the shapes that stay until the next
+ * ones; `walls` is the picture of the walls as the robot understood them, and `learned` that of what it saw, or `null`.
  */
 export function drawFeed(sheet, { feed, trail, cloud, lasting, walls, learned }, shows, canvas) {
   const context = sheet.wipe("feed");
-  // Half through, so that what was drawn can be seen under it.
+  // Half transparent, so that the drawing stays visible.
   context.globalAlpha = 0.7;
   if (walls && shows.walls) context.drawImage(tinted(walls, sheet.colors.walls), 0, 0, ...canvas);
   if (learned && shows.learned) context.drawImage(tinted(learned, sheet.colors.learned), 0, 0, ...canvas);
@@ -101,7 +101,7 @@ function write(context, text, [x, y], color, size) {
 
 const tints = new WeakMap();
 
-/** A picture that is black on nothing, in another colour; made once. */
+/** A picture of black on transparent in another colour, cached. */
 function tinted(picture, color) {
   const known = tints.get(picture);
   if (known?.color === color) return known.canvas;
@@ -126,7 +126,7 @@ function line(context, points, color, width, dash = []) {
   context.setLineDash([]);
 }
 
-/** Circles: filled where they have no width. */
+/** Circles: filled if they have no width. */
 function circles(context, points, color, radius, width = 0) {
   context.strokeStyle = context.fillStyle = color;
   context.lineWidth = width;
@@ -138,7 +138,7 @@ function circles(context, points, color, radius, width = 0) {
   }
 }
 
-/** Small squares in one path: cheaper than as many discs, and nobody sees the corners. */
+/** Small squares in one path: cheaper than as many discs, and indistinguishable at this size. */
 function dots(context, points, color, size) {
   context.beginPath();
   for (const [x, y] of points) context.rect(x - size / 2, y - size / 2, size, size);
@@ -146,7 +146,7 @@ function dots(context, points, color, size) {
   context.fill();
 }
 
-/** The page's y points down, a heading turns the other way: its direction is (cos h, −sin h). */
+/** The page's y axis points down, so headings are mirrored: the direction is (cos h, −sin h). */
 function drawRobot(context, sheet, { x, y, heading_rad, ellipse, radius_px }) {
   const color = sheet.colors.robot;
   context.strokeStyle = context.fillStyle = color;
@@ -160,7 +160,7 @@ function drawRobot(context, sheet, { x, y, heading_rad, ellipse, radius_px }) {
     context.stroke();
     context.globalAlpha = 1;
   }
-  // Never so small that it cannot be found on a phone.
+  // Never too small to find on a phone.
   const radius = Math.max(radius_px || 0, sheet.px(8));
   const towards = (turn, far) => [x + far * radius * Math.cos(heading_rad + turn), y - far * radius * Math.sin(heading_rad + turn)];
   context.beginPath();

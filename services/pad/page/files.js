@@ -2,20 +2,20 @@
 
 import { toSvg } from "./svg.js";
 
-/** Longest side of a picture that is taken in, pixels: the sheet's own. */
+/** Longest side of an imported picture, pixels: that of the sheet. */
 const LONGEST_PX = 2540;
 
-/** Hands a text, or the bytes of a blob, to the device as a file. */
+/** Downloads a text, or the bytes of a blob, as a file. */
 export function save(name, content, type = "application/json") {
   const link = document.createElement("a");
   link.href = URL.createObjectURL(new Blob([content], { type }));
   link.download = name;
   link.click();
-  // The download has its own hold on the data once the click was taken.
+  // Once the click is handled, the download has its own reference to the data.
   setTimeout(() => URL.revokeObjectURL(link.href), 60000);
 }
 
-/** Lets a person choose a file; `null` where none was chosen. */
+/** Opens the file dialog; `null` if it was cancelled. */
 export function choose(accept) {
   const input = document.createElement("input");
   Object.assign(input, { type: "file", accept });
@@ -26,12 +26,12 @@ export function choose(accept) {
   });
 }
 
-/** A file's name without its ending. */
+/** A file's name without its extension. */
 export const nameOf = (file) => file.name.replace(/\.[^.]*$/, "").slice(0, 60);
 
 /**
- * A photo as the sheet takes it: upright, no larger than the sheet, as a data URL with its size. It is
- * encoded anew, so nothing that the camera wrote into it (place, time) goes along.
+ * A photo for the sheet: upright, no larger than the sheet, as a data URL with its size. It is encoded again, so the camera's
+ * metadata (place, time) is removed.
  */
 export async function photo(file) {
   const image = await createImageBitmap(file, { imageOrientation: "from-image" }).catch(() => {
@@ -54,7 +54,7 @@ export function dataUrl(blob) {
   });
 }
 
-/** A canvas of so many pixels, white. */
+/** A white canvas of this size, pixels. */
 function picture([width, height]) {
   const canvas = Object.assign(document.createElement("canvas"), { width, height });
   const context = canvas.getContext("2d");
@@ -63,16 +63,16 @@ function picture([width, height]) {
   return canvas;
 }
 
-/** Longest side of a small picture, and of one for a file, pixels. */
+/** Longest side of a thumbnail, and of a picture for a file, pixels. */
 const [SMALL_PX, LARGE_PX] = [320, 8192];
 
-/** A small picture of a drawing, with thin lines drawn so that they are seen: a data URL. */
+/** A thumbnail of a drawing, with thin lines made wide enough to be seen: a data URL. */
 export async function small(drawing) {
   const scale = SMALL_PX / Math.max(...drawing.canvas);
   return (await painted(drawing, scale, 1.5 / scale)).toDataURL("image/png");
 }
 
-/** A drawing as it is shown, with path, goals and start, as a PNG. */
+/** A drawing with path, goals and start, as a PNG. */
 export async function png(drawing) {
   const canvas = await painted(drawing, Math.min(1, LARGE_PX / Math.max(...drawing.canvas)), 0);
   return new Promise((resolve) => { canvas.toBlob(resolve, "image/png"); });
@@ -97,7 +97,7 @@ async function decoded(url) {
   return image;
 }
 
-/** The map as one picture, a photo with what was drawn on it, for the robot: black ink, JPEG. */
+/** The map as one picture for the robot, a photo with what was drawn on it: black ink, JPEG. */
 export async function flattened(drawing) {
   const canvas = picture(drawing.canvas);
   const context = canvas.getContext("2d");

@@ -1,16 +1,16 @@
-// Points and lines on the sheet. All coordinates are canvas pixels: column, row, row 0 at the top.
-// Pure: nothing here knows the browser.
+// Points and lines on the sheet. All coordinates are canvas pixels: column, row, with row 0 at the top. Pure, without access to the
+// browser.
 
-/** Distance of two points. */
+/** Distance between two points. */
 export const distance = (a, b) => Math.hypot(b[0] - a[0], b[1] - a[1]);
 
-/** The point at `t` of the way from `a` to `b`. */
+/** The point at fraction `t` from `a` to `b`. */
 export const between = (a, b, t) => [a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t];
 
 /** Distance of `p` from the segment `a`–`b`. */
 export const distanceToSegment = (p, a, b) => distance(p, nearestOn(p, a, b));
 
-/** The point of the segment `a`–`b` that is nearest to `p`. */
+/** The point on the segment `a`–`b` closest to `p`. */
 export function nearestOn(p, a, b) {
   const [dx, dy] = [b[0] - a[0], b[1] - a[1]];
   const square = dx * dx + dy * dy;
@@ -18,7 +18,7 @@ export function nearestOn(p, a, b) {
   return between(a, b, Math.min(1, Math.max(0, t)));
 }
 
-/** Distance of `p` from a line through `points`, closed where it is a polygon's. */
+/** Distance of `p` from a line through `points`, or from a polygon if `closed`. */
 export function distanceToLine(p, points, closed = false) {
   if (points.length === 1) return distance(p, points[0]);
   let least = closed ? distanceToSegment(p, points.at(-1), points[0]) : Infinity;
@@ -30,7 +30,7 @@ export function distanceToLine(p, points, closed = false) {
 
 const boxes = new WeakMap();
 
-/** The upright box around points: left, top, right, bottom; made once. */
+/** The bounding box of points: left, top, right, bottom; cached. */
 export function boxOf(points) {
   let found = boxes.get(points);
   if (!found) {
@@ -43,7 +43,7 @@ export function boxOf(points) {
   return found;
 }
 
-/** Whether `p` lies within the polygon (even-odd). */
+/** Whether `p` is inside the polygon (even-odd). */
 export function inside(p, polygon) {
   let odd = false;
   for (let i = 0, j = polygon.length - 1; i < polygon.length; j = i, i += 1) {
@@ -54,7 +54,7 @@ export function inside(p, polygon) {
   return odd;
 }
 
-/** How far it is from a point within a polygon to its edges, along its row: left, right; 0 where it is outside. */
+/** Distances from a point inside a polygon to its edges along the row: left, right; 0 if it is outside. */
 function reach(p, polygon) {
   const crossings = polygon.map((b, i) => [polygon.at(i - 1), b]).filter(([a, b]) => a[1] > p[1] !== b[1] > p[1])
     .map(([a, b]) => a[0] + ((p[1] - a[1]) / (b[1] - a[1])) * (b[0] - a[0]) - p[0]);
@@ -63,19 +63,19 @@ function reach(p, polygon) {
   return Number.isFinite(right - left) ? [-left, right] : [0, 0];
 }
 
-/** How wide a line of text may be that is centred at a point of a polygon, `height` high, and stays within. */
+/** The maximum width of a line of text of height `height` that is centred at a point of a polygon and stays inside. */
 export function roomAt([x, y], polygon, height) {
   const rows = [-0.5, 0, 0.5].flatMap((part) => reach([x, y + part * height], polygon));
   return 2 * Math.min(...rows);
 }
 
-/** Middle of the corners. */
+/** Mean of the corners. */
 export function middle(points) {
   const sum = points.reduce((s, p) => [s[0] + p[0], s[1] + p[1]], [0, 0]);
   return [sum[0] / points.length, sum[1] / points.length];
 }
 
-/** Whether a person who drew this, and then held still, meant a straight line. */
+/** Whether a stroke that ended with a pause was meant to be straight. */
 export function meantStraight(points) {
   const [first, last] = [points[0], points.at(-1)];
   const chord = distance(first, last);
@@ -84,7 +84,7 @@ export function meantStraight(points) {
   return points.every((p) => distanceToSegment(p, first, last) <= allowed);
 }
 
-/** `end` moved so that the line from `start` is level or upright where it nearly is (within 4°). */
+/** `end` moved so that the line from `start` is horizontal or vertical if it nearly is (within 4°). */
 export function squared(start, end) {
   const [dx, dy] = [Math.abs(end[0] - start[0]), Math.abs(end[1] - start[1])];
   const slope = Math.tan((4 * Math.PI) / 180);
@@ -93,10 +93,10 @@ export function squared(start, end) {
   return end;
 }
 
-/** Corners of the upright rectangle between two opposite ones. */
+/** Corners of the axis-aligned rectangle between two opposite ones. */
 export const box = (a, b) => [[a[0], a[1]], [b[0], a[1]], [b[0], b[1]], [a[0], b[1]]];
 
-/** Which parts of the segment `a`–`b`, as ranges of t, lie outside a disc. */
+/** The parts of the segment `a`–`b` outside a disc, as ranges of t. */
 function rangesOutside(a, b, center, radius) {
   const [dx, dy] = [b[0] - a[0], b[1] - a[1]];
   const [fx, fy] = [a[0] - center[0], a[1] - center[1]];
@@ -111,8 +111,8 @@ function rangesOutside(a, b, center, radius) {
 }
 
 /**
- * What an eraser's disc leaves of a line: pieces, each `{ points, values }`, cut exactly at its edge;
- * `null` where it does not touch it. `values` are numbers beside the points (pressure), or `null`.
+ * What an eraser's disc leaves of a line: pieces `{ points, values }`, cut exactly at its edge; `null` if it does not touch the
+ * line. `values` are per-point numbers (pressure), or `null`.
  */
 export function erased(points, values, center, radius) {
   if (points.length === 1) return distance(points[0], center) < radius ? [] : null;
@@ -121,8 +121,8 @@ export function erased(points, values, center, radius) {
 }
 
 /**
- * The pieces of a line that are left if of the segment before each point `i` only `ranges(i)` stay, each `[from, to]` from 0 at
- * the point before to 1. `values` are numbers beside the points, or `null`.
+ * The remaining pieces of a line if only the parts `ranges(i)` of the segment before each point `i` are kept: each part is `[from,
+ * to]`, from 0 at the previous point to 1. `values` are per-point numbers, or `null`.
  */
 export function cut(points, values, ranges) {
   const pieces = [];
@@ -144,24 +144,26 @@ export function cut(points, values, ranges) {
   return pieces.map(({ points: p, values: v }) => ({ points: p, values: values ? v : null }));
 }
 
-/** Where the lines through `a` along `u` and through `b` along `v` meet: so many times `u` from `a`; `null` if parallel. */
+/**
+ * The intersection of the lines through `a` along `u` and through `b` along `v`, as a multiple of `u` from `a`; `null` if parallel.
+ */
 export function meeting(a, u, b, v) {
   const cross = u[0] * v[1] - u[1] * v[0];
   if (Math.abs(cross) < 1e-9) return null;
   return ((b[0] - a[0]) * v[1] - (b[1] - a[1]) * v[0]) / cross;
 }
 
-/** The opposite corner moved so that the box from `a` is a square. */
+/** The opposite corner, moved so that the box from `a` is a square. */
 export function even(a, b) {
   const [dx, dy] = [b[0] - a[0], b[1] - a[1]];
   const side = Math.max(Math.abs(dx), Math.abs(dy));
   return [a[0] + side * (dx < 0 ? -1 : 1), a[1] + side * (dy < 0 ? -1 : 1)];
 }
 
-/** How many corners a curve of this length has: one every 12 px, within limits. */
+/** Number of corners for a curve of this length: one every 12 px, within limits. */
 const corners = (length, least, most) => Math.round(Math.min(most, Math.max(least, length / 12)));
 
-/** The corners of the ellipse in the upright box between two points. */
+/** The corners of the ellipse in the box between two points. */
 export function ellipse(a, b) {
   const [cx, cy] = between(a, b, 0.5);
   const [rx, ry] = [Math.abs(b[0] - a[0]) / 2, Math.abs(b[1] - a[1]) / 2];

@@ -1,17 +1,17 @@
-// The drawing as a grid of cells, wall or free: where one can get to, what one sees, which rooms there are. Pure.
+// The drawing as a grid of cells, wall or free: reachable places, visibility, rooms. Pure.
 //
-// Cells are so large that the small gaps of lines by hand are closed, and doors are open.
+// Cells are large enough to close the small gaps of lines drawn by hand, and small enough to leave doors open.
 
 import { boxOf, distance, inside } from "./geometry.js";
 
-/** How many cells the sheet's longer side has. */
+/** Number of cells along the sheet's longer side. */
 const CELLS = 256;
-/** No door is wider, as a part of the drawing's longer side: 1.3 m of 25 m. */
+/** Maximum width of a door, as a fraction of the drawing's longer side: 1.3 m of 25 m. */
 const DOOR = 1.3 / 25;
-/** Smaller rooms than this are corners: so many doors square. */
+/** Minimum area of a room, in multiples of the square of a door's width. */
 const LEAST_ROOM = 2;
 
-/** The grid of a drawing: `{ width, height, cell, walls }`, `walls` with 1 for each cell that is one, row by row. */
+/** The grid of a drawing: `{ width, height, cell, walls }`, where `walls` is 1 for each wall cell, row by row. */
 export function gridOf({ canvas, strokes, obstacles }) {
   const cell = Math.max(...canvas) / CELLS;
   const [width, height] = canvas.map((side) => Math.max(1, Math.ceil(side / cell)));
@@ -23,7 +23,7 @@ export function gridOf({ canvas, strokes, obstacles }) {
   return grid;
 }
 
-/** The cell of a point; -1 beside the sheet. */
+/** The cell of a point; -1 outside the sheet. */
 export function cellOf({ width, height, cell }, [x, y]) {
   const [column, row] = [Math.floor(x / cell), Math.floor(y / cell)];
   return column >= 0 && row >= 0 && column < width && row < height ? row * width + column : -1;
@@ -53,7 +53,7 @@ function fill(grid, polygon) {
   }
 }
 
-/** The cells beside one that share an edge with it. */
+/** The neighbours of a cell that share an edge with it. */
 function beside({ width, height }, at) {
   const column = at % width;
   const out = [];
@@ -64,7 +64,7 @@ function beside({ width, height }, at) {
   return out;
 }
 
-/** Spreads the marks of cells in `from` over all cells of `marks` that are 0 and `opens(cell)`, nearest first. */
+/** Spreads the marks of the cells in `from` to all unmarked cells of `marks` with `opens(cell)`, nearest first. */
 function spread(grid, marks, from, opens) {
   for (let i = 0; i < from.length; i += 1) {
     for (const next of beside(grid, from[i])) {
@@ -75,7 +75,7 @@ function spread(grid, marks, from, opens) {
   }
 }
 
-/** Which cells can be reached from one, as 1. */
+/** The cells reachable from a cell, as 1. */
 export function reachable(grid, from) {
   const marks = new Uint8Array(grid.walls.length);
   if (from < 0) return marks;
@@ -84,7 +84,7 @@ export function reachable(grid, from) {
   return marks;
 }
 
-/** How far it is from each cell to the nearest wall, in steps over edges. */
+/** The distance of each cell to the nearest wall, in steps across edges. */
 function clearances(grid) {
   const far = new Int32Array(grid.walls.length).fill(-1);
   const queue = [];
@@ -103,7 +103,7 @@ function clearances(grid) {
   return far;
 }
 
-/** The longer side of the box around the walls, in cells. */
+/** The longer side of the bounding box of the walls, in cells. */
 function extent({ width, walls }) {
   const box = [Infinity, Infinity, -Infinity, -Infinity];
   walls.forEach((wall, at) => {
@@ -115,7 +115,7 @@ function extent({ width, walls }) {
 }
 
 /**
- * The rooms of a grid, numbered from 1 for each cell of them: free space that is closed except for doors, and does not lie at the
+ * The rooms of a grid, each cell with its room's number from 1: free space that is closed except for doors and does not touch the
  * edge of the sheet.
  */
 export function roomsOf(grid) {
@@ -124,7 +124,7 @@ export function roomsOf(grid) {
   const rooms = new Uint16Array(grid.walls.length);
   const seeds = [];
   let count = 0;
-  // The middle of rooms: where no door is as narrow as the way to the next wall.
+  // The middle of rooms: farther from the next wall than half a door is wide.
   far.forEach((steps, at) => {
     if (rooms[at] || steps <= door / 2 + 1) return;
     count += 1;
@@ -137,7 +137,7 @@ export function roomsOf(grid) {
   return withoutOthers(grid, rooms, count, LEAST_ROOM * door * door);
 }
 
-/** Without what lies at the edge of the sheet, or is too small. */
+/** Removes rooms that touch the edge of the sheet or are too small. */
 function withoutOthers(grid, rooms, count, least) {
   const [cells, atEdge] = [new Uint32Array(count + 1), new Uint8Array(count + 1)];
   rooms.forEach((room, at) => {
@@ -147,7 +147,7 @@ function withoutOthers(grid, rooms, count, least) {
   return rooms.map((room) => (atEdge[room] || cells[room] < least ? 0 : room));
 }
 
-/** How far one sees from a point in so many directions, in cells, up to the edge of the sheet. */
+/** The distance to the next wall, or to the edge of the sheet, in equally spaced directions from a point, in cells. */
 export function seen(grid, [x, y], directions) {
   return Array.from({ length: directions }, (_, i) => {
     const angle = (2 * Math.PI * i) / directions;
@@ -159,7 +159,7 @@ export function seen(grid, [x, y], directions) {
   });
 }
 
-/** Whether one sees one point from another. */
+/** Whether two points see each other. */
 export function sees(grid, a, b) {
   const steps = Math.ceil((2 * distance(a, b)) / grid.cell);
   for (let k = 0; k <= steps; k += 1) {

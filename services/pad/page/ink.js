@@ -1,23 +1,23 @@
-// A stroke as lines of ink: a pen that presses harder draws wider. The robot is sent the middle line and
-// one width for the stroke, so pressure is for the eye.
+// A stroke as lines of ink: more pressure gives a wider line. The robot is sent the centre line and one width per stroke, so
+// pressure is only visual.
 
-/** How many widths a stroke may have: neighbours of one width are drawn as one line. */
+/** Number of widths in a stroke: adjacent segments of equal width are drawn as one line. */
 const WIDTHS = 8;
 const runs = new WeakMap();
 
-/** Width at a pressure of 0 to 1; half pressure, or none to tell, is the pen's own width. */
+/** Width at a pressure of 0 to 1; at half pressure, or without a pressure, it is the pen's own width. */
 export function widthAt(width_px, pressure) {
   return pressure === null || pressure === undefined ? width_px : width_px * (0.5 + pressure);
 }
 
-/** The width of a segment between two points, in steps. */
+/** The width of the segment before point `i`, in steps. */
 function segmentWidth(stroke, i) {
   if (!stroke.pressure) return stroke.width_px;
   const pressure = (stroke.pressure[i - 1] + stroke.pressure[i]) / 2;
   return widthAt(stroke.width_px, Math.round(pressure * WIDTHS) / WIDTHS);
 }
 
-/** The lines of a stroke: `{ width, path }`, made once. */
+/** The lines of a stroke: `{ width, path }`, cached. */
 export function inkRuns(stroke) {
   if (!runs.has(stroke)) runs.set(stroke, makeRuns(stroke));
   return runs.get(stroke);
@@ -40,7 +40,7 @@ function makeRuns(stroke) {
   return lines;
 }
 
-/** A tap of the pen: a line of no length has no caps, one of a hair's length has. */
+/** A tap of the pen: a line of length zero has no caps, so it gets a tiny length. */
 function dot([x, y], width) {
   const path = new Path2D();
   path.moveTo(x, y);

@@ -1,20 +1,24 @@
-// What can be selected on the sheet: strokes, obstacles, texts, route, goals, start, all handled alike. Pure functions on drawings.
+// What can be selected on the sheet: strokes, obstacles, texts, route, goals and start, all handled alike. Pure functions on
+// drawings.
 //
-// A key names an item: its kind and its place among those of its kind, as in `strokes:3`. Keys hold until items are added before
-// it or removed. Strokes and obstacles with the same `group`, a number from 1, are selected together.
+// A key names an item by its kind and its index among items of this kind, as in `strokes:3`. Keys stay valid until an item is added
+// before it or removed. Strokes and obstacles with the same `group`, a number from 1, are selected together.
 
 import { boxOf, distance, distanceToLine, inside } from "./geometry.js";
 import { rounded } from "./model.js";
 
 /** Kinds from the bottom of the sheet to the top. */
 const KINDS = ["strokes", "obstacles", "labels", "route", "goals", "start"];
-/** Kinds of which a drawing has a list; it has at most one of the others. */
+/** Kinds of which a drawing has a list; of the others it has at most one. */
 const LISTS = new Set(["strokes", "obstacles", "labels", "goals"]);
-/** Sizes of marks, screen pixels: the radii of a goal and of a start, the length of a start's arrow, the width of a route, the height of a text. */
+/**
+ * Sizes of marks, screen pixels: radius of a goal, radius of a start, length of a start's arrow, width of a route, height of a
+ * text.
+ */
 export const MARK_PX = { goal: 13, start: 9, arrow: 34, route: 6, text: 16 };
-/** Width of a character of a text, as a part of its height. */
+/** Width of a character of a text, as a fraction of its height. */
 const LETTER = 0.55;
-/** How far a line by hand may be from the simplified one, as a part of its width. */
+/** Maximum distance between a freehand line and its simplified form, as a fraction of its width. */
 const FLAT = 0.5;
 
 const kindOf = (key) => key.split(":")[0];
@@ -23,7 +27,7 @@ const place = (key) => {
   return [kind, Number(index)];
 };
 
-/** The item of a key, `undefined` or `null` if there is none. */
+/** The item of a key; `undefined` or `null` if there is none. */
 export function itemOf(drawing, key) {
   const [kind, index] = place(key);
   return LISTS.has(kind) ? drawing[kind][index] : drawing[kind];
@@ -37,7 +41,7 @@ export function allKeys(drawing) {
   });
 }
 
-/** Whether two drawings have as many items of each kind, so that keys mean the same in both. */
+/** Whether two drawings have the same number of items of each kind, so that keys mean the same in both. */
 export function sameItems(a, b) {
   const count = (drawing, kind) => (LISTS.has(kind) ? drawing[kind].length : Number(Boolean(drawing[kind])));
   return KINDS.every((kind) => count(a, kind) === count(b, kind));
@@ -58,16 +62,16 @@ function withPointsIn(kind, item, points) {
 /** The points of an item. */
 export const pointsOf = (drawing, key) => pointsIn(kindOf(key), itemOf(drawing, key));
 
-/** Whether an item's last point is joined with its first. */
+/** Whether an item's last point is joined to its first. */
 export const isClosed = (key) => kindOf(key) === "obstacles";
 
-/** Whether an item is a mark: it has a place, but no extent. */
+/** Whether an item is a mark, with a place but no extent. */
 export const isMark = (key) => /^(labels|goals|start)/.test(key ?? "");
 
-/** Whether an item has a text that can be changed. */
+/** Whether an item has an editable text. */
 export const hasText = (key) => /^(labels|obstacles)/.test(key ?? "");
 
-/** What an item is, in words. */
+/** The name of an item for the user. */
 export function nameOf(drawing, key) {
   const [kind, index] = place(key);
   if (kind === "obstacles") return drawing.obstacles[index].label || "Obstacle";
@@ -75,10 +79,10 @@ export function nameOf(drawing, key) {
   return { strokes: "Wall", route: "Path", goals: `Goal ${index + 1}`, start: "Start" }[kind];
 }
 
-/** Whether an item has points that can be edited one by one. */
+/** Whether an item's points can be edited individually. */
 export const hasPoints = (key) => ["strokes", "obstacles", "route"].includes(kindOf(key));
 
-/** With each of these items changed by `change(item, kind, key)`; one that becomes `null` is removed. */
+/** Replaces each of these items by `change(item, kind, key)`; an item that becomes `null` is removed. */
 export function withItems(drawing, keys, change) {
   const chosen = new Set(keys);
   const next = { ...drawing };
@@ -91,12 +95,12 @@ export function withItems(drawing, keys, change) {
   return next;
 }
 
-/** Without these items. */
+/** The drawing without these items. */
 export const without = (drawing, keys) => withItems(drawing, keys, () => null);
 
 const wrapped = (degrees) => Math.round((degrees - 360 * Math.round(degrees / 360)) * 10) / 10;
 
-/** With these items moved, turned or scaled: a transform of transform.js. */
+/** The drawing with these items moved, rotated or scaled by a transform of transform.js. */
 export function transformed(drawing, keys, { map, turn_deg }) {
   return withItems(drawing, keys, (item, kind) => {
     const next = withPointsIn(kind, item, pointsIn(kind, item).map((p) => rounded(map(p))));
@@ -105,17 +109,17 @@ export function transformed(drawing, keys, { map, turn_deg }) {
   });
 }
 
-// ---------------------------------------------------------------------------- where they are
+// ---------------------------------------------------------------------------- geometry of items
 
-/** The box around two boxes. */
+/** The union of two boxes. */
 export const union = (a, b) => [Math.min(a[0], b[0]), Math.min(a[1], b[1]), Math.max(a[2], b[2]), Math.max(a[3], b[3])];
 
-/** The box around the points of items, `null` if there are none. */
+/** The bounding box of the points of items; `null` if there are none. */
 export const boxAround = (drawing, keys) => (
   [...keys].map((key) => boxOf(pointsOf(drawing, key))).reduce((a, b) => (a ? union(a, b) : b), null)
 );
 
-/** The tip of a start's arrow; `px` is a screen pixel in sheet pixels. */
+/** The tip of a start's arrow; `px` is the size of a screen pixel in sheet pixels. */
 export function tipOf({ at, heading_deg }, px) {
   const angle = (-heading_deg * Math.PI) / 180;
   return [at[0] + MARK_PX.arrow * px * Math.cos(angle), at[1] + MARK_PX.arrow * px * Math.sin(angle)];
@@ -124,10 +128,10 @@ export function tipOf({ at, heading_deg }, px) {
 /** Half the width and half the height of a text. */
 const halvesOf = ({ text }, px) => [(MARK_PX.text / 2) * px * Math.max(1, LETTER * text.length), (MARK_PX.text / 2) * px];
 
-/** How far what is drawn of an item may be from the box around its points. */
+/** How far an item may extend beyond the bounding box of its points. */
 const extentOf = (kind, item, px) => (kind === "labels" ? halvesOf(item, px)[0] : Math.max(item.width_px ?? 0, MARK_PX.arrow * px));
 
-/** How far `p` is from what is drawn of an item; 0 on it. */
+/** Distance of `p` from an item as drawn; 0 on it. */
 function distanceFrom(kind, item, p, px) {
   if (kind === "obstacles") return inside(p, item.polygon) ? 0 : distanceToLine(p, item.polygon, true);
   if (kind === "labels") {
@@ -144,8 +148,8 @@ function distanceFrom(kind, item, p, px) {
 }
 
 /**
- * The key of the item at `p`: the topmost that is drawn there, or else the nearest within `reach`; `null` if there is none.
- * `px` is a screen pixel in sheet pixels.
+ * The key of the item at `p`: the topmost one drawn there, or else the closest within `reach`; `null` if there is none. `px` is the
+ * size of a screen pixel in sheet pixels.
  */
 export function itemAt(drawing, p, reach, px) {
   let [best, least] = [null, reach];
@@ -162,7 +166,7 @@ export function itemAt(drawing, p, reach, px) {
   return best;
 }
 
-/** The keys of the items that lie within a box whole. */
+/** The keys of the items that lie entirely within a box. */
 export function keysWithin(drawing, [left, top, right, bottom]) {
   return allKeys(drawing).filter((key) => {
     const box = boxOf(pointsOf(drawing, key));
@@ -182,18 +186,18 @@ export function withGroups(drawing, keys) {
   return groups.size ? allKeys(drawing).filter((key) => keys.includes(key) || groups.has(groupOf(drawing, key))) : [...keys];
 }
 
-/** With these strokes and obstacles as a group; marks belong to the path and stay by themselves. */
+/** The drawing with these strokes and obstacles grouped; marks belong to the path and are not grouped. */
 export function grouped(drawing, keys) {
   const group = newGroup(drawing);
   return withItems(drawing, keys.filter(isGroupable), (item) => ({ ...item, group }));
 }
 
-/** With the groups of these items dissolved. */
+/** The drawing with the groups of these items removed. */
 export function ungrouped(drawing, keys) {
   return withItems(drawing, keys.filter((key) => groupOf(drawing, key)), ({ group, ...item }) => item);
 }
 
-/** What moves as one when items are aligned: lists of keys, one for each group and for each item without one. */
+/** What moves as one when items are aligned: lists of keys, one for each group and one for each ungrouped item. */
 function units(drawing, keys) {
   const byGroup = new Map();
   for (const key of keys) {
@@ -203,20 +207,20 @@ function units(drawing, keys) {
   return [...byGroup.values()];
 }
 
-/** How many groups, and items without one, there are among these. */
+/** Number of groups and ungrouped items among these. */
 export const unitCount = (drawing, keys) => units(drawing, keys).length;
 
 // ---------------------------------------------------------------------------- copies
 
 /**
- * With copies of items, moved by `[dx, dy]`: `{ drawing, keys }`, the keys of the copies. A drawing has only one route and one
- * start, so they are not copied. Copies of a group are a group of their own; the copy of a goal comes last and has no name.
+ * The drawing with copies of items, moved by `[dx, dy]`: `{ drawing, keys }`, with the keys of the copies. A drawing has only one
+ * route and one start, so these are not copied. Copies of a group form a new group; the copy of a goal comes last and has no name.
  */
 export function duplicated(drawing, keys, by) {
   return withCopies(drawing, copied(drawing, keys), by);
 }
 
-/** As `duplicated`, of items `{ kind, item }` from whatever drawing. */
+/** Like `duplicated`, for items `{ kind, item }` of any drawing. */
 export function withCopies(drawing, items, [dx, dy]) {
   const next = { ...drawing };
   const [groups, made] = [new Map(), []];
@@ -235,12 +239,12 @@ export function withCopies(drawing, items, [dx, dy]) {
   return { drawing: made.length ? next : drawing, keys: made };
 }
 
-/** Items as they are kept to be pasted. */
+/** Items in the form in which they are kept for pasting. */
 export const copied = (drawing, keys) => [...keys].map((key) => ({ kind: kindOf(key), item: itemOf(drawing, key) }));
 
 // ---------------------------------------------------------------------------- order on the sheet
 
-/** What `aligned` does: the axis, and which part of the box, from 0 for the left or top to 1. */
+/** Parameters of `aligned`: the axis, and the position in the box, from 0 for the left or top to 1. */
 export const SIDES = { left: [0, 0], center: [0, 0.5], right: [0, 1], top: [1, 0], middle: [1, 0.5], bottom: [1, 1] };
 
 function shifted(drawing, keys, axis, by) {
@@ -248,7 +252,7 @@ function shifted(drawing, keys, axis, by) {
   return transformed(drawing, keys, { map, turn_deg: 0 });
 }
 
-/** With items aligned at a side of the box around them all. */
+/** The drawing with items aligned at a side of their common bounding box. */
 export function aligned(drawing, keys, side) {
   const [axis, part] = SIDES[side];
   const at = (box) => box[axis] + part * (box[axis + 2] - box[axis]);
@@ -256,7 +260,7 @@ export function aligned(drawing, keys, side) {
   return units(drawing, keys).reduce((next, unit) => shifted(next, unit, axis, line - at(boxAround(drawing, unit))), drawing);
 }
 
-/** With equal gaps between items along an axis, 0 or 1; the first and the last stay. */
+/** The drawing with equal gaps between items along an axis, 0 or 1; the first and the last stay in place. */
 export function distributed(drawing, keys, axis) {
   const list = units(drawing, keys).map((unit) => ({ unit, box: boxAround(drawing, unit) }));
   list.sort((a, b) => a.box[axis] - b.box[axis]);
@@ -274,15 +278,15 @@ export function distributed(drawing, keys, axis) {
 
 // ---------------------------------------------------------------------------- points
 
-/** The fewest points of an item. */
+/** Minimum number of points of an item. */
 const least = (key) => ({ obstacles: 3, route: 2 }[kindOf(key)] ?? 1);
 
-/** With one point of an item elsewhere. */
+/** The drawing with one point of an item moved. */
 export const withPointAt = (drawing, key, index, at) => (
   withItems(drawing, [key], (item, kind) => withPointsIn(kind, item, pointsIn(kind, item).with(index, rounded(at))))
 );
 
-/** With one point more in an item, before the point `index`. */
+/** The drawing with a point added to an item, before the point `index`. */
 export function withPointMore(drawing, key, index, at) {
   return withItems(drawing, [key], (item, kind) => {
     const next = withPointsIn(kind, item, pointsIn(kind, item).toSpliced(index, 0, rounded(at)));
@@ -292,7 +296,7 @@ export function withPointMore(drawing, key, index, at) {
   });
 }
 
-/** With one point less in an item; without the item if too few would be left. */
+/** The drawing with a point of an item removed; the item is removed if too few would be left. */
 export function withPointLess(drawing, key, index) {
   if (pointsOf(drawing, key).length <= least(key)) return without(drawing, [key]);
   return withItems(drawing, [key], (item, kind) => keepPoints(item, kind, pointsIn(kind, item).map((_, i) => i !== index)));
@@ -303,7 +307,7 @@ function keepPoints(item, kind, keeps) {
   return item.pressure ? { ...next, pressure: item.pressure.filter((_, i) => keeps[i]) } : next;
 }
 
-/** With only those points of items that their form needs: a line by hand becomes one of a few points (Douglas and Peucker 1973). */
+/** The drawing with unnecessary points of items removed: a freehand line is reduced to a few points (Douglas and Peucker 1973). */
 export function simplified(drawing, keys) {
   return withItems(drawing, keys.filter(hasPoints), (item, kind, key) => {
     const points = pointsIn(kind, item);
@@ -312,7 +316,7 @@ export function simplified(drawing, keys) {
   });
 }
 
-/** Which points a line needs to stay within `off` of all of them. */
+/** The points that a line needs to stay within `off` of all others. */
 function needed(points, off) {
   const keeps = points.map((_, i) => i === 0 || i === points.length - 1);
   const spans = [[0, points.length - 1]];
@@ -330,7 +334,7 @@ function needed(points, off) {
   return keeps;
 }
 
-/** The point of an item within `reach` of `p`, the nearest; -1 if there is none. */
+/** The point of an item closest to `p` within `reach`; -1 if there is none. */
 export function pointAt(drawing, key, p, reach) {
   let [best, least_] = [-1, reach];
   pointsOf(drawing, key).forEach((q, i) => {
@@ -340,7 +344,7 @@ export function pointAt(drawing, key, p, reach) {
   return best;
 }
 
-/** Before which point of an item a new one at `p` belongs; -1 if its line is farther than `reach`. */
+/** The index at which a new point at `p` is inserted into an item; -1 if its line is farther than `reach`. */
 export function placeAt(drawing, key, p, reach) {
   const points = pointsOf(drawing, key);
   let [best, least_] = [-1, reach];

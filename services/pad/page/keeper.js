@@ -1,23 +1,23 @@
-// Keeps what is on the sheet without being asked: in the library (shelf.js), and for this page over a reload.
+// Saves the sheet automatically: to the library (shelf.js), and for this page across a reload.
 //
-// A drawing carries the `id` of its entry in the library. Steps of undo lead back to drawings with their own ids, so each is kept in
-// its own place.
+// A drawing has the `id` of its entry in the library. Undo may lead back to drawings with other ids, so each is saved to its own
+// entry.
 
 import { fromText, isBlank, sketchBody, toText } from "./model.js";
 import { newId } from "./shelf.js";
 
-/** A change is kept within this time, milliseconds. */
+/** Maximum delay before a change is saved, milliseconds. */
 const KEEP_MS = 400;
-/** What this page keeps over a reload: the text of the drawing, and `{ id, stamp, name, saved }` of its entry. */
+/** What this page keeps across a reload: the text of the drawing, and `{ id, stamp, name, saved }` of its entry. */
 const OF_PAGE = ["draft", "kept"];
-/** What a page that was closed left to the next one: an entry as `Shelf.save` takes it, by its id. */
+/** What a closed page leaves to the next one: an entry in the format of `Shelf.save`, by its id. */
 const LEFT = "left:";
-/** The id of the entry that was on a sheet last, of any page. */
+/** The id of the entry that was on a sheet last, in any page. */
 const SHEET = "sheet";
-/** Of a drawing that is not known. */
+/** For an unknown drawing. */
 const UNKNOWN = { drawing: null, stamp: null, name: null };
 
-/** A drawing as a new one, of which nothing is in the library. */
+/** A drawing as a new one, with no entry in the library yet. */
 export const begun = (drawing) => ({ ...drawing, id: newId() });
 
 export class Keeper {
@@ -29,13 +29,13 @@ export class Keeper {
   #saving = Promise.resolve();
   #failed = false;
   #resumed = false;
-  /** By the id that a drawing carries: `{ drawing, id, stamp, name }`, what was kept last, and as which entry. */
+  /** By the id of a drawing: `{ drawing, id, stamp, name }`, the last saved version and its entry. */
   #kept = new Map();
 
-  /** The host has `keeps()` (whether what is drawn here belongs in the library), `say(words, bad)`, `named(name)`. */
+  /** The host has `keeps()` (whether the current drawing belongs in the library), `say(words, bad)`, `named(name)`. */
   constructor(shelf, host) {
     [this.#shelf, this.#host] = [shelf, host];
-    // A page that is hidden may never come back.
+    // A hidden page may never be shown again.
     document.addEventListener("visibilitychange", () => document.hidden && this.#leave());
     window.addEventListener("pagehide", () => this.#leave());
   }
@@ -44,7 +44,7 @@ export class Keeper {
     return this.#kept.get(drawing.id) ?? { ...UNKNOWN, id: drawing.id };
   }
 
-  /** The drawing that was on this page before it was loaded again; `null` if there is none. */
+  /** The drawing that was on this page before a reload; `null` if there is none. */
   reloaded() {
     try {
       const { id, stamp, name, saved } = JSON.parse(sessionStorage.getItem("kept"));
@@ -56,7 +56,7 @@ export class Keeper {
     }
   }
 
-  /** The drawing that was on a sheet last; `null` if there is none, or something is on this one already. Once. */
+  /** The drawing that was on a sheet last; `null` if there is none, if this sheet is not blank, or on a second call. */
   async resumed(drawing) {
     if (this.#resumed) return null;
     this.#resumed = true;
@@ -65,12 +65,12 @@ export class Keeper {
       const latest = isBlank(drawing) && await this.#latest();
       return latest ? this.#opened(latest) : null;
     } catch {
-      // What is drawn next says why.
+      // The next save reports the cause.
       return null;
     }
   }
 
-  /** Takes in what pages left that were closed before it was in the library. */
+  /** Saves what pages left behind that were closed before it reached the library. */
   async #rescue() {
     for (const key of Object.keys(localStorage).filter((name) => name.startsWith(LEFT))) {
       const left = JSON.parse(localStorage.getItem(key));
@@ -79,14 +79,14 @@ export class Keeper {
     }
   }
 
-  /** The entry that was on a sheet last, or was changed last. */
+  /** The entry that was on a sheet last, or else the most recently changed one. */
   async #latest() {
     const entries = (await this.#shelf.list()).filter(({ gone }) => !gone);
     const latest = entries.find(({ id }) => id === localStorage.getItem(SHEET)) ?? entries[0];
     return latest ? this.#shelf.open(latest.id) : null;
   }
 
-  /** A drawing of the library. Throws an `Error` if it cannot be read. */
+  /** Opens a drawing of the library. Throws an `Error` if it cannot be read. */
   async open(id) {
     return this.#opened(await this.#shelf.open(id));
   }
@@ -98,7 +98,7 @@ export class Keeper {
     return drawing;
   }
 
-  /** A drawing that the robot has: kept when it is changed, or as the latest of the library if that is the same map. */
+  /** A drawing from the robot: saved once it is changed, or opened as the latest of the library if that is the same map. */
   async taken(drawing) {
     const latest = await this.#latest().catch(() => null);
     if (latest && sketchBody(fromText(latest.text)) === sketchBody(drawing)) return this.#opened(latest);
@@ -119,25 +119,25 @@ export class Keeper {
     return this.#of(drawing).id;
   }
 
-  /** What a drawing is called; `drawing` before it is kept. */
+  /** The name of a drawing; `drawing` before it is saved. */
   nameOf(drawing) {
     return this.#of(drawing).name ?? "drawing";
   }
 
-  /** An entry has another name, or was changed here: the drawings that were kept as it follow. */
+  /** An entry was renamed, or changed on this page: updates the drawings that were saved to it. */
   follow({ id, name, changed }) {
     for (const kept of this.#kept.values()) if (kept.id === id) Object.assign(kept, { name, stamp: changed });
     if (this.#last) this.#host.named(this.#of(this.#last).name);
   }
 
-  /** Nothing of the drawing is left to this page when it is loaded again. */
+  /** Removes the drawing from what this page restores after a reload. */
   forget() {
     clearTimeout(this.#timer);
     this.#last = null;
     OF_PAGE.forEach((key) => sessionStorage.removeItem(key));
   }
 
-  /** The sheet shows this now. It is kept soon; another drawing, and the one that it takes the place of, at once. */
+  /** The sheet now shows this drawing. It is saved shortly; a different drawing, and the one that it replaces, immediately. */
   changed(drawing) {
     const isOther = this.#last?.id !== drawing.id;
     if (isOther) this.keep();
@@ -147,7 +147,7 @@ export class Keeper {
     this.#host.named(this.#of(drawing).name);
   }
 
-  /** Keeps what is on the sheet. */
+  /** Saves the drawing on the sheet. */
   keep() {
     clearTimeout(this.#timer);
     this.#timer = 0;
@@ -162,7 +162,7 @@ export class Keeper {
     return this.#saving;
   }
 
-  /** Whether a drawing belongs in the library and is not there as it is. */
+  /** Whether a drawing belongs in the library and its current version has not been saved. */
   #isDue(drawing) {
     const { drawing: known, stamp } = this.#of(drawing);
     return known !== drawing && this.#host.keeps() && !(stamp === null && isBlank(drawing));
@@ -179,7 +179,7 @@ export class Keeper {
     if (this.#ofPage === drawing) this.#keepForPage(drawing, null);
   }
 
-  /** The page may be closed before a transaction ends: what is due is left to the next page, which is done when this returns. */
+  /** The page may be closed before a transaction ends: unsaved changes are left to the next page, synchronously. */
   #leave() {
     const drawing = this.#last;
     if (drawing && this.#isDue(drawing)) {
@@ -187,13 +187,13 @@ export class Keeper {
       try {
         localStorage.setItem(LEFT + id, JSON.stringify({ id, stamp, name, text: toText(drawing) }));
       } catch {
-        // Photos may be larger than this store.
+        // Photos may exceed this store's quota.
       }
     }
     this.keep();
   }
 
-  /** For this page alone. `text` is `null` if only the entry has changed. */
+  /** Saves for this page only. `text` is `null` if only the entry has changed. */
   #keepForPage(drawing, text) {
     const { drawing: known, id, stamp, name } = this.#of(drawing);
     this.#ofPage = drawing;
@@ -202,12 +202,12 @@ export class Keeper {
       sessionStorage.setItem("kept", JSON.stringify({ id, stamp, name, saved: known === drawing }));
       if (text !== null) sessionStorage.setItem("draft", text);
     } catch {
-      // Photos may be larger than this store: the page then takes the drawing from the library.
+      // Photos may exceed this store's quota: the page then takes the drawing from the library.
       sessionStorage.removeItem("draft");
     }
   }
 
-  /** Says once that drawings are not kept. */
+  /** Reports once that drawings are not saved. */
   #trouble(error) {
     if (this.#failed) return;
     this.#failed = true;

@@ -1,5 +1,4 @@
-// The keyboard: a key for each tool, and a crosshair that draws, so that a hand that holds no pen can do
-// what a pen can.
+// The keyboard: a key for each tool, and a crosshair that draws, so that everything a pen can do also works without one.
 
 import { onScreen, onSheet } from "./view.js";
 
@@ -8,7 +7,7 @@ const TOOL_KEYS = {
   r: "path", g: "goal", s: "start", m: "hand",
 };
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
-/** What is done with what is selected, by its key: methods of Selection. With Ctrl or the command key, with Alt, and without. */
+/** Actions on the selection by key: methods of Selection. With Ctrl or the command key, with Alt, and without. */
 const WITH_CTRL = { a: ["selectAll"], d: ["duplicate"] };
 const WITH_CTRL_SHIFT = {
   ArrowLeft: ["align", "left"], ArrowRight: ["align", "right"], ArrowUp: ["align", "top"], ArrowDown: ["align", "bottom"],
@@ -17,22 +16,23 @@ const WITH_ALT = { KeyH: ["distribute", 0], KeyV: ["distribute", 1] };
 const PLAIN = {
   Delete: ["remove"], Backspace: ["remove"], Insert: ["insert"], i: ["insert"], n: ["step", 1], N: ["step", -1], f2: ["label"],
 };
-/** Degrees of a turn by a key, and with Shift; screen pixels of a move or of a change of size, and with Shift. */
+/** Degrees of a rotation by key, and with Shift; screen pixels of a move or resize, and with Shift. */
 const [TURN_DEG, FINE_DEG] = [15, 1];
 const [NUDGE_PX, FAR_PX] = [1, 5];
-/** Steps of the crosshair, screen pixels; with Shift the fine one. */
+/** Steps of the crosshair, screen pixels; the fine one with Shift. */
 const [STEP_PX, FINE_PX] = [16, 2];
 
-/** Whether keys belong to somebody who writes. */
+/** Whether keys are meant for a text field. */
 export const writes = (element) => element.matches("input, textarea, select");
 
 /**
- * Binds the shortcuts. `does` has `tool(name)`, `undo()`, `redo()`, `zoom(factor)`, `fit()`, `help()`, `library()`, `save()`, `abort()`
- * (answers whether there was something to stop), `letGo()`, `selecting()` (the selection, while the tool that selects is in hand).
+ * Binds the shortcuts. `does` has `tool(name)`, `undo()`, `redo()`, `zoom(factor)`, `fit()`, `help()`, `library()`, `save()`,
+ * `abort()` (returns whether there was something to stop), `letGo()`, `selecting()` (the selection, while the select tool is
+ * active).
  */
 export function shortcuts(does) {
   document.addEventListener("keydown", (event) => {
-    // Stopping the robot comes before whatever else Escape may mean.
+    // Stopping the robot takes precedence over every other meaning of Escape.
     if (event.key === "Escape" && does.abort()) return;
     if (writes(event.target)) return;
     const key = event.key.toLowerCase();
@@ -52,10 +52,10 @@ export function shortcuts(does) {
   });
 }
 
-/** Whether a key meant what is selected, and did it. */
+/** Handles a key of the selection; returns whether it was one. */
 function selects(event, key, does) {
   const ctrl = event.ctrlKey || event.metaKey;
-  // To select everything takes the tool.
+  // "Select all" switches to the select tool.
   if (ctrl && !event.shiftKey && !does.selecting() && key === "a") does.tool("select");
   const selection = does.selecting();
   if (!selection) return false;
@@ -79,12 +79,12 @@ function act(event, action) {
   action();
 }
 
-/** The crosshair on the sheet's element. The listener is that of the pointers. */
+/** The crosshair on the sheet's element, which feeds the listener of the pointers. */
 export class Crosshair {
   #at = null;
   #down = false;
 
-  /** `selecting()`: the selection, while the tool that selects is in hand: arrows move it, and the crosshair if there is none. */
+  /** `selecting()`: the selection, while the select tool is active: arrow keys move it, or the crosshair if there is none. */
   constructor(element, mark, sheet, listener, close, selecting) {
     Object.assign(this, { element, mark, sheet, listener });
     element.addEventListener("keydown", (event) => {
@@ -99,14 +99,14 @@ export class Crosshair {
     element.addEventListener("blur", () => this.hide());
   }
 
-  /** Away, and what it was drawing is dropped. */
+  /** Hides it and drops what it was drawing. */
   hide() {
     if (this.#down) this.listener.cancel();
     this.#down = false;
     this.mark.hidden = true;
   }
 
-  /** Where it is on the screen after the view has changed. */
+  /** Updates its place on the screen after the view has changed. */
   place() {
     if (!this.#at) return;
     const [x, y] = onScreen(this.sheet.view, this.#at);

@@ -1,4 +1,4 @@
-// The library of drawings on the page: a card for each, to open, rename, duplicate and delete it.
+// The library of drawings on the page: a card for each drawing, to open, rename, duplicate and delete it.
 
 import { small } from "./files.js";
 import { fromText } from "./model.js";
@@ -6,7 +6,7 @@ import { fromText } from "./model.js";
 const at = (id) => document.getElementById(id);
 const [DAY, MOMENT] = [{ day: "numeric", month: "short" }, { hour: "2-digit", minute: "2-digit" }];
 
-/** A time as a person says it: today's hour, this year's day, or the date. */
+/** A time in its shortest form: the time for today, the day for this year, or the date. */
 export function when(ms, now = Date.now()) {
   const [then, today] = [new Date(ms), new Date(now)];
   const said = (options) => new Intl.DateTimeFormat("en-GB", options).format(then);
@@ -37,9 +37,9 @@ export class Library {
     [this.#shelf, this.#host] = [shelf, host];
     const dialog = at("library");
     dialog.addEventListener("close", () => this.#does(() => this.#shelf.sweep()));
-    // Keys of the sheet are not meant while a drawing is chosen.
+    // The sheet's shortcuts are off while the dialog is open.
     dialog.addEventListener("keydown", (event) => event.key !== "Escape" && event.stopPropagation());
-    // A tap beside the dialog closes it.
+    // A tap outside the dialog closes it.
     dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());
     at("library-close").addEventListener("click", () => dialog.close());
   }
@@ -60,7 +60,7 @@ export class Library {
     for (const entry of entries) await this.#picture(entry);
   }
 
-  /** Does something with the library, and says what went wrong. */
+  /** Runs an action on the library and reports an error. */
   async #does(work) {
     try {
       at("library-error").textContent = "";
@@ -98,7 +98,7 @@ export class Library {
     return card;
   }
 
-  /** Shows a card by what its drawing is called, and whether it was deleted. */
+  /** Updates a card's name and whether it is deleted. */
   #mark(card, { name, gone }) {
     card.classList.toggle("gone", gone);
     card.querySelector(".drawing").ariaLabel = `Open “${name}”`;
@@ -125,7 +125,7 @@ export class Library {
     });
   }
 
-  /** Makes the picture of a drawing that has changed since there was one. */
+  /** Draws a new picture of a drawing that has changed since the last one. */
   async #picture({ id, changed, picture }) {
     if (picture?.changed === changed) return;
     const kept = await this.#shelf.open(id);

@@ -1,19 +1,19 @@
-// The link to the server: a WebSocket that connects again by itself, and requests with words for what
-// went wrong. Knows nothing of drawings.
+// The link to the server: a WebSocket that reconnects by itself, and requests with readable error messages. Independent of
+// drawings.
 
-/** Pauses between attempts to connect, milliseconds; the last one is kept. */
+/** Delays between connection attempts, milliseconds; the last one is repeated. */
 const PAUSES_MS = [250, 500, 1000, 2000, 4000];
 const PING_MS = 2000;
-/** A link that says nothing for so long is dead, whatever the browser believes. */
+/** A link that is silent for this long is dead, whatever the browser reports. */
 const SILENT_MS = 6000;
-/** How long a link may take to come back until what was sent on it is given up, and how often it is sent. */
+/** How long a link may take to come back before a request is given up, and how many times it is sent. */
 const BACK_MS = 60000;
 const ATTEMPTS = 5;
 
-/** The pause before the attempt `n`, counted from 0. */
+/** The delay before attempt `n`, counted from 0. */
 export const pauseMs = (n) => PAUSES_MS[Math.min(n, PAUSES_MS.length - 1)];
 
-/** Takes the token out of the address bar, where it would be seen, copied and kept. */
+/** Removes the token from the address bar, where it would be visible, copied and stored. */
 export function takeToken(place = window.location, store = window.sessionStorage) {
   const query = new URLSearchParams(place.search);
   const token = query.get("token");
@@ -42,12 +42,12 @@ export class Link {
   #listener;
   #waiting = new Set();
   #hellos = 0;
-  /** Round trip, milliseconds, `null` before the first. */
+  /** Round-trip time, milliseconds; `null` before the first. */
   latencyMs = null;
   up = false;
-  /** Whether an attempt to connect has failed. */
+  /** Whether a connection attempt has failed. */
   failed = false;
-  /** Why the server does not let this page in, in its words; `null` where it does, or says nothing. */
+  /** The server's reason for refusing this page; `null` if it accepts the page or gives none. */
   refusal = null;
 
   /** The listener has `changed()`, `hello(h)`, `feed(f)`. */
@@ -72,7 +72,7 @@ export class Link {
     const scheme = window.location.protocol === "https:" ? "wss" : "ws";
     const socket = new WebSocket(`${scheme}://${window.location.host}/ws?${this.#query()}`);
     this.#socket = socket;
-    // A sign of life while a long hello comes in.
+    // Keeps the connection alive while a long hello arrives.
     socket.onopen = () => socket === this.#socket && this.#ping();
     socket.onmessage = (event) => this.#take(socket, event.data);
     socket.onclose = () => this.#lost(socket);
@@ -120,7 +120,7 @@ export class Link {
     this.#listener.changed();
   }
 
-  /** A browser does not tell why a WebSocket was refused; the server does. */
+  /** The browser does not report why a WebSocket was refused; the server does. */
   async #askWhy() {
     try {
       const response = await fetch(`/api/seat?${this.#query()}`, { headers: this.#headers() });
@@ -162,12 +162,12 @@ export class Link {
     return true;
   }
 
-  /** Tells the server that a feed was drawn, so that the next may come. */
+  /** Tells the server that a feed was drawn, so that it sends the next one. */
   seen(n) {
     this.#send({ seen: n });
   }
 
-  /** Stops the robot: by the socket that is open already, and by a request of its own where it is not. */
+  /** Stops the robot: through the open socket, or by a request if there is none. */
   async abort() {
     if (!this.#send({ abort: true })) await this.post("/api/order", JSON.stringify({ order: "abort" }));
   }
@@ -179,7 +179,7 @@ export class Link {
     return headers;
   }
 
-  /** Sends a body; the answer, or an `Error` with the server's words, or `unheard` where none came. */
+  /** Posts a body. Returns the answer; throws an `Error` with the server's message, or with `unheard` if no answer came. */
   async post(path, body, type = "application/json", more = {}) {
     let response;
     let answer;
@@ -195,8 +195,8 @@ export class Link {
   }
 
   /**
-   * Sends a body as `post` does, until it is answered: where the link breaks on the way, it is sent again by the
-   * same name when the link is back, and the server takes it over once. `broken` is told of each time.
+   * Posts a body like `post`, until it is answered: if the link breaks meanwhile, the body is sent again under the same name once
+   * the link is back, and the server handles it once. `broken` is called each time.
    */
   async send(path, body, type, broken) {
     const name = Array.from(crypto.getRandomValues(new Uint32Array(4)), (n) => n.toString(16).padStart(8, "0")).join("");
@@ -206,7 +206,7 @@ export class Link {
       try {
         return await this.post(path, body, type, { "x-sketchnav-sending": name });
       } catch (error) {
-        // A successor of the server refuses what comes before this page has joined it.
+        // A restarted server refuses requests until this page has joined it.
         const isBack = hellos !== this.#hellos;
         if (!(error.unheard || isBack || !up || !this.up) || attempt === ATTEMPTS) throw error;
         broken();
@@ -215,7 +215,7 @@ export class Link {
     }
   }
 
-  /** Waits for the next hello; whether it came in time. */
+  /** Waits for the next hello; resolves to whether it came in time. */
   #back() {
     return new Promise((resolve) => {
       const done = (is) => {

@@ -1,5 +1,5 @@
-// What a study measures while somebody draws: how long it takes, strokes, undone steps, uses of the eraser. Pure functions on
-// values that are never changed in place. Times are milliseconds that go on when the page is loaded again.
+// What a study measures during drawing: duration, strokes, undo steps, uses of the eraser. Pure functions on immutable values.
+// Times are milliseconds that continue across a reload.
 
 /** Before the first stroke. */
 export const NOTHING = Object.freeze({ map: null, path: null, strokes: 0, undone: 0, erased: 0, screen: null });
@@ -11,7 +11,7 @@ const oneMore = (before, after) => after.length === before.length + 1 && before.
 
 const fewer = (before, after) => ["strokes", "obstacles"].some((list) => after[list].length < before[list].length);
 
-/** What a step of the map counts as; `null` where it only changed a word, or moved something. */
+/** What a change of the map counts as; `null` if it only changed a text or moved something. */
 function kind(before, after, how) {
   if (how === "edit") return fewer(before, after) ? "erased" : null;
   if (how !== "draw") return how === "undo" ? "undone" : null;
@@ -19,13 +19,13 @@ function kind(before, after, how) {
   return before.strokes === after.strokes && before.obstacles.length === after.obstacles.length ? null : "erased";
 }
 
-/** From the beginning of the first stroke to the end of the last. */
+/** From the start of the first stroke to the end of the last. */
 const longer = (span, began, ended) => [span?.[0] ?? began, ended];
 
 /**
- * What is measured after a step from `before` to `after`. `how`: `draw`, `edit` (by a tool that
- * changes what is drawn already), `undo` or `redo`. `began`: when the hand first touched
- * the sheet for it; `ended`: now. `screen`: how it is held, `landscape` or `portrait`.
+ * The measurements after a step from `before` to `after`. `how`: `draw`, `edit` (with a tool that changes existing items), `undo`
+ * or `redo`. `began`: when the hand first touched the sheet for this step; `ended`: now. `screen`: the orientation, `landscape` or
+ * `portrait`.
  */
 export function measured(sofar, before, after, { how, began, ended, screen }) {
   let next = sofar;
@@ -40,7 +40,7 @@ export function measured(sofar, before, after, { how, began, ended, screen }) {
 
 const seconds = (span) => (span ? Math.round((span[1] - span[0]) / 10) / 100 : 0);
 
-/** As it is sent; `null` before the first stroke of the map. */
+/** The measurements in the format that is sent; `null` before the first stroke of the map. */
 export function report({ map, path, strokes, undone, erased, screen }) {
   return map && { drawing_s: seconds(map), path_s: seconds(path), strokes, undone, erased, screen };
 }

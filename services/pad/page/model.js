@@ -1,19 +1,18 @@
-// The drawing: walls, obstacles, and where to go; its history; its file. Pure functions on values that
-// are never changed in place, so that undo is a step back to an older value.
+// The drawing: walls, obstacles, and where to go; its history; its file. Pure functions on immutable values, so undo is a step back
+// to an older value.
 //
-// The file is the strokes file of sketchnav: `canvas`, `strokes`, `obstacles`, `labels`, `start`, `goals`, `route`
-// in canvas pixels. What this page alone reads stands under `pad`: `pressure`, beside `strokes`; `groups`,
-// each with the places of its strokes and obstacles in their lists; pictures as data URLs. A drawing that
-// was saved and loaded is saved again as the same bytes.
+// The file is sketchnav's strokes file: `canvas`, `strokes`, `obstacles`, `labels`, `start`, `goals`, `route` in canvas pixels.
+// What only this page reads is under `pad`: `pressure`, parallel to `strokes`; `groups`, each with the indices of its strokes and
+// obstacles; pictures as data URLs. Saving a loaded drawing again gives the same bytes.
 
 import { between, boxOf, cut, distance, distanceToLine, erased, inside } from "./geometry.js";
 
-/** The sheets of paper 004: 2540 × 1252, lying or upright. */
+/** The sheets of paper 004: 2540 × 1252, landscape or portrait. */
 export const LANDSCAPE = [2540, 1252];
 export const PORTRAIT = [1252, 2540];
-/** How many steps can be undone. */
+/** Maximum number of undo steps. */
 const MAX_UNDO = 500;
-/** Farthest coordinate that a file may hold, pixels. */
+/** Maximum coordinate in a file, pixels. */
 const FAR_PX = 100000;
 
 /** A blank sheet. */
@@ -24,37 +23,37 @@ export const blank = (canvas) => (
 /** Hundredths of a pixel: finer than any pen, and short in a file. */
 export const rounded = (p) => [Math.round(p[0] * 100) / 100, Math.round(p[1] * 100) / 100];
 
-/** Whether anything is on the sheet that a robot could take for a map. */
+/** Whether the sheet has anything that a robot could take for a map. */
 export const hasMap = (drawing) => drawing.strokes.length + drawing.obstacles.length > 0 || drawing.photo !== null;
 
 /** Whether the sheet says where to go. */
 export const hasPath = (drawing) => drawing.route !== null || drawing.goals.length > 0;
 
-/** Whether the way can be sent: goals need a start, drawn or known (`located`: the robot knows where it is). */
+/** Whether the path can be sent: goals need a start, drawn or known (`located`: the robot is localized). */
 export const canGo = (d, located) => hasPath(d) && Boolean(d.route || d.start || located);
 
-/** Whether nothing at all is on the sheet. */
+/** Whether the sheet is empty. */
 export const isBlank = (d) => !hasMap(d) && !hasPath(d) && !d.labels.length && !d.start && !d.underlay;
 
 // ---------------------------------------------------------------------------- history
 
-/** A history that begins with `now`. */
+/** A history that starts at `now`. */
 export const history = (now) => ({ past: [], now, future: [] });
 
-/** A step: `now` is the drawing, what was undone is gone. A change of nothing is no step. */
+/** A step to the drawing `now`, which discards the redo steps. An unchanged drawing is no step. */
 export function changed(history, now) {
   if (now === history.now) return history;
   return { past: [...history.past.slice(-(MAX_UNDO - 1)), history.now], now, future: [] };
 }
 
-/** One step back; at the beginning, the history as it is. */
+/** One step back; at the beginning, the unchanged history. */
 export function undone(history) {
   const { past, now, future } = history;
   if (past.length === 0) return history;
   return { past: past.slice(0, -1), now: past.at(-1), future: [now, ...future] };
 }
 
-/** One step forth again; at the end, the history as it is. */
+/** One step forward; at the end, the unchanged history. */
 export function redone(history) {
   const { past, now, future } = history;
   if (future.length === 0) return history;
@@ -63,47 +62,49 @@ export function redone(history) {
 
 // ---------------------------------------------------------------------------- drawing
 
-/** With one stroke more. `pressure`, 0 to 1 beside the points, is `null` for a mouse. */
+/** The drawing with a stroke added. `pressure`, 0 to 1 for each point, is `null` for a mouse. */
 export function withStroke(drawing, points, width_px, pressure = null) {
   const stroke = { points: points.map(rounded), width_px, pressure: pressure?.map((p) => Math.round(p * 100) / 100) ?? null };
   return { ...drawing, strokes: [...drawing.strokes, stroke] };
 }
 
-/** With one obstacle more. */
+/** The drawing with an obstacle added. */
 export const withObstacle = (drawing, polygon, label = "") => (
   { ...drawing, obstacles: [...drawing.obstacles, { polygon: polygon.map(rounded), label }] }
 );
 
-/** With another word on an obstacle. */
+/** The drawing with another label on an obstacle. */
 export const withLabel = (drawing, index, label) => (
   { ...drawing, obstacles: drawing.obstacles.map((o, i) => (i === index ? { ...o, label } : o)) }
 );
 
-/** With one text more; `at` is its middle. It names the place where it stands. */
+/** The drawing with a text added, centred at `at`. It names the place where it stands. */
 export const withText = (drawing, text, at) => ({ ...drawing, labels: [...drawing.labels, { text, at: rounded(at) }] });
 
-/** With another text; without it if that is empty. */
+/** The drawing with a text changed; an empty text is removed. */
 export const withOtherText = (drawing, index, text) => (
   { ...drawing, labels: drawing.labels.map((l, i) => (i === index ? { ...l, text } : l)).filter((l) => l.text) }
 );
 
-/** With this route; it takes the place of goals, since a robot does one or the other, and begins where the robot stands. */
+/**
+ * The drawing with this route, which replaces the goals, since a robot follows one or the other, and begins where the robot stands.
+ */
 export const withRoute = (drawing, points) => ({ ...drawing, route: points.map(rounded), goals: [], start: null });
 
-/** With one goal more; it takes the place of a route. */
+/** The drawing with a goal added, which replaces a route. */
 export const withGoal = (drawing, at) => (
   { ...drawing, route: null, goals: [...drawing.goals, { at: rounded(at) }] }
 );
 
-/** With the robot's start; degrees counter-clockwise from "to the right". */
+/** The drawing with the robot's start; degrees counter-clockwise from the x axis, to the right. */
 export const withStart = (drawing, at, heading_deg) => (
   { ...drawing, start: { at: rounded(at), heading_deg: Math.round(heading_deg * 10) / 10 } }
 );
 
-/** The obstacle that holds a point, or -1. The topmost wins. */
+/** The topmost obstacle at a point, or -1. */
 export const obstacleAt = (drawing, p) => drawing.obstacles.findLastIndex((o) => inside(p, o.polygon));
 
-/** Whether an eraser there meets the map or the marks on it: `"map"`, `"marks"`, or `null`. */
+/** What an eraser there would touch: `"map"`, `"marks"`, or `null`. */
 export function touched(drawing, center, radius) {
   const { route, goals, start } = drawing;
   const marks = (route && distanceToLine(center, route) < radius)
@@ -116,7 +117,10 @@ export function touched(drawing, center, radius) {
   return map ? "map" : null;
 }
 
-/** Without what an eraser's disc covers of the map: strokes lose that part, obstacles and texts go whole. */
+/**
+ * The drawing without the part of the map under an eraser's disc: strokes lose that part, obstacles and texts are removed as a
+ * whole.
+ */
 export function withoutMapAt(drawing, center, radius) {
   let hit = false;
   const strokes = drawing.strokes.flatMap((stroke) => {
@@ -133,7 +137,7 @@ export function withoutMapAt(drawing, center, radius) {
   return hit ? { ...drawing, strokes, obstacles, labels } : drawing;
 }
 
-/** Without the marks that an eraser's disc covers; a route keeps what comes before it. */
+/** The drawing without the marks under an eraser's disc; a route keeps the part before it. */
 export function withoutMarksAt(drawing, center, radius) {
   const goals = drawing.goals.filter((goal) => distance(goal.at, center) >= radius * 1.5);
   const start = drawing.start && distance(drawing.start.at, center) < radius * 1.5 ? null : drawing.start;
@@ -145,7 +149,9 @@ export function withoutMarksAt(drawing, center, radius) {
   return same ? drawing : { ...drawing, goals, start, route };
 }
 
-/** The part of the segment `a`–`b`, as a range of t, in a strip along the first axis: from 0 to `long`, `half` to either side. */
+/**
+ * The part of the segment `a`–`b`, as a range of t, within a strip along the first axis: from 0 to `long`, `half` to either side.
+ */
 function rangeWithin(a, b, long, half) {
   let [from, to] = [0, 1];
   for (const [p, d, low, high] of [[a[0], b[0] - a[0], 0, long], [a[1], b[1] - a[1], -half, half]]) {
@@ -158,8 +164,8 @@ function rangeWithin(a, b, long, half) {
 }
 
 /**
- * With a door in the walls along the line from `a` to `b`: strokes lose what lies within `half` of it. Those that cross it do not,
- * so that a door beside a corner leaves the other wall whole.
+ * The drawing with a door in the walls along the line from `a` to `b`: strokes lose the parts within `half` of it. Strokes that
+ * cross it are kept, so that a door beside a corner does not cut the other wall.
  */
 export function withDoor(drawing, a, b, half) {
   const long = distance(a, b);
@@ -183,7 +189,7 @@ export function withDoor(drawing, a, b, half) {
   return hit ? { ...drawing, strokes } : drawing;
 }
 
-/** The parts of a line's segments in a strip, by the point that each ends at, without stretches that run across. */
+/** The parts of a line's segments within a strip, by the point at the end of each, without stretches that run across. */
 function stretches(points, long, half) {
   const [open, run] = [new Map(), []];
   const finish = () => {
@@ -209,7 +215,7 @@ function stretches(points, long, half) {
 const wire = ({ points, width_px }) => ({ points, width_px });
 const wireObstacle = ({ polygon, label }) => ({ polygon, label });
 
-/** What this page alone reads, without pictures. */
+/** What only this page reads, without pictures. */
 function ownPart({ strokes, obstacles }) {
   const pad = {};
   if (strokes.some((s) => s.pressure)) pad.pressure = strokes.map((s) => s.pressure);
@@ -225,7 +231,7 @@ function ownPart({ strokes, obstacles }) {
   return pad;
 }
 
-/** The map as it is sent: no marks, no underlay. */
+/** The map in the format that is sent: no marks, no underlay. */
 export function sketchBody(drawing) {
   const { canvas, strokes, obstacles, labels } = drawing;
   const body = { canvas, strokes: strokes.map(wire), obstacles: obstacles.map(wireObstacle) };
@@ -235,8 +241,8 @@ export function sketchBody(drawing) {
 }
 
 /**
- * Where to go as it is sent: a route, or goals. The start is sent where it is drawn, but for one that the
- * robot was put at already (`placed`): it has driven on since, and knows better.
+ * The path in the format that is sent: a route, or goals. The start is sent if it is drawn, unless the robot was already placed
+ * there (`placed`): it has driven on since, and its own estimate is better.
  */
 export function pathBody({ route, goals, start }, placed = null) {
   const begin = start && JSON.stringify(start) !== JSON.stringify(placed) ? { start } : {};
@@ -244,7 +250,7 @@ export function pathBody({ route, goals, start }, placed = null) {
   return JSON.stringify({ ...begin, goals: goals.map((goal) => (goal.name ? goal : goal.at)) });
 }
 
-/** Whether a drawing is an edit of the one before, of which at least half of the walls and obstacles are left as they were. */
+/** Whether a drawing is an edit of a previous one with at least half of the walls and obstacles unchanged. */
 export function isEditOf(before, after) {
   const items = ({ strokes, obstacles }) => [...strokes.map(wire), ...obstacles.map(wireObstacle)].map((item) => JSON.stringify(item));
   const [had, has] = [items(before), new Set(items(after))];
@@ -252,13 +258,13 @@ export function isEditOf(before, after) {
     && 2 * had.filter((item) => has.has(item)).length >= had.length;
 }
 
-/** The drawing with a path as it was sent. */
+/** The drawing with a path in the format that is sent. */
 export function withPath(drawing, { start, route, goals }) {
   const named = (goals ?? []).map((goal) => (Array.isArray(goal) ? { at: goal } : goal));
   return { ...drawing, start: start ?? null, route: route ?? null, goals: named };
 }
 
-/** How many points the map has. */
+/** Number of points in the map. */
 export const pointCount = (drawing) => drawing.strokes.reduce((n, s) => n + s.points.length, 0);
 
 // ---------------------------------------------------------------------------- file
@@ -280,7 +286,7 @@ export function toText(drawing) {
   return `{\n  ${keys.join(",\n  ")}\n}\n`;
 }
 
-/** Reads a file. Throws an `Error` that says what was expected, what was found, and where. */
+/** Reads a file. Throws an `Error` with what was expected, what was found, and where. */
 export function fromText(text) {
   let file;
   try {
@@ -291,7 +297,7 @@ export function fromText(text) {
   return fromFile(file);
 }
 
-/** Reads a file that is parsed already. */
+/** Reads a parsed file. */
 export function fromFile(file) {
   expect(isObject(file), "the drawing", "an object", file);
   const known = ["canvas", "strokes", "obstacles", "labels", "start", "goals", "route", "pad"];
@@ -311,7 +317,7 @@ export function fromFile(file) {
   return { canvas: file.canvas, strokes, obstacles, labels, start, goals, route, photo, underlay };
 }
 
-/** Throws an `Error` unless it holds. */
+/** Throws an `Error` unless `holds`. */
 export function expect(holds, where, expected, found) {
   if (holds) return;
   const shown = JSON.stringify(found) ?? "nothing";

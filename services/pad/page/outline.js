@@ -1,22 +1,22 @@
-// The outline of an SVG path as lines: path data after SVG 2, chapter 9, with curves as short lines. Pure.
+// The outline of an SVG path as lines: path data after SVG 2, chapter 9, with curves approximated by short lines. Pure.
 
-/** How many lines a curve becomes. */
+/** Number of lines per curve. */
 const STEPS = 16;
 const TOKEN = /([MmZzLlHhVvCcSsQqTtAa])|([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)|[\s,]+|(.)/g;
-/** How many numbers a command takes. */
+/** Number of arguments of each command. */
 const TAKES = { M: 2, L: 2, H: 1, V: 1, C: 6, S: 4, Q: 4, T: 2, A: 7, Z: 0 };
 
 const add = (a, b) => [a[0] + b[0], a[1] + b[1]];
 const mirrored = (p, about) => [2 * about[0] - p[0], 2 * about[1] - p[1]];
 
-/** The lines of a path: `{ points, closed }` each. What comes after an error in the data is left out, as a browser does. */
+/** The lines of a path: `{ points, closed }`. Anything after an error in the data is ignored, as in a browser. */
 export function outlines(data) {
   const pen = { at: [0, 0], begin: [0, 0], lines: [], line: null, cubic: null, quadratic: null };
   for (const [command, numbers] of commands(data)) draw(pen, command, numbers);
   return pen.lines.filter(({ points }) => points.length > 1);
 }
 
-/** The commands of path data with their numbers; a command with several sets of numbers comes once for each. */
+/** The commands of path data with their arguments; a command with several sets of arguments is repeated. */
 function commands(data) {
   const found = [];
   let [command, numbers] = [null, []];
@@ -33,7 +33,7 @@ function commands(data) {
       if (numbers.length < takes) continue;
       found.push([command, numbers]);
       numbers = [];
-      // More points after a move are lines.
+      // Further points after a move are lines.
       if (command === "M") command = "L";
       if (command === "m") command = "l";
     }
@@ -41,7 +41,7 @@ function commands(data) {
   return found;
 }
 
-/** The flags of arcs need no space after them: `a1 1 0 01.5 2` is `a1 1 0 0 1 .5 2`. */
+/** The flags of arcs may be written without spaces: `a1 1 0 01.5 2` is `a1 1 0 0 1 .5 2`. */
 const splitFlags = (data) => data.replace(/[Aa][^MmZzLlHhVvCcSsQqTtAa]*/g, (arcs) => {
   const number = "[-+]?(?:\\d+\\.?\\d*|\\.\\d+)(?:[eE][-+]?\\d+)?";
   const gap = "[\\s,]*";
@@ -99,7 +99,7 @@ function quadratic(pen, c, end) {
   pen.quadratic = c;
 }
 
-/** From the ends of an elliptical arc to its middle: SVG 2, appendix B.2.4. */
+/** From the end points of an elliptical arc to its centre: SVG 2, appendix B.2.4. */
 function arc(pen, [rx0, ry0, degrees, large, sweep], end) {
   const [from, phi] = [pen.at, (degrees * Math.PI) / 180];
   let [rx, ry] = [Math.abs(rx0), Math.abs(ry0)];

@@ -1,4 +1,4 @@
-// Files from other places, whatever they are: drawings of this page, of Excalidraw, SVGs, pictures.
+// Files of other programs: drawings of this page, of Excalidraw, SVGs, pictures.
 
 import { fromExcalidraw, isExcalidraw } from "./excalidraw.js";
 import { photo } from "./files.js";
@@ -6,15 +6,18 @@ import { blank, fromFile } from "./model.js";
 import { counted } from "./placing.js";
 import { fromSvg } from "./svgfile.js";
 
-/** Largest file that is read, bytes. */
+/** Maximum size of a file, bytes. */
 const MAX_BYTES = 64 << 20;
-/** What a person may choose. */
+/** File types offered in the dialog. */
 export const ACCEPTED = ".json,.excalidraw,.svg,application/json,image/*";
 
 /** What was left out, as a sentence. */
 export const leftOut = (left) => (left.length ? ` Left out: ${counted(left)}.` : "");
 
-/** A drawing in text, whichever: `{ drawing, left, own }`; `own`: in this page's own format, so in its own pixels. Throws an `Error` that says what was expected. */
+/**
+ * Reads a drawing in any text format: `{ drawing, left, own }`; `own`: in this page's own format, so in its own pixels. Throws an
+ * `Error` with what was expected.
+ */
 export function fromWords(text) {
   const begin = text.replace(/^\uFEFF/, "").trimStart();
   if (begin.startsWith("<")) return { ...fromSvg(begin), own: false };
@@ -28,7 +31,7 @@ export function fromWords(text) {
   return isExcalidraw(file) ? { ...fromExcalidraw(file), own: false } : { drawing: fromFile(file), left: [], own: true };
 }
 
-/** Reads a file: `{ drawing, picture, words }`; `words` say what was left out. Throws an `Error` with the file's name. */
+/** Reads a file: `{ drawing, picture, words }`, where `words` lists what was left out. Throws an `Error` with the file's name. */
 export async function readFile(file) {
   if (file.size > MAX_BYTES) throw new Error(`${file.name}: expected at most ${MAX_BYTES >> 20} MiB, found ${Math.ceil(file.size / (1 << 20))}.`);
   if (file.type.startsWith("image/") && !/svg/.test(file.type)) {

@@ -1,10 +1,10 @@
-// What is drawn over everything else on the sheet: the frame around what is selected, its handles and points, the marquee, and the
-// guides that show what something has snapped to.
+// What is drawn over everything else on the sheet: the frame of the selection, its handles and points, the marquee, and the
+// snapping guides.
 
 /** Sizes, screen pixels. */
 const [HANDLE_PX, POINT_PX, BETWEEN_PX, RING_PX, CROSS_PX] = [10, 5, 3.5, 18, 6];
 
-/** Draws an overlay as `Select.overlay` has it. */
+/** Draws an overlay returned by `Select.overlay`. */
 export function drawOverlay(sheet, { lines = [], marks = [], frame, handles = {}, points, marquee, guides = [] }) {
   const context = sheet.wipe("live");
   const px = (n) => sheet.px(n);
@@ -52,7 +52,7 @@ function drawMarquee(context, [left, top, right, bottom]) {
   context.strokeRect(left, top, right - left, bottom - top);
 }
 
-/** A square that scales, or a disc that turns. */
+/** A square for scaling, or a disc for turning. */
 function drawHandle(context, sheet, name, [x, y]) {
   const side = sheet.px(HANDLE_PX);
   if (name === "turn") {
@@ -70,7 +70,7 @@ function drawPoints(context, sheet, { all, chosen, between }) {
   if (chosen) ring(context, chosen, sheet.px(POINT_PX + 4));
 }
 
-/** A cross at what something has snapped to, or a dashed line along which it lies. */
+/** A cross at a snapping target, or a dashed line along one. */
 function drawGuide(context, sheet, { point, line }) {
   const arm = sheet.px(CROSS_PX);
   context.strokeStyle = sheet.colors.guide;

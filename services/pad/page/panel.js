@@ -1,5 +1,5 @@
-// The words and buttons around the sheet. Shows a state and changes nothing else: text is written only
-// where it differs, so that a screen reader is not told the same again.
+// The texts and buttons around the sheet. Only shows a state: a text is written only if it has changed, so that a screen reader
+// does not repeat it.
 
 import { advice, enabled, headline, isAsked, learnedWords, metres, seconds, speed, stages, taskWords } from "./states.js";
 
@@ -35,7 +35,7 @@ export function show(state) {
   showLearned(state, buttons);
 }
 
-/** What was learned, with the buttons for it. */
+/** Shows what was learned, with its buttons. */
 function showLearned(state, buttons) {
   const words = learnedWords(state);
   at("learned").hidden = words === null || !state.drives;
@@ -46,12 +46,12 @@ function showLearned(state, buttons) {
 
 let answered = () => {};
 
-/** `answer(place)`: a place that the robot asks about was chosen. */
+/** Sets the handler `answer(place)` for a chosen place of the robot's question. */
 export function onQuestion(answer) {
   answered = answer;
 }
 
-/** A button for each place that the robot asks about. */
+/** Shows a button for each place that the robot asks about. */
 function showQuestion(feed) {
   const row = at("question");
   const places = isAsked(feed) ? feed.question.places : [];
@@ -82,7 +82,7 @@ function showTask(task, feed) {
   write(at("n-time"), seconds(task?.time_s));
 }
 
-/** The server's warnings, and the page's own: a link that is down or says nothing. */
+/** The server's warnings and the page's own: a link that is down or silent. */
 export function warnings({ up, feed, silentS, seen }) {
   const own = [];
   if (!up && seen) own.push("Not connected to the robot.");
@@ -109,7 +109,7 @@ export function showDoubts(doubts) {
 
 let saying = 0;
 
-/** Says something once. What went wrong stays until something else is said. */
+/** Shows a message. An error stays until the next message. */
 export function say(words, bad = false) {
   const line = at("say");
   line.dataset.bad = String(bad);
@@ -118,7 +118,7 @@ export function say(words, bad = false) {
   if (!bad) saying = setTimeout(() => { line.textContent = ""; }, 8000);
 }
 
-/** Shows pairs of names and figures. */
+/** Shows figures with their names. */
 export function showFigures(figures) {
   const items = Object.entries(figures).flatMap(([name, value]) => [
     Object.assign(document.createElement("dt"), { textContent: name }),

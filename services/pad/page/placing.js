@@ -1,13 +1,13 @@
-// What was read from another program's file, placed on a sheet. Pure.
+// Places the contents of another program's file on a sheet. Pure.
 
 import { blank, rounded } from "./model.js";
 
-/** Longest side of the sheet, and its margin around what has no page of its own, pixels. */
+/** Longest side of the sheet, and its margin for contents without a page, pixels. */
 const [LONGEST_PX, MARGIN_PX] = [2540, 100];
-/** Widths that a stroke may have, pixels. */
+/** Minimum and maximum width of a stroke, pixels. */
 const [LEAST_PX, MOST_PX] = [1, 1000];
 
-/** The box around all points: left, top, right, bottom; `null` if there are none. */
+/** The bounding box of all points: left, top, right, bottom; `null` if there are none. */
 function around({ strokes, obstacles, labels, route }) {
   const box = [Infinity, Infinity, -Infinity, -Infinity];
   const add = ([x, y]) => [x, y, -x, -y].forEach((v, i) => { box[i] = i < 2 ? Math.min(box[i], v) : Math.max(box[i], -v); });
@@ -19,8 +19,8 @@ function around({ strokes, obstacles, labels, route }) {
 }
 
 /**
- * A drawing of `read`: `strokes`, `obstacles`, `labels` and `route` in any unit, y down, with widths in that unit. `page`: the
- * file's page, left, top, right, bottom; the sheet fits around what there is if it has none. Throws an `Error` if there is nothing.
+ * A drawing of `read`: `strokes`, `obstacles`, `labels` and `route` in any unit, y down, with widths in the same unit. `page`: the
+ * file's page (left, top, right, bottom); without one, the sheet is fitted to the contents. Throws an `Error` if there are none.
  */
 export function placed(read, page = null) {
   const box = page ?? around(read);
@@ -39,7 +39,7 @@ export function placed(read, page = null) {
   };
 }
 
-/** What was left out, counted, in words: `["picture", "picture"]` is `2 × picture`. */
+/** What was left out, with counts: `["picture", "picture"]` is `2 × picture`. */
 export function counted(left) {
   const counts = new Map();
   left.forEach((what) => counts.set(what, (counts.get(what) ?? 0) + 1));

@@ -1,32 +1,30 @@
-// Pens, fingers and mice into strokes and movements of the sheet.
+// Turns input of pens, fingers and mice into strokes and movements of the sheet.
 //
-// `Pointers` is a pure state machine: it takes what happened and calls its listener. `listen` binds it to
-// an element. The rules of the hand:
+// `Pointers` is a pure state machine: it takes events and calls its listener. `listen` connects it to an element. The rules:
 // - A pen or the mouse's first button draws; the other buttons move the sheet.
-// - Until a pen has been seen, one finger draws. From then on fingers only move and zoom: what rests on
-//   the sheet beside a pen is a palm. What is drawn can be selected by a finger all the same.
-// - A second finger never begins a stroke. Where it comes right after the first, both mean a pinch, and
-//   the stroke of the first is dropped.
+// - Until a pen has been used, one finger draws. From then on fingers only move and zoom, since a touch beside a pen is usually the
+//   palm. Fingers can still select.
+// - A second finger never starts a stroke. If it follows right after the first, both are a pinch, and the stroke of the first is
+//   dropped.
 // - A stroke that the browser cancels is dropped.
 
-/** How soon a second finger must come to mean a pinch, and how little the first may have drawn. */
+/** How soon a second finger must follow to start a pinch, and how little the first may have drawn. */
 const PINCH_MS = 300;
 const PINCH_PX = 24;
-/** What `buttons` says of a pen's eraser end. */
+/** The value of `buttons` for a pen's eraser end. */
 const ERASER = 32;
 
 /**
- * What pointers do to the sheet. A pointer is `{ id, type, x, y, pressure, buttons, shift, time }`, in
- * CSS pixels of the sheet's element and milliseconds. The listener has `begin(sample)`,
- * `extend(samples)`, `end()`, `cancel()`, `hover(sample)`, `pan(dx, dy)`, `zoom(at, factor)`; `options()` answers
- * `{ hand, fingers, picks }`: whether the tool moves the sheet, whether fingers may draw, and whether the tool selects, which
- * fingers may always do.
+ * What pointers do to the sheet. A pointer is `{ id, type, x, y, pressure, buttons, shift, time }`, in CSS pixels of the sheet's
+ * element and milliseconds. The listener has `begin(sample)`, `extend(samples)`, `end()`, `cancel()`, `hover(sample)`, `pan(dx,
+ * dy)`, `zoom(at, factor)`; `options()` returns `{ hand, fingers, picks }`: whether the tool moves the sheet, whether fingers may
+ * draw, and whether the tool selects, which fingers may always do.
  */
 export class Pointers {
   #listener;
   #options;
   #penSeen = false;
-  /** Pointers that are down: id → { x, y, type, role }, role "draw", "move" or "rest". */
+  /** Pressed pointers: id → { x, y, type, role }, role "draw", "move" or "rest". */
   #down = new Map();
   #stroke = null;
 
@@ -40,7 +38,7 @@ export class Pointers {
     return this.#penSeen;
   }
 
-  /** Whether a stroke is under way. */
+  /** Whether a stroke is in progress. */
   get drawing() {
     return this.#stroke !== null;
   }
@@ -54,7 +52,7 @@ export class Pointers {
     this.#listener.begin({ ...sample(p), eraser: p.type === "pen" && (p.buttons & ERASER) !== 0 });
   }
 
-  /** `points`: everything since the last move, coalesced events among it. */
+  /** `points`: all positions since the last move, including coalesced events. */
   move(p, points = [p]) {
     const known = this.#down.get(p.id);
     if (!known) {
@@ -82,12 +80,12 @@ export class Pointers {
     if (known?.role === "draw") this.#drop();
   }
 
-  /** The wheel zooms about the place under it. */
+  /** The wheel zooms about the pointer. */
   wheel(at, delta) {
     this.#listener.zoom(at, Math.exp(-delta / 400));
   }
 
-  /** Everything is let go: the window has lost the focus, the page was hidden. */
+  /** Cancels everything: the window has lost the focus, or the page was hidden. */
   cancelAll() {
     if (this.#stroke) this.#drop();
     this.#down.clear();
@@ -98,7 +96,7 @@ export class Pointers {
     this.#listener.cancel();
   }
 
-  /** A pen comes: whatever fingers were doing was a palm's doing. */
+  /** A pen has touched the sheet: any touches so far were the palm. */
   #penDown() {
     this.#penSeen = true;
     for (const pointer of this.#down.values()) pointer.role = "rest";
@@ -116,7 +114,7 @@ export class Pointers {
     const penDown = [...this.#down.values()].some((pointer) => pointer.type === "pen");
     if (penDown || (this.#stroke && !this.#isYoung(p))) return "rest";
     if (this.#stroke) {
-      // The first finger and this one mean a pinch.
+      // This is the second finger of a pinch.
       this.#down.get(this.#stroke.id).role = "move";
       this.#drop();
       return "move";
@@ -138,7 +136,7 @@ export class Pointers {
       this.#listener.pan(p.x - before.x, p.y - before.y);
       return;
     }
-    // Two fingers: their middle moves the sheet, their distance zooms it.
+    // Two fingers: their midpoint moves the sheet, their distance zooms it.
     const other = others[0][1];
     this.#listener.pan((p.x - before.x) / 2, (p.y - before.y) / 2);
     const [was, is] = [before, p].map((q) => Math.hypot(q.x - other.x, q.y - other.y));
@@ -146,18 +144,18 @@ export class Pointers {
   }
 }
 
-/** A pen's pressure; a mouse and most fingers have none to tell. */
+/** The pressure is a pen's; a mouse and most fingers report none. */
 const sample = ({ x, y, pressure, type, shift, alt, ctrl, time }) => (
   { at: [x, y], pressure: type === "pen" ? pressure : null, touch: type === "touch", shift: Boolean(shift), alt: Boolean(alt), ctrl: Boolean(ctrl), time }
 );
 
-/** Everything since the last event: where a browser hides it (no secure context), the event itself. */
+/** All events since the last one; in browsers that hide them (no secure context), the event itself. */
 function coalesced(event) {
   const events = event.getCoalescedEvents?.() ?? [];
   return events.length ? events : [event];
 }
 
-/** Binds pointers to an element that fills its place on the screen. */
+/** Connects pointers to an element, with coordinates relative to it. */
 export function listen(element, pointers) {
   let frame = element.getBoundingClientRect();
   new ResizeObserver(() => { frame = element.getBoundingClientRect(); }).observe(element);
@@ -175,7 +173,7 @@ export function listen(element, pointers) {
   });
   element.addEventListener("pointermove", (event) => pointers.move(pointer(event), coalesced(event).map(pointer)));
   element.addEventListener("pointerup", (event) => {
-    // The last place before the pen leaves counts, too.
+    // The last position before the pen is lifted counts, too.
     pointers.move(pointer(event), coalesced(event).map((e) => ({ ...pointer(e), pressure: e.pressure || null })));
     pointers.up(pointer(event));
   });

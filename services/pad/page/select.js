@@ -1,7 +1,7 @@
-// The tool that selects: a tap or a marquee chooses, a drag moves, handles scale and turn, a double tap edits points. What is
-// selected, and what buttons and keys do with it, is selection.js's; what is shown of it is drawn by overlay.js.
+// The select tool: a tap or a marquee selects, a drag moves, handles scale and turn, a double tap edits points. The selection and
+// its actions are in selection.js, the drawing of it in overlay.js.
 //
-// The host is that of tools.js.
+// The host is described in tools.js.
 
 import { distance } from "./geometry.js";
 import {
@@ -13,12 +13,15 @@ import { Selection } from "./selection.js";
 import { SNAP_PX, snappedEnd, snappedMove, snappedPoint, targets } from "./snap.js";
 import { center, frame, handleAt, handles, move, resize, turn, turned, upright } from "./transform.js";
 
-/** How near a mouse or pen, and a finger, must come to something, and how far each trembles in a tap; screen pixels. */
+/** How close a mouse or pen, and a finger, must come to an item, and how far each may move during a tap; screen pixels. */
 const [REACH_PX, FINGER_PX] = [10, 22];
 const [STILL_PX, FINGER_STILL_PX] = [4, 8];
-/** A second tap so soon and so near is a double tap. */
+/** A second tap this soon and this close is a double tap. */
 const [TWICE_MS, TWICE_PX] = [500, 12];
-/** Points nearer to each other than this are not all shown, and segments as long as the second show where a new point would be. */
+/**
+ * Points closer than this are thinned out, and segments of at least the second length show where a point can be added; screen
+ * pixels.
+ */
 const [DENSE_PX, ROOMY_PX] = [12, 48];
 
 const minus = (a, b) => [a[0] - b[0], a[1] - b[1]];
@@ -26,11 +29,11 @@ const holds = ([left, top, right, bottom], [x, y]) => x >= left && x <= right &&
 const cornersOf = ([left, top, right, bottom]) => [[left, top], [right, top], [right, bottom], [left, bottom]];
 
 export class Select {
-  /** What the hand does: `{ drag(sample), tap(sample) }`, or `null`. */
+  /** The gesture in progress: `{ drag(sample), tap(sample) }`, or `null`. */
   #gesture = null;
   #guides = [];
   #marquee = null;
-  /** The frame while it is turned: its corners. */
+  /** The corners of the frame while it is being turned. */
   #turning = null;
   #lastTap = null;
 
@@ -39,7 +42,7 @@ export class Select {
     this.selection = new Selection(host);
   }
 
-  // ------------------------------------------------------------------ the hand
+  // ------------------------------------------------------------------ gestures
 
   begin(sample) {
     const { selection } = this;
@@ -78,24 +81,24 @@ export class Select {
     this.selection.changed();
   }
 
-  /** Lets go of one thing: what the hand does, the points, or what is selected. */
+  /** Cancels one thing: the gesture, editing points, or the selection. */
   escape() {
     if (this.#gesture) this.cancel();
     else if (this.selection.edit) this.selection.editPoints();
     else this.selection.choose([]);
   }
 
-  /** Enter. */
+  /** The Enter key. */
   close() {
     this.selection.editPoints();
   }
 
-  /** Another tool is taken. */
+  /** Another tool was selected. */
   leave() {
     this.selection.choose([]);
   }
 
-  /** What the mouse is over, for its cursor. */
+  /** What is under the mouse, for its cursor. */
   over({ at }) {
     const reach = this.#px(REACH_PX);
     const drawing = this.host.drawing();
@@ -123,18 +126,18 @@ export class Select {
     return this.host.settings().snap && !ctrl;
   }
 
-  /** A wall of two points, if nothing else is selected: its ends can be dragged at once. */
+  /** A wall of two points, if nothing else is selected: its ends can be dragged immediately. */
   #straight(drawing) {
     const { only, edit } = this.selection;
     return !edit && only?.startsWith("strokes") && pointsOf(drawing, only).length === 2 ? only : null;
   }
 
-  /** A point of the item whose points are edited, or its line, where a point is added; or an end of a straight wall. */
+  /** Drags a point of the item being edited, or adds one on its line; or drags an end of a straight wall. */
   #pointGesture({ at }, reach) {
     const { selection } = this;
     const key = selection.edit?.key ?? this.#straight(this.before);
     if (!key) return null;
-    // The middle of a wall stays free, however short it is.
+    // The middle of a wall stays free, even if the wall is short.
     const [a, b] = pointsOf(this.before, key);
     const near = selection.edit ? reach : Math.min(reach, distance(a, b) / 3);
     let [start, index] = [this.before, pointAt(this.before, key, at, near)];
@@ -158,7 +161,7 @@ export class Select {
     };
   }
 
-  /** Where a point goes: to ends and walls; in a straight wall, and with Shift, to directions from the point before. */
+  /** Snaps a point to ends and walls; in a straight wall, and with Shift, also to directions from the previous point. */
   #snapped(sample, points, index, around) {
     this.#guides = [];
     if (!sample.shift && !this.#snaps(sample)) return sample.at;
@@ -217,7 +220,7 @@ export class Select {
     else selection.choose([hit]);
   }
 
-  /** Moves what is selected; with Alt its copies. */
+  /** Moves the selection, or copies of it with Alt. */
   #moves() {
     let plan = null;
     return (sample) => {
@@ -262,7 +265,7 @@ export class Select {
     return handles(box, this.#px(1), { scales: isWide, turns: isWide });
   }
 
-  /** What overlay.js draws. */
+  /** The overlay for overlay.js. */
   overlay() {
     const drawing = this.host.shown();
     const { keys } = this.selection;
@@ -274,7 +277,7 @@ export class Select {
     };
   }
 
-  /** The corners of the frame, `null` where rings and points say as much. */
+  /** The corners of the frame; `null` if rings and points show the selection. */
   #frame(drawing) {
     const { keys, only, edit } = this.selection;
     if (this.#turning) return this.#turning;

@@ -1,7 +1,7 @@
-// What is selected, and what is done with it by buttons, by keys, and by the hand (select.js). The pure functions that do it to
-// a drawing are in items.js, snap.js and transform.js.
+// The selection, and what buttons, keys and gestures (select.js) do with it. The pure functions behind it are in items.js, snap.js
+// and transform.js.
 //
-// The host is that of tools.js.
+// The host is described in tools.js.
 
 import {
   aligned, allKeys, boxAround, copied, distributed, duplicated, grouped, hasPoints, hasText, isClosed, itemOf, nameOf, pointsOf, sameItems,
@@ -11,17 +11,17 @@ import { rounded } from "./model.js";
 import { closings } from "./snap.js";
 import { center, move, resize, turn } from "./transform.js";
 
-/** How far copies lie from what they are copies of, screen pixels. */
+/** Offset of copies from their originals, screen pixels. */
 const COPY_PX = 24;
 
 export class Selection {
   #host;
   #clipboard = [];
-  /** The keys of what is selected. */
+  /** The keys of the selected items. */
   keys = [];
-  /** The item whose points are edited and the point that is chosen: `{ key, index }`, or `null`. */
+  /** The item being edited and its selected point: `{ key, index }`, or `null`. */
   edit = null;
-  /** Whether taps add, for a hand without a Shift key. */
+  /** Whether taps add to the selection, for input without a Shift key. */
   adds = false;
 
   constructor(host) {
@@ -32,17 +32,17 @@ export class Selection {
     return this.#host.drawing();
   }
 
-  /** The only item that is selected, `null` if there are none or more. */
+  /** The only selected item; `null` if there are none or several. */
   get only() {
     return this.keys.length === 1 ? this.keys[0] : null;
   }
 
-  /** The box around the points of what is selected. */
+  /** The bounding box of the points of the selected items. */
   get box() {
     return boxAround(this.#drawing, this.keys);
   }
 
-  /** What can be done with it, for the buttons, and what it is, in words. */
+  /** The state for the buttons, and a description of the selection. */
   get state() {
     const { keys, only } = this;
     const drawing = this.#drawing;
@@ -60,9 +60,9 @@ export class Selection {
     return this.keys.length ? `${this.keys.length} selected` : "";
   }
 
-  // ------------------------------------------------------------------ what is selected
+  // ------------------------------------------------------------------ changing the selection
 
-  /** Selects these and nothing else. */
+  /** Selects exactly these items. */
   choose(keys) {
     const next = [...new Set(keys)];
     const same = next.length === this.keys.length && next.every((key, i) => key === this.keys[i]);
@@ -73,13 +73,13 @@ export class Selection {
     this.changed();
   }
 
-  /** Shows what is selected now. */
+  /** Redraws the selection and its bar. */
   changed() {
     this.#host.over();
     this.#host.selected();
   }
 
-  /** The drawing becomes another: keys that may mean something else in it are forgotten. */
+  /** Follows a change of the drawing: keys that may refer to other items are dropped. */
   follow(before, after) {
     if (before.canvas !== after.canvas || !sameItems(before, after)) [this.keys, this.edit] = [[], null];
     if (this.edit && this.edit.index >= pointsOf(after, this.edit.key).length) this.edit = { ...this.edit, index: 0 };
@@ -94,7 +94,7 @@ export class Selection {
     this.changed();
   }
 
-  /** The next item, or the next point of the one whose points are edited; `by` is -1 for the one before. */
+  /** Selects the next item, or the next point of the item being edited; with `by` -1, the previous one. */
   step(by) {
     const drawing = this.#drawing;
     if (this.edit) {
@@ -109,7 +109,7 @@ export class Selection {
     if (all.length) this.choose(withGroups(drawing, [all.at(at % all.length)]));
   }
 
-  /** Begins or ends editing the points of the only item; asks for another text if it is one. */
+  /** Starts or ends editing the points of the only item, or asks for a new text if it is one. */
   editPoints() {
     if (this.edit) this.edit = null;
     else if (this.only && hasPoints(this.only)) this.edit = { key: this.only, index: 0 };
@@ -117,11 +117,11 @@ export class Selection {
     this.changed();
   }
 
-  // ------------------------------------------------------------------ what is done with it
+  // ------------------------------------------------------------------ actions
 
   /**
-   * A step of the history, after which `keys` are selected and the points of `edit` edited. Steps in a row by the same keys of the
-   * keyboard, `how`, are one.
+   * Applies a step of the history, with `keys` selected and the points of `edit` edited afterwards. Consecutive steps by the same
+   * keyboard action `how` are merged.
    */
   apply(next, keys = this.keys, { how = null, edit = this.edit } = {}) {
     this.#host.change(next, how && `${how} ${keys} ${edit?.index}`);
@@ -129,7 +129,7 @@ export class Selection {
     this.changed();
   }
 
-  /** Deletes the point that is chosen, or else everything that is selected. */
+  /** Deletes the selected point, or else all selected items. */
   remove() {
     if (!this.edit) {
       if (this.keys.length) this.apply(without(this.#drawing, this.keys), []);
@@ -141,7 +141,7 @@ export class Selection {
     this.apply(next, remains ? this.keys : [], { edit: remains ? { key, index: Math.max(0, index - 1) } : null });
   }
 
-  /** Adds a point halfway from the one that is chosen to the next. */
+  /** Adds a point halfway between the selected one and the next. */
   insert() {
     if (!this.edit) return;
     const { key, index } = this.edit;
@@ -169,7 +169,7 @@ export class Selection {
     this.#copies(withCopies(this.#drawing, this.#clipboard, this.#aside));
   }
 
-  /** Puts another drawing on this one, at a scale, with its middle at `at`. */
+  /** Inserts another drawing at a scale, centred at `at`. */
   takeIn(drawing, at, scale) {
     const keys = allKeys(drawing);
     const scaled = transformed(drawing, keys, { map: (p) => p.map((v) => v * scale), turn_deg: 0 });
@@ -195,12 +195,12 @@ export class Selection {
     if (this.state.grouped) this.apply(ungrouped(this.#drawing, this.keys));
   }
 
-  /** Aligns it at one of `SIDES`. */
+  /** Aligns the items at one of `SIDES`. */
   align(side) {
     if (this.state.units > 1) this.apply(aligned(this.#drawing, this.keys, side));
   }
 
-  /** Makes its gaps equal along an axis. */
+  /** Equalizes the gaps along an axis. */
   distribute(axis) {
     if (this.state.units > 2) this.apply(distributed(this.#drawing, this.keys, axis));
   }
@@ -219,12 +219,12 @@ export class Selection {
     this.#host.say(moved.length === 1 ? "One end was moved." : `${moved.length} ends were moved.`);
   }
 
-  /** Asks for the name of an obstacle, or for another text. */
+  /** Asks for an obstacle's label, or for a new text. */
   label() {
     if (this.state.label) this.#host.label(this.only);
   }
 
-  /** Moves it, or the point that is chosen, by screen pixels; answers whether there was anything to move. */
+  /** Moves the selection, or the selected point, by screen pixels; returns whether there was anything to move. */
   nudge(direction, far) {
     if (!this.keys.length) return false;
     const by = direction.map((d) => d * this.#host.sheet.px(far));
@@ -237,12 +237,14 @@ export class Selection {
     return true;
   }
 
-  /** Turns it about its middle. */
+  /** Turns the selection about its centre. */
   turn(degrees) {
     if (this.box) this.apply(transformed(this.#drawing, this.keys, turn(center(this.box), degrees)), this.keys, { how: "turn" });
   }
 
-  /** Makes it wider or higher by screen pixels, while its left and its top stay; answers whether there was anything. */
+  /**
+   * Widens or heightens the selection by screen pixels, with its left and top fixed; returns whether there was anything to change.
+   */
   stretch(direction, far) {
     if (!this.box) return false;
     const how = resize(this.box, "se", direction.map((d) => d * this.#host.sheet.px(far)));

@@ -1,10 +1,10 @@
-// What a person has set on this device. Kept in the browser where it lets us.
+// The user's settings on this device, stored in the browser if it allows that.
 
 const DEFAULTS = {
   width_px: 5, hold: true, snap: true, fingers: true, shows: { particles: true, scan: true, plan: true, trail: true, walls: false, learned: true },
 };
 
-/** The settings, with defaults for what is missing or of another kind. */
+/** The settings, with defaults for missing values and values of another type. */
 export function merged(kept) {
   const same = (a, b) => typeof a === typeof b;
   const pick = (base, over) => Object.fromEntries(Object.entries(base).map(([key, value]) => {
@@ -15,7 +15,7 @@ export function merged(kept) {
   return pick(DEFAULTS, kept);
 }
 
-/** Reads them. */
+/** Loads the settings. */
 export function load() {
   try {
     return merged(JSON.parse(localStorage.getItem("settings") ?? "{}"));
@@ -24,11 +24,11 @@ export function load() {
   }
 }
 
-/** Writes them; a browser that keeps nothing forgets them with the page. */
+/** Saves the settings; if the browser does not store them, they are lost with the page. */
 export function keep(settings) {
   try {
     localStorage.setItem("settings", JSON.stringify(settings));
   } catch {
-    // Private windows may refuse.
+    // Private windows may refuse to store anything.
   }
 }

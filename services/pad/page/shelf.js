@@ -1,10 +1,10 @@
-// The library of drawings in this browser's IndexedDB. A drawing is kept as the text of its file; beside it stands a small entry with
-// its name, the time of its last change, and a picture, so that a list needs no texts.
+// The library of drawings in this browser's IndexedDB. A drawing is stored as the text of its file; beside it is a small entry with
+// its name, the time of its last change, and a picture, so that a list does not need to read the texts.
 
 const [DATABASE, VERSION] = ["sketchnav", 1];
 const STORES = ["entries", "texts"];
 const UNNAMED = /^Drawing (\d+)$/;
-/** How many of its last states an entry remembers. */
+/** Number of past versions that an entry remembers. */
 const PAST = 50;
 
 /** The result of a request. */
@@ -22,23 +22,23 @@ function opened() {
   return result(request);
 }
 
-/** A short name of a text (FNV-1a). */
+/** A hash of a text (FNV-1a). */
 function digest(text) {
   let hash = 2166136261;
   for (let i = 0; i < text.length; i += 1) hash = Math.imul(hash ^ text.charCodeAt(i), 16777619);
   return `${text.length} ${hash >>> 0}`;
 }
 
-/** A new name for a drawing among the entries. */
+/** A default name that no entry has. */
 const unnamed = (entries) => `Drawing ${1 + Math.max(0, ...entries.map(({ name }) => Number(UNNAMED.exec(name)?.[1] ?? 0)))}`;
 
-/** The key of a drawing that is new, here and in any other page. */
+/** A new id, unique across pages. */
 export const newId = () => Array.from(crypto.getRandomValues(new Uint32Array(4)), (n) => n.toString(16).padStart(8, "0")).join("");
 
 export class Shelf {
   #database = null;
 
-  /** Does `work({ entries, texts })` in one transaction, and answers what it answers once that is on the disk. */
+  /** Runs `work({ entries, texts })` in one transaction, and returns its result once the transaction is complete. */
   async #does(mode, work) {
     this.#database ??= opened();
     let database;
@@ -61,7 +61,7 @@ export class Shelf {
     return answer;
   }
 
-  /** All entries, `{ id, name, changed, picture, gone, past }`; the one that was changed last comes first. `changed`: ms since 1970. */
+  /** All entries, `{ id, name, changed, picture, gone, past }`, the most recently changed first. `changed`: ms since 1970. */
   async list() {
     const all = await this.#does("readonly", ({ entries }) => result(entries.getAll()));
     return all.sort((a, b) => b.changed - a.changed);
@@ -76,9 +76,9 @@ export class Shelf {
   }
 
   /**
-   * Keeps a drawing, and answers its entry. `stamp`: when it was changed last as far as this page knows, `null` if it is new. If
-   * another page has changed it otherwise or deleted it since, this one is kept beside it, under another id. `late`: from a page
-   * that is gone, so that it may have been kept already.
+   * Saves a drawing and returns its entry. `stamp`: the time of its last change that this page has seen, `null` if it is new. If
+   * another page has changed or deleted it since, this version is saved separately, under another id. `late`: left behind by a
+   * closed page, so it may already have been saved.
    */
   save({ id, stamp, text, name = null }, late = false) {
     return this.#does("readwrite", async ({ entries, texts }) => {
@@ -98,7 +98,7 @@ export class Shelf {
     });
   }
 
-  /** Changes the entry of a drawing by `change(entry)`; answers it. */
+  /** Changes the entry of a drawing by `change(entry)` and returns it. */
   #edit(id, change) {
     return this.#does("readwrite", async ({ entries }) => {
       const entry = await result(entries.get(id));
@@ -113,7 +113,7 @@ export class Shelf {
     return this.#edit(id, () => ({ name }));
   }
 
-  /** A drawing that is removed can be restored until the next sweep. */
+  /** A removed drawing can be restored until the next sweep. */
   remove(id) {
     return this.#edit(id, () => ({ gone: true }));
   }
@@ -122,12 +122,12 @@ export class Shelf {
     return this.#edit(id, () => ({ gone: false }));
   }
 
-  /** The picture of a drawing as it was at the time `changed`. */
+  /** Saves the picture of a drawing as of the time `changed`. */
   keepPicture(id, changed, url) {
     return this.#edit(id, () => ({ picture: { changed, url } }));
   }
 
-  /** A copy of a drawing; answers its entry. */
+  /** Copies a drawing and returns the entry of the copy. */
   duplicate(id) {
     return this.#does("readwrite", async ({ entries, texts }) => {
       const [entry, text] = await Promise.all([result(entries.get(id)), result(texts.get(id))]);
@@ -141,7 +141,7 @@ export class Shelf {
     });
   }
 
-  /** Deletes what was removed. */
+  /** Deletes removed drawings for good. */
   sweep() {
     return this.#does("readwrite", async ({ entries, texts }) => {
       for (const { id, gone } of await result(entries.getAll())) {

@@ -1,19 +1,19 @@
-// Snapping: ends of lines to ends and walls, directions to level, upright and to the walls where they begin, what is moved to what
-// stands beside it. Pure. A guide is `{ point }` or `{ line: [a, b] }`, to show what something has snapped to.
+// Snapping: ends of lines to ends and walls, directions to horizontal, vertical and the walls where they begin, moved items to
+// their neighbours. Pure. A guide is `{ point }` or `{ line: [a, b] }` and shows what something has snapped to.
 
 import { between, boxOf, distance, meeting, nearestOn } from "./geometry.js";
 import { allKeys, isClosed, pointsOf, union } from "./items.js";
 
-/** How near to an end something snaps to it, screen pixels. */
+/** How close to an end something snaps to it, screen pixels. */
 export const SNAP_PX = 10;
-/** Directions within so many degrees of one that is wanted are that one; with Shift all are multiples of the step. */
+/** Directions snap within this many degrees; with Shift, to multiples of the step. */
 const [MAGNET_DEG, STEP_DEG] = [4, 15];
-/** Lines with more points than this are by hand: only their ends are corners. */
+/** Lines with more points than this are freehand: only their ends are corners. */
 const MOST_CORNERS = 12;
-/** How near walls and edges attract, as parts of the reach of ends. */
+/** The reach of walls and edges, as a fraction of that of ends. */
 const WEAKER = 0.6;
 
-/** What may be snapped to: `{ points, walls, boxes }` of strokes and obstacles: all, or `only` these keys, but not `except` those. */
+/** Snapping targets: `{ points, walls, boxes }` of strokes and obstacles: all, or `only` these keys, `except` those. */
 export function targets(drawing, options = null) {
   if (options) return found(drawing, options);
   if (!known.has(drawing)) known.set(drawing, found(drawing, {}));
@@ -46,7 +46,7 @@ function nearest(candidates, p, reach) {
   return best;
 }
 
-/** The nearest point on a wall within `reach`, `null` if there is none. */
+/** The nearest point on a wall within `reach`; `null` if there is none. */
 export const onWall = (p, { walls }, reach) => nearest(walls.map(([a, b]) => nearestOn(p, a, b)), p, reach);
 
 /** A point snapped to an end, or else to a wall: `{ at, guides }`. */
@@ -58,7 +58,9 @@ export function snappedPoint(p, around, reach) {
 const degreesOf = (a, b) => (Math.atan2(b[1] - a[1], b[0] - a[0]) * 180) / Math.PI;
 const apart = (a, b) => Math.abs(((a - b + 540) % 360) - 180);
 
-/** The direction that a line means: level, upright, 45°, or along or across a wall at whose end it begins; `null` if none. */
+/**
+ * The intended direction of a line: horizontal, vertical, 45°, or along or across a wall at whose end it begins; `null` if none.
+ */
 function direction(from, p, { walls }, steps) {
   const drawn = degreesOf(from, p);
   if (steps) return STEP_DEG * Math.round(drawn / STEP_DEG);
@@ -68,7 +70,7 @@ function direction(from, p, { walls }, steps) {
   return apart(best, drawn) <= MAGNET_DEG ? best : null;
 }
 
-/** The end of a line from `from`, snapped: `{ at, guides }`. `steps`: only to multiples of 15°. */
+/** The end of a line from `from`, snapped: `{ at, guides }`. `steps`: to multiples of 15° only. */
 export function snappedEnd(from, p, around, reach, steps = false) {
   const end = steps ? null : nearest(around.points.filter((q) => distance(q, from) > reach), p, reach);
   if (end) return { at: end, guides: [{ point: end }] };
@@ -85,7 +87,7 @@ export function snappedEnd(from, p, around, reach, steps = false) {
   return { at: on(stop?.far ?? far), guides: stop ? [ray, stop.guide] : [ray] };
 }
 
-/** Where a line in the direction `u` should end near `far`: at a wall that it meets, or level with or above or below a corner. */
+/** Where a line in the direction `u` should end near `far`: at a wall that it meets, or aligned with a corner. */
 function stopAt(from, u, far, { points, walls }, reach) {
   const stops = [];
   for (const [a, b] of walls) {
@@ -104,7 +106,9 @@ function stopAt(from, u, far, { points, walls }, reach) {
   return stops.reduce((a, b) => (a && Math.abs(a.far - far) <= Math.abs(b.far - far) ? a : b), null);
 }
 
-/** A move of `moving` (targets of what is moved) by `by`, snapped: `{ by, guides }`. Ends attract first, then edges and middles. */
+/**
+ * A move of `moving` (targets of the moved items) by `by`, snapped: `{ by, guides }`. Ends take precedence over edges and centres.
+ */
 export function snappedMove(moving, by, around, reach) {
   let [best, least] = [null, reach];
   for (const p of moving.points) {
@@ -146,12 +150,12 @@ function besideOthers(moving, by, others, reach) {
 
 // ---------------------------------------------------------------------------- gaps
 
-/** Gaps up to so many widths of the stroke are closed. */
+/** Maximum width of a gap that is closed, in widths of the stroke. */
 const GAP_WIDTHS = 8;
-/** Walls that meet at less than this angle are in line, and their ends meet halfway. */
+/** Walls that meet at less than this angle are collinear, and their ends meet halfway. */
 const IN_LINE = Math.sin((20 * Math.PI) / 180);
 
-/** The ends of the strokes: where they are, which way they point, and which point of the stroke comes before. */
+/** The ends of the strokes: their position, the previous point, and its index. */
 function endsOf(drawing) {
   return drawing.strokes.flatMap(({ points, width_px }, i) => {
     if (points.length < 2) return [];
@@ -161,7 +165,7 @@ function endsOf(drawing) {
   });
 }
 
-/** Where two ends meet: where their walls would cross, if that is near to both, or else halfway. */
+/** Where two ends meet: at the intersection of their walls if that is close to both, or else halfway. */
 function joint(a, b, most) {
   const [u, v] = [a, b].map(({ at, before }) => [0, 1].map((i) => (at[i] - before[i]) / distance(at, before)));
   if (Math.abs(u[0] * v[1] - u[1] * v[0]) > IN_LINE) {
@@ -173,8 +177,8 @@ function joint(a, b, most) {
 }
 
 /**
- * Where ends of the chosen strokes should go to close their gaps: `{ key, index, at }`. Ends near each other meet; the
- * others go to a wall that is near. Strokes that are not chosen stay as they are.
+ * Where ends of the selected strokes should move to close their gaps: `{ key, index, at }`. Ends close to each other meet; the
+ * others move to a wall nearby. Unselected strokes stay unchanged.
  */
 export function closings(drawing, keys) {
   const chosen = new Set(keys);

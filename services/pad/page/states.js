@@ -1,7 +1,7 @@
-// The steps of paper 004's figure 4: draw the map, send it, draw the path, send it, execute, abort,
-// restore or start again. Which button may be pressed now, and what to say. Pure.
+// The steps of figure 4 in paper 004: draw the map, send it, draw the path, send it, execute, abort, restore or start again. Which
+// buttons are enabled, and which texts are shown. Pure.
 
-/** What the navigation is doing, in words. */
+/** The state of the navigation in words. */
 const STATE_WORDS = {
   "no-sketch": "No map yet",
   sketch: "Map sent",
@@ -13,10 +13,10 @@ const STATE_WORDS = {
 };
 
 /**
- * Which buttons are enabled. Anybody may stop the robot; all else needs the wheel.
+ * Which buttons are enabled. Every page may stop the robot; everything else requires the wheel.
  *
- * `up`: the link stands. `drives`: this page has the wheel. `busy`: a request is under way. `feed`: the
- * last one, or `null`. `map`, `path`: whether the sheet has one.
+ * `up`: the link is up. `drives`: this page has the wheel. `busy`: a request is in progress. `feed`: the last one, or `null`.
+ * `map`, `path`: whether the sheet has one.
  */
 export function enabled({ up, drives, busy, feed, map, path }) {
   const may = (step) => Boolean(up && drives && feed?.ready && feed.allowed.includes(step));
@@ -33,14 +33,14 @@ export function enabled({ up, drives, busy, feed, map, path }) {
   };
 }
 
-/** How far one has come: `done`, `now` or `later` for map, path and drive. */
+/** Progress of map, path and drive: `done`, `now` or `later`. */
 export function stages(feed) {
   const at = { "no-sketch": 0, sketch: 1, path: 2, driving: 2, aborted: 2, paused: 2, ended: 2 }[feed?.state] ?? 0;
   const ended = feed?.state === "ended";
   return ["map", "path", "drive"].map((name, i) => [name, i < at || (i === 2 && ended) ? "done" : i === at ? "now" : "later"]);
 }
 
-/** What was learned, in words, and what may be done about it; `null` where nothing was. */
+/** What was learned and what can be done about it, in words; `null` if nothing was learned. */
 export function learnedWords({ feed, learned }) {
   if (!learned) return null;
   if (feed?.allowed.includes("accept")) return "The robot has learned what it saw. Accept it, and it drives by that.";
@@ -55,10 +55,10 @@ export function headline({ up, feed }) {
   return STATE_WORDS[feed.state] ?? feed.state;
 }
 
-/** Whether a tap of this page tells the robot where it is. */
+/** Whether a tap on this page tells the robot where it is. */
 export const isAsked = (feed) => Boolean(feed?.question && feed.drives && feed.allowed.includes("here"));
 
-/** The place that a tap means: one that is asked about where it is near to that, else its own. */
+/** The place meant by a tap: a place of the question if one is close enough, otherwise the tap's own. */
 export function meant(question, at, near) {
   const off = (place) => Math.hypot(place.at[0] - at[0], place.at[1] - at[1]);
   const [nearest] = [...(question?.places ?? [])].sort((a, b) => off(a) - off(b));
@@ -88,23 +88,23 @@ export function advice({ up, refusal, drives, watches, practising, questions, fe
   return words[feed.state] ?? "";
 }
 
-/** A task in words, `null` where there is none. */
+/** A task in words; `null` if there is none. */
 export function taskWords(task) {
   if (!task) return null;
   if (task.state === "finished") return `${task.reached} of ${task.count} ${task.count === 1 ? "task" : "tasks"} reached`;
   const name = task.name ? ` “${task.name}”` : "";
   const parts = [`Task ${task.index + 1} of ${task.count}${name}: ${task.state}`];
-  // What keeps a robot that drives or waits is in the advice and the warnings.
+  // While the robot drives or waits, the reason is in the advice and the warnings.
   if (task.reason && !["driving", "paused", "waiting"].includes(task.state)) parts.push(task.reason);
   return parts.join(", ");
 }
 
-/** Metres and seconds for people. */
+/** Metres and seconds as texts. */
 export const metres = (m) => (Number.isFinite(m) ? `${m.toFixed(m < 10 ? 1 : 0)} m` : "–");
 export const seconds = (s) => (Number.isFinite(s) ? `${Math.floor(s / 60)}:${String(Math.floor(s % 60)).padStart(2, "0")}` : "–");
 export const speed = (v) => (Number.isFinite(v) ? `${v.toFixed(2)} m/s` : "–");
 
-/** What stands against the server's limits in a drawing, in words; `null` where nothing does. */
+/** The limit of the server that a drawing exceeds, in words; `null` if it exceeds none. */
 export function tooMuch(limits, { strokes, points, bytes, route, goals }) {
   const over = [
     [strokes, limits?.strokes, "strokes"], [points, limits?.points, "points in the strokes"],

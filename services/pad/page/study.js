@@ -1,5 +1,5 @@
-// The page of a study: who takes part, what is measured while they draw, what they answer. The server says how far the
-// participant has come; only that a drawing begins to count after some practice is this page's own.
+// The page of a study: the participant, the measurements during drawing, the questions. The server keeps track of the participant's
+// progress; only the end of the practice is decided by this page.
 
 import { NOTHING, measured, report } from "./measure.js";
 import { begun } from "./keeper.js";
@@ -7,7 +7,7 @@ import { LANDSCAPE, PORTRAIT, blank } from "./model.js";
 
 const at = (id) => document.getElementById(id);
 const now = () => performance.timeOrigin + performance.now();
-/** What a page keeps over a reload, and what it forgets with a participant. */
+/** What a page keeps across a reload, and what it deletes after a participant. */
 const [STORE, OF_PARTICIPANT] = ["study", ["study", "placed"]];
 const NOBODY = { code: null, practising: true, measure: NOTHING };
 
@@ -46,21 +46,21 @@ export class Study {
       this.#show();
     });
     at("study").addEventListener("cancel", (event) => event.preventDefault());
-    // Keys of the sheet are not meant while somebody reads or writes.
+    // The sheet's shortcuts are off while the dialog is open.
     at("study").addEventListener("keydown", (event) => event.key !== "Escape" && event.stopPropagation());
   }
 
-  /** Whether the sheet is for practice: nothing on it can be sent. */
+  /** Whether the sheet is for practice and cannot be sent. */
   get practising() {
     return this.takesPart && this.#view.stage === "draw" && this.#kept.practising;
   }
 
-  /** Whether a participant of a study is at this page. */
+  /** Whether a participant of a study uses this page. */
   get takesPart() {
     return this.#view !== null && this.#drives;
   }
 
-  /** What the server says about the study, `null` where there is none; and whether this page drives. */
+  /** Handles the server's view of the study, `null` if there is none, and whether this page drives. */
   told(view, drives) {
     [this.#view, this.#drives] = [view, drives];
     document.body.classList.toggle("study", view !== null);
@@ -79,27 +79,27 @@ export class Study {
     this.#show();
   }
 
-  /** Whether the robot has driven and stands still, so that there are questions. */
+  /** Whether the robot has driven and stands still, so that the questions follow. */
   hasQuestions(feed) {
     const stands = Boolean(feed) && !["driving", "paused"].includes(feed.state);
     return this.takesPart && this.#view.stage === "driven" && stands;
   }
 
-  /** Shows what there is to do by this state of the robot. */
+  /** Shows what the participant can do in this state of the robot. */
   refresh(feed) {
     at("study-start").hidden = !this.practising;
     at("study-questions").hidden = !this.hasQuestions(feed);
     this.#show();
   }
 
-  /** Does what is not drawing but a step of the history: `undo` or `redo`. */
+  /** Runs `work` as an `undo` or `redo`, not as drawing. */
   step(how, work) {
     this.#how = how;
     work();
     this.#how = "draw";
   }
 
-  /** The drawing has changed, or something else has; `edits`: by a tool that changes what is drawn already. */
+  /** Handles a change of the drawing or of something else; `edits`: with a tool that changes existing items. */
   saw(drawing, edits = false) {
     const before = this.#seen;
     this.#seen = drawing;
@@ -112,7 +112,7 @@ export class Study {
     this.#keep({ ...this.#kept, measure: measured(this.#kept.measure, before, drawing, step) });
   }
 
-  /** Tells the server what was measured, before the robot drives. */
+  /** Sends the measurements to the server before the robot drives. */
   async beforeDrive() {
     if (!this.takesPart || this.#view.stage !== "draw") return;
     const measures = report(this.#kept.measure);
@@ -125,7 +125,7 @@ export class Study {
     sessionStorage.setItem(STORE, JSON.stringify(kept));
   }
 
-  /** The practice is over: an empty sheet, without a way back to what was on it. */
+  /** Ends the practice: an empty sheet, with no undo. */
   #start() {
     const drawing = begun(blank(this.#view.sheet === "portrait" ? PORTRAIT : LANDSCAPE));
     this.host.desk.renew(drawing);
@@ -149,7 +149,7 @@ export class Study {
     return { ratings: Object.fromEntries(ratings), suggestions: at("study-suggestions").value };
   }
 
-  /** Which part of the dialog is shown; `null` where there is none. */
+  /** The visible part of the dialog; `null` if there is none. */
   get #part() {
     if (!this.takesPart) return null;
     if (this.#asks) return "study-answers";

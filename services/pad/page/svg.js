@@ -1,19 +1,19 @@
-// The drawing as an SVG: for a file, and for the small pictures of the library. Pure.
+// The drawing as an SVG: for a file, and for the thumbnails of the library. Pure.
 
 import { middle } from "./geometry.js";
 import { toText } from "./model.js";
 
-/** The id of the metadata that hold the drawing as it is. */
+/** The id of the metadata that contains the original drawing. */
 export const OWN = "sketchnav-drawing";
 
-/** Colours on white paper. The map has one, so that walls and obstacles are read as the same ink. */
+/** Colours on white paper. The map has only one, so that walls and obstacles are read as the same ink. */
 const [INK, PLACE, ROUTE, GOAL, START] = ["#1d2226", "#4a3aa8", "#0d6ea8", "#0d6ea8", "#1f7a3d"];
-/** Sizes of texts and marks, as parts of the sheet's longer side. */
+/** Sizes of texts and marks, as fractions of the sheet's longer side. */
 const [TEXT, MARK, LINE] = [1 / 60, 1 / 90, 1 / 250];
 
 const escaped = (text) => text.replace(/[&<>"]/g, (c) => ({ "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;" })[c]);
 const listed = (points) => points.map(([x, y]) => `${x},${y}`).join(" ");
-/** A tap of the pen: a line of no length has no caps, one of a hair's length has. */
+/** A tap of the pen: a line of length zero has no caps, so it gets a tiny length. */
 const lineOf = (points) => (points.length > 1 ? points : [points[0], [points[0][0] + 0.1, points[0][1]]]);
 
 const stroke = ({ points, width_px }, least) => (
@@ -29,7 +29,7 @@ const words = (text, [x, y], size, color) => (
   `<text x="${x}" y="${y}" font-size="${size}" text-anchor="middle" dominant-baseline="central" fill="${color}" stroke="none">${escaped(text)}</text>`
 );
 
-/** Route, goals and start, and what obstacles are. */
+/** Route, goals and start, and labels of obstacles. */
 function marks({ obstacles, route, goals, start }, side) {
   const [text, mark, line] = [TEXT, MARK, LINE].map((part) => part * side);
   const disc = ([x, y], color) => `<circle cx="${x}" cy="${y}" r="${mark}" fill="${color}" stroke="none"/>`;
@@ -48,8 +48,8 @@ function marks({ obstacles, route, goals, start }, side) {
 }
 
 /**
- * The drawing on white paper, in canvas pixels. `shown`: with the marks on it and the photo to trace. `least`: no line is narrower. `own`: with
- * the drawing as metadata, so that this page reads it as it was.
+ * The drawing on white paper, in canvas pixels. `shown`: with the marks and the photo to trace. `least`: minimum width of a line.
+ * `own`: with the drawing as metadata, so that this page can restore it exactly.
  */
 export function toSvg(drawing, { shown = false, least = 0, own = false } = {}) {
   const { canvas: [width, height], strokes, obstacles, labels, photo, underlay } = drawing;

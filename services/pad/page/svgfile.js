@@ -1,18 +1,19 @@
-// Drawings in SVG: dark lines are walls, dark areas are obstacles, texts name places; one that this page has saved is as it was.
+// Reads drawings from SVG: dark lines become walls, dark areas become obstacles, texts name places; an SVG saved by this page is
+// restored exactly.
 //
-// A file is parsed into a document of its own, which no browser shows, so nothing in it is run or fetched. Only numbers, colours and
-// texts are taken from it.
+// A file is parsed into a separate document that is never displayed, so nothing in it is run or fetched. Only numbers, colours and
+// texts are used.
 
 import { fromText } from "./model.js";
 import { outlines } from "./outline.js";
 import { placed } from "./placing.js";
 import { OWN } from "./svg.js";
 
-/** More elements than a drawing has, also if a few are used many times over. */
+/** Maximum number of elements, including repeated references: more than any drawing has. */
 const MAX_ELEMENTS = 50000;
-/** How deep references may lead to references. */
+/** Maximum depth of nested references. */
 const MAX_DEPTH = 16;
-/** Lighter ink than this is paper, from 0 for black to 1. */
+/** Ink lighter than this counts as paper, from 0 for black to 1. */
 const LIGHT = 0.75;
 const INHERITED = ["fill", "stroke", "stroke-width", "visibility", "color", "font-size", "text-anchor", "fill-rule"];
 const OWN_ONLY = ["display", "opacity", "fill-opacity", "stroke-opacity"];
@@ -59,7 +60,7 @@ const TRANSFORMS = {
   skewY: ([degrees]) => [1, tan(degrees), 0, 1, 0, 0],
 };
 
-/** The transform that an attribute describes. */
+/** The transform of an attribute. */
 export function transformOf(text) {
   return [...(text ?? "").matchAll(/(\w+)\s*\(([^)]*)\)/g)].reduce((all, [, name, numbers]) => {
     const n = numbers.split(/[\s,]+/).filter(Boolean).map(Number);
@@ -69,7 +70,7 @@ export function transformOf(text) {
 
 // ---------------------------------------------------------------------------- styles
 
-/** The declarations of a style sheet, `[selector, style]` each. What it would import or fetch is not: it belongs to no document. */
+/** The declarations of a style sheet, as `[selector, style]`. Its imports are not loaded, since it belongs to no document. */
 function rules(text) {
   const sheet = new CSSStyleSheet();
   sheet.replaceSync(text);
@@ -90,7 +91,7 @@ function declared(element, sheets) {
 
 const swatch = () => Object.assign(document.createElement("canvas"), { width: 1, height: 1 }).getContext("2d", { willReadFrequently: true });
 
-/** Whether a colour is ink on white paper. */
+/** Whether a colour counts as ink on white paper. */
 function isInk(value, opacity, { color }, context) {
   if (value === "none" || Number(opacity ?? 1) === 0) return false;
   if (value.startsWith("url(")) return true;
@@ -105,7 +106,7 @@ function isInk(value, opacity, { color }, context) {
 
 // ---------------------------------------------------------------------------- the file
 
-/** Reads one: `{ drawing, left }`; `left` names what was left out. Throws an `Error` with what was expected. */
+/** Reads an SVG: `{ drawing, left }`; `left` lists what was left out. Throws an `Error` with what was expected. */
 export function fromSvg(text) {
   const parsed = new DOMParser().parseFromString(text, "image/svg+xml");
   const root = parsed.documentElement;
@@ -144,7 +145,7 @@ function walk(element, outer, inherited, read) {
   else if (LEFT_OUT[name]) read.left.push(LEFT_OUT[name]);
 }
 
-/** An element of this file that is shown once more. */
+/** Repeats an element that is referenced in this file. */
 function reuse(element, matrix, style, read) {
   const href = element.getAttribute("href") ?? element.getAttributeNS("http://www.w3.org/1999/xlink", "href") ?? "";
   const target = href.startsWith("#") && read.root.ownerDocument.getElementById(href.slice(1));
@@ -174,12 +175,12 @@ function shape(element, matrix, style, read) {
   if (width_px > 0) lines.forEach(({ points, closed }) => read.strokes.push({ points: closed ? [...points, points[0]] : points, width_px }));
 }
 
-/** Rings as one polygon with holes, by the even-odd rule: each begins and ends at a corner of the first. */
+/** Rings as one polygon with holes (even-odd): each begins and ends at a corner of the first. */
 const joined = ([first, ...others]) => others.reduce((all, ring) => [...all, first[0], ...ring, ring[0]], first);
 
 const titleOf = (element) => ([...element.children].find(({ localName }) => localName === "title")?.textContent ?? "").trim().slice(0, 40);
 
-/** A text names the place where its middle is: about, since no font is at hand. */
+/** A text names the place at its middle, which is approximate, since its font is not available. */
 function words(element, matrix, style, read) {
   const text = element.textContent.replace(/\s+/g, " ").trim();
   if (!text) return;

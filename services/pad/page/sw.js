@@ -1,10 +1,10 @@
-// The page without a server: keeps its files, and hands them out when the server does not answer. While it does, its files count, so
-// that page and server are of one version. What the robot says and is told is never kept.
+// The page without a server: caches its files and serves them when the server does not answer. If it does, its files take
+// precedence, so that page and server have the same version. The robot's data is never cached.
 
 const CACHE = "page";
-/** A server that says nothing for so long does not answer, milliseconds. */
+/** Time without an answer after which the server counts as unreachable, milliseconds. */
 const PATIENCE_MS = 4000;
-/** What is not of the page. */
+/** Paths that are not part of the page. */
 const NEVER = /^\/(api\/|metrics)/;
 
 async function fill() {
@@ -14,7 +14,7 @@ async function fill() {
   await cache.addAll(files);
 }
 
-/** A file from the server, or as it was kept. Only its path counts: the token of the link is in no cache. */
+/** A file from the server, or else from the cache. Only the path is the key: the link's token is never cached. */
 async function file(path, event) {
   try {
     const response = await fetch(path, { signal: AbortSignal.timeout(PATIENCE_MS) });

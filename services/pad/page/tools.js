@@ -1,11 +1,11 @@
-// What a gesture does to the drawing, by tool. A tool takes places on the sheet and changes the drawing
-// through its host; it knows no browser event.
+// What a gesture does to the drawing, by tool. A tool takes places on the sheet and changes the drawing through its host; it is
+// independent of browser events.
 //
-// The host has: `drawing()`, `change(drawing)`, `preview(drawing)` (shown, but not yet a step of the
-// history), `shown()` (the one that is), `sheet`, `draft(shape | null)`, `guides(list)` (what has snapped to what, snap.js),
-// `over()` (what is selected is drawn again), `selected()` (something else is), `settings()`, `say(words)`, `label(key)` (asks
-// for the text of an item), `write(at)` (asks for a new text there), `answer(at, heading_deg)`.
-// A step with a tag, `change(drawing, tag)`, is one with the step before if that has the same.
+// The host has: `drawing()`, `change(drawing)`, `preview(drawing)` (shown, but not yet a step of the history), `shown()` (the
+// drawing that is shown), `sheet`, `draft(shape | null)`, `guides(list)` (what has snapped to what, snap.js), `over()` (the
+// selection is redrawn), `selected()` (the selection has changed), `settings()`, `say(words)`, `label(key)` (asks for the text of
+// an item), `write(at)` (asks for a new text there), `answer(at, heading_deg)`. A step with a tag, `change(drawing, tag)`, is
+// merged with the previous step if that has the same tag.
 
 import { arc, between, box, distance, ellipse, even, meantStraight, squared } from "./geometry.js";
 import {
@@ -15,20 +15,20 @@ import { itemAt } from "./items.js";
 import { Select } from "./select.js";
 import { SNAP_PX, onWall, snappedEnd, snappedPoint, targets } from "./snap.js";
 
-/** Holding still so long straightens what was meant to be straight. */
+/** A pause of this length straightens a line that was meant to be straight. */
 const HOLD_MS = 650;
-/** How far a hand that holds still may tremble, screen pixels. */
+/** How far the pointer may move during a pause, screen pixels. */
 const TREMBLE_PX = 4;
-/** How near to its first corner a tap closes a shape, and how near to the last one it is a double tap. */
+/** How close to its first corner a tap closes a shape, and how close to the last one it is a double tap; screen pixels. */
 const [CLOSING_PX, TWICE_PX] = [14, 5];
 /** The eraser's radius, screen pixels. */
 const RUBBER_PX = 14;
-/** How near a wall a door is in it, screen pixels. */
+/** Maximum distance of a door from its wall, screen pixels. */
 const DOOR_PX = 14;
-/** How far an arc is bent until it is bent by hand, as a part of the distance of its ends. */
+/** Initial bend of an arc, as a fraction of the distance between its ends. */
 const BULGE = 0.25;
 
-/** A line by hand: the walls' pen, and the path. `finish(points, pressures)` makes of it what it is. */
+/** A freehand line: the pen for walls, and the path. `finish(points, pressures)` turns it into an item. */
 class Freehand {
   #points = [];
   #pressures = [];
@@ -81,7 +81,7 @@ class Freehand {
     this.host.sheet.liveEnd();
   }
 
-  /** From now on the hand holds still at `at`, until it moves. */
+  /** Starts waiting for a pause at `at`. */
   #wait(at) {
     this.#held = at;
     clearTimeout(this.#hold);
@@ -99,7 +99,7 @@ class Freehand {
     clearTimeout(this.#hold);
   }
 
-  /** The line from the first point to this one. */
+  /** Draws the line from the first point to this one. */
   #stretch({ at }) {
     const pressure = this.#pressures[0] === null ? null : 0.5;
     this.#points = [this.#points[0], rounded(squared(this.#points[0], at))];
@@ -109,7 +109,7 @@ class Freehand {
   }
 }
 
-/** Two corners: a straight wall, a box. The shape may say where it begins and ends, by the samples. */
+/** Two corners: a straight wall, a box. The shape may adjust its begin and end from the samples. */
 class TwoCorners {
   #from = null;
   #to = null;
@@ -140,7 +140,7 @@ class TwoCorners {
   }
 }
 
-/** An arc: its two ends with one drag, then how far it is bent with another, or with a click of the mouse. */
+/** An arc: its two ends with one drag, then its bend with another, or with a mouse click. */
 class Arc {
   #from = null;
   #to = null;
@@ -199,14 +199,14 @@ class Arc {
     return arc(this.#from, this.#to, this.#via);
   }
 
-  /** Bends it as far as a place is from the line through its ends. */
+  /** Bends the arc by the distance of a place from the line through its ends. */
   #bend([x, y]) {
     const [[ax, ay], [bx, by]] = [this.#from, this.#to];
     const [dx, dy] = [bx - ax, by - ay];
     this.#bulge(((x - ax) * dy - (y - ay) * dx) / (dx * dx + dy * dy));
   }
 
-  /** Bends it by a part of the distance of its ends, to the left as one goes along it, or to the right if negative. */
+  /** Bends the arc by a fraction of the distance between its ends, to the left in its direction, or to the right if negative. */
   #bulge(part) {
     const [[ax, ay], [bx, by]] = [this.#from, this.#to];
     const [x, y] = between(this.#from, this.#to, 0.5);
@@ -261,7 +261,7 @@ class Door {
   }
 }
 
-/** Corners one by one; the first one again, Enter or a double tap closes it. With Shift its sides keep to directions. */
+/** Corners one by one; the first one again, Enter or a double tap closes the shape. With Shift, its sides snap to directions. */
 class Polygon {
   #corners = [];
 
@@ -317,7 +317,7 @@ class Polygon {
   }
 }
 
-/** Rubs out what it first meets, the map or the marks, and leaves the other alone. */
+/** Erases either the map or the marks, whichever it touches first. */
 class Eraser {
   #kind = null;
   #last = null;
@@ -336,7 +336,7 @@ class Eraser {
 
   extend(samples) {
     samples.forEach(({ at }) => {
-      // No gap between two events, however fast the hand is.
+      // Fast movements leave no gap between two events.
       const steps = Math.max(1, Math.ceil(distance(this.#last, at) / this.#radius()));
       for (let i = 1; i <= steps; i += 1) {
         this.#rub([this.#last[0] + ((at[0] - this.#last[0]) * i) / steps, this.#last[1] + ((at[1] - this.#last[1]) * i) / steps]);
@@ -377,14 +377,14 @@ function addObstacle(host, polygon) {
   host.label(`obstacles:${host.drawing().obstacles.length - 1}`);
 }
 
-/** A tap on an obstacle that stands already asks for its label. */
+/** A tap on an existing obstacle asks for its label. */
 function editLabel(host, at) {
   const index = obstacleAt(host.drawing(), at);
   if (index >= 0) host.label(`obstacles:${index}`);
   return index >= 0;
 }
 
-/** A tap on a text changes it; elsewhere it writes another. */
+/** A tap on a text changes it; elsewhere it adds a new one. */
 function write(host, at) {
   const key = itemAt({ ...host.drawing(), strokes: [], obstacles: [], goals: [], route: null, start: null }, at, 0, host.sheet.px(1));
   if (key) host.label(key);
@@ -400,7 +400,7 @@ export function makeTools(host) {
     if (points.length < 2) host.say("Draw the path as a line, from where the robot stands.");
     else host.change(withRoute(host.drawing(), points));
   };
-  /** A sample's place, snapped to ends and walls; and, if it ends a line, to directions. With Ctrl it is where it is. */
+  /** A sample's place, snapped to ends and walls, and, if it ends a line, to directions. Ctrl disables snapping. */
   const snap = (sample, from = null) => {
     const free = !host.settings().snap || sample.ctrl;
     const [around, reach] = [targets(host.drawing()), host.sheet.px(SNAP_PX)];

@@ -1,19 +1,22 @@
-// Moving, turning and scaling what is selected, and the handles that do it. Pure. A transform is `{ map(point), turn_deg }`;
-// it turns clockwise as seen, since y points down.
+// Moving, turning and scaling the selection, and the handles for it. Pure. A transform is `{ map(point), turn_deg }`; it turns
+// clockwise on the screen, since y points down.
 
-/** Turns with Shift, degrees: as in Excalidraw. */
+/** Step of turns with Shift, degrees: as in Excalidraw. */
 const STEP_DEG = 15;
-/** How far the frame is from what it is around, and the handle that turns from the frame, screen pixels. */
+/** Distance of the frame from its contents, and of the turning handle from the frame, screen pixels. */
 const [PAD_PX, STEM_PX] = [8, 30];
-/** Shorter sides of a frame, in screen pixels, have no handle in their middle; frames below the second size have one at a corner. */
+/**
+ * Minimum length of a side with a handle in its middle; frames smaller than the second size have only one corner handle; screen
+ * pixels.
+ */
 const [FEW_PX, ONE_PX] = [72, 28];
-/** Handles: which sides they move, from the left or top, -1, to the right or bottom, 1. */
+/** Handles with the sides that they move: from the left or top, -1, to the right or bottom, 1. */
 const HANDLES = { nw: [-1, -1], n: [0, -1], ne: [1, -1], e: [1, 0], se: [1, 1], s: [0, 1], sw: [-1, 1], w: [-1, 0] };
 
-/** A move. */
+/** A translation. */
 export const move = ([dx, dy]) => ({ map: ([x, y]) => [x + dx, y + dy], turn_deg: 0 });
 
-/** A turn about a point. */
+/** A rotation about a point. */
 export function turn([cx, cy], degrees) {
   const [cos, sin] = [Math.cos((degrees * Math.PI) / 180), Math.sin((degrees * Math.PI) / 180)];
   return { map: ([x, y]) => [cx + cos * (x - cx) - sin * (y - cy), cy + sin * (x - cx) + cos * (y - cy)], turn_deg: degrees };
@@ -25,13 +28,13 @@ export const scale = ([cx, cy], [sx, sy]) => ({ map: ([x, y]) => [cx + sx * (x -
 /** The middle of a box. */
 export const center = ([left, top, right, bottom]) => [(left + right) / 2, (top + bottom) / 2];
 
-/** The frame that is drawn around a box; `px` is a screen pixel in sheet pixels. */
+/** The frame around a box; `px` is the size of a screen pixel in sheet pixels. */
 export function frame([left, top, right, bottom], px) {
   const pad = PAD_PX * px;
   return [left - pad, top - pad, right + pad, bottom + pad];
 }
 
-/** The handles of a box: name → place. One that cannot be scaled, since it is a point, has only the one that turns. */
+/** The handles of a box: name → place. A box that cannot be scaled, such as that of a point, has only the turning handle. */
 export function handles(box, px, { scales = true, turns = true } = {}) {
   const [left, top, right, bottom] = frame(box, px);
   const [width, height] = [(right - left) / px, (bottom - top) / px];
@@ -46,7 +49,7 @@ export function handles(box, px, { scales = true, turns = true } = {}) {
   return Object.fromEntries(places);
 }
 
-/** The handle within `reach` of a point, the nearest; `null` if there is none. The middle of a small `box` stays free. */
+/** The closest handle within `reach` of a point; `null` if there is none. The middle of a small `box` stays free. */
 export function handleAt(places, [x, y], reach, box, px) {
   if (!box) return null;
   const [[left, top, right, bottom], [cx, cy]] = [frame(box, px), center(box)];
@@ -61,8 +64,8 @@ export function handleAt(places, [x, y], reach, box, px) {
 }
 
 /**
- * What dragging a handle by `[dx, dy]` does to a box. `even`: both sides by the same factor; `middle`: about the middle, not the
- * opposite side. A side becomes no shorter than a pixel, and one that has no length keeps none.
+ * The transform for dragging a handle of a box by `[dx, dy]`. `even`: both sides by the same factor; `middle`: about the centre
+ * instead of the opposite side. A side never becomes shorter than a pixel, and a side of length zero stays so.
  */
 export function resize(box, handle, [dx, dy], { even = false, middle = false } = {}) {
   const [hx, hy] = HANDLES[handle];
@@ -77,19 +80,19 @@ export function resize(box, handle, [dx, dy], { even = false, middle = false } =
   return scale(anchor, both === null ? grown : [both, both]);
 }
 
-/** The factor for both sides: that of the side which was pulled, or which has changed more. */
+/** The factor for both sides: that of the dragged side, or the one that changes more. */
 function larger([x, y], [hx, hy], [width, height]) {
   if (hx === 0 || width <= 0) return y;
   if (hy === 0 || height <= 0) return x;
   return Math.abs(x - 1) > Math.abs(y - 1) ? x : y;
 }
 
-/** How far a drag from one point to another turns about a middle, degrees; in steps with `steps`. */
+/** The angle between two points about a centre, degrees; in steps with `steps`. */
 export function turned([cx, cy], from, to, steps = false) {
   const angle = ([x, y]) => (Math.atan2(y - cy, x - cx) * 180) / Math.PI;
   const degrees = angle(to) - angle(from);
   return steps ? STEP_DEG * Math.round(degrees / STEP_DEG) : degrees;
 }
 
-/** A move along the axis on which it is longer. */
+/** A move restricted to its longer axis. */
 export const upright = ([dx, dy]) => (Math.abs(dx) >= Math.abs(dy) ? [dx, 0] : [0, dy]);

@@ -1,9 +1,9 @@
-// How the sheet lies on the screen: `screen = scale · sheet + offset`, in CSS pixels. Pure.
+// The sheet's position on the screen: `screen = scale · sheet + offset`, in CSS pixels. Pure.
 
-/** Smallest and largest scale, CSS pixels a canvas pixel. */
+/** Minimum and maximum scale, CSS pixels per canvas pixel. */
 const [LEAST, MOST] = [0.05, 8];
 
-/** The whole sheet in the middle of an area, with a margin around: a small one on a phone. */
+/** The whole sheet centred in an area, with a margin, which is smaller on a phone. */
 export function fitted(canvas, area) {
   const margin = Math.min(...area) < 420 ? 8 : 16;
   const room = [Math.max(40, area[0] - 2 * margin), Math.max(40, area[1] - 2 * margin)];
@@ -11,23 +11,23 @@ export function fitted(canvas, area) {
   return { scale, x: (area[0] - canvas[0] * scale) / 2, y: (area[1] - canvas[1] * scale) / 2 };
 }
 
-/** Where a place of the screen is on the sheet. */
+/** From screen to sheet coordinates. */
 export const onSheet = (view, [x, y]) => [(x - view.x) / view.scale, (y - view.y) / view.scale];
 
-/** Where a place of the sheet is on the screen. */
+/** From sheet to screen coordinates. */
 export const onScreen = (view, [x, y]) => [x * view.scale + view.x, y * view.scale + view.y];
 
 /** Moved by screen pixels. */
 export const panned = (view, dx, dy) => ({ ...view, x: view.x + dx, y: view.y + dy });
 
-/** Larger by a factor, with the place of the screen `at` where it was. */
+/** Zoomed by a factor about the screen position `at`. */
 export function zoomed(view, at, factor) {
   const scale = Math.min(MOST, Math.max(LEAST, view.scale * factor));
   const k = scale / view.scale;
   return { scale, x: at[0] - (at[0] - view.x) * k, y: at[1] - (at[1] - view.y) * k };
 }
 
-/** Held so that a part of the sheet stays in sight. */
+/** Limited so that a part of the sheet stays visible. */
 export function held(view, canvas, area) {
   const [w, h] = [canvas[0] * view.scale, canvas[1] * view.scale];
   const within = (v, low, high) => Math.min(high, Math.max(low, v));

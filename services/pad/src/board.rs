@@ -1,4 +1,4 @@
-//! Connects the bridge and the server: the newest state for the pages, and calls to the bridge.
+//! Connects the bridge and the server: the latest state for the pages, and calls to the bridge.
 
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
@@ -59,13 +59,13 @@ pub enum Call {
 /// A page's request.
 #[derive(Debug)]
 pub enum Request {
-    /// Takes over a sketch, which the page sent under this name.
+    /// Submits a sketch, which the page sent under this name.
     Sketch(SketchRequest, Option<String>),
-    /// Takes a path over, likewise.
+    /// Submits a path in the same way.
     Path(PathRequest, Option<String>),
     /// Gives the robot an order.
     Order(Step),
-    /// Says where the robot is.
+    /// Sets the robot's position.
     Here(HereBody),
     /// Takes the wheel.
     Wheel,
@@ -123,12 +123,12 @@ pub struct Image {
     pub bytes: Bytes,
 }
 
-/// Where the bridge puts what the server should send to the pages.
+/// Where the bridge stores the data that the server should send to the pages.
 #[derive(Debug)]
 pub struct Board {
-    /// The newest feed.
+    /// The latest feed.
     pub picture: watch::Sender<Arc<Picture>>,
-    /// The newest hello.
+    /// The latest hello.
     pub welcome: watch::Sender<Option<Arc<Welcome>>>,
     /// The walls.
     pub walls: Mutex<Option<Image>>,
@@ -195,7 +195,7 @@ pub struct Calls {
     aborts: Aborts,
 }
 
-/// Sessions of connections that have ended. There are no more of them than connections, so none is ever dropped.
+/// Sessions of connections that have ended. There are no more of them than connections, so they are never dropped.
 type Leaves = Arc<Mutex<Vec<String>>>;
 
 /// Where to send the result of an abort; `None` if no abort was requested.
@@ -236,7 +236,7 @@ impl Caller {
         let (reply, answer) = oneshot::channel();
         let mut aborts = self.aborts.lock().unwrap_or_else(PoisonError::into_inner);
         let waiting = aborts.get_or_insert_default();
-        // A sender that is gone, or that used a WebSocket, does not wait for a result.
+        // A sender that has disconnected, or that used a WebSocket, does not wait for a result.
         waiting.retain(|reply| !reply.is_closed());
         waiting.push(reply);
         drop(aborts);
@@ -266,7 +266,7 @@ impl Calls {
         std::mem::take(&mut *self.leaves.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// Returns the waiting calls. Those that arrive while these are handled are left for the next time.
+    /// Returns the waiting calls. Calls that arrive in the meantime are left for the next time.
     pub fn waiting(&self) -> impl Iterator<Item = Call> {
         self.calls.try_iter().take(MAX_CALLS)
     }

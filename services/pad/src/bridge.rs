@@ -41,12 +41,12 @@ use lookout::Watch;
 use receive::{Inbox, News};
 use sendings::Sendings;
 
-/// Longest sleep between two looks at the channels, the calls and the clock.
+/// Maximum sleep between two checks of the channels, the calls and the clock.
 const NAP: Duration = Duration::from_millis(50);
 /// The format of [`State`].
 const CHECKPOINT: &str = "pad 5";
 
-/// What a successor needs to know.
+/// The state that a successor needs.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 struct State {
     machine: Memory,
@@ -173,7 +173,7 @@ impl<'a> Bridge<'a> {
         Ok(bridge)
     }
 
-    /// Resumes from where the predecessor stood.
+    /// Resumes where the predecessor stopped.
     fn resume(&mut self, state: State) -> anyhow::Result<()> {
         let now = self.began.elapsed();
         let seq = state.machine.drawing_seq;
@@ -193,8 +193,8 @@ impl<'a> Bridge<'a> {
         Ok(())
     }
 
-    /// Starts without knowing what was drawn, so people have to send it again. The numbers continue after the
-    /// last drawing that got a response, and after one more that may not have got any.
+    /// Starts without the previous drawings, so people have to send them again. The numbers continue after the last drawing that
+    /// received a response, and after one more that may not have received any.
     fn resume_after(&mut self, node: &Node) -> anyhow::Result<()> {
         let mut last = 0;
         self.inbox.understood.take_kept(node, |answer| last = answer.header.source_seq)?;
@@ -244,7 +244,7 @@ impl<'a> Bridge<'a> {
         }
         let answer = ordered.map(|_| json!({}));
         for reply in waiting {
-            // A sender that is gone ignores the result.
+            // A sender that has disconnected ignores the result.
             let _ = reply.send(answer.clone());
         }
         Ok(())
@@ -265,7 +265,7 @@ impl<'a> Bridge<'a> {
         Ok(())
     }
 
-    /// Takes in what the navigator's lookout reports.
+    /// Processes the report of the navigator's lookout.
     fn look(&mut self) -> anyhow::Result<()> {
         self.is_new |= self.watch.receive()?;
         self.machine.on_lookout(self.watch.is_ready(), self.watch.question().is_some());
@@ -294,7 +294,7 @@ impl<'a> Bridge<'a> {
                     // The sketch that the answer is about was sent before it.
                     self.look()?;
                     let said = self.machine.on_understood(&answer);
-                    // Kept first: whatever dies after that, it is kept again rather than not at all.
+                    // This is stored first, so that after a crash it is stored again rather than not at all.
                     let said =
                         said.map(|said| said.and_then(|()| self.keep_for_study()).map(|()| facts(&answer)));
                     if let Some(said) = &said {
@@ -328,7 +328,7 @@ impl<'a> Bridge<'a> {
     /// Passes the answer to the request that waits for the sketcher; after a restart none does.
     fn tell(&mut self, answer: Answer) {
         if let Some(reply) = self.reply.take() {
-            // A sender that is gone ignores the answer.
+            // A sender that has disconnected ignores the answer.
             let _ = reply.send(answer);
         }
     }
@@ -346,7 +346,7 @@ impl<'a> Bridge<'a> {
                     self.welcome();
                 }
                 if let Err(Ok(session)) = reply.send(joined) {
-                    // The page is gone again.
+                    // The page has already disconnected again.
                     self.sessions.leave(&session);
                 }
             }
@@ -354,7 +354,7 @@ impl<'a> Bridge<'a> {
                 let _ = reply.send(self.sessions.check_seat(named.as_deref()));
             }
             Call::Heard(session) => self.sessions.hear(&session, now),
-            // A monitoring system that is gone ignores the figures.
+            // A monitoring system that has disconnected ignores the figures.
             Call::Metrics(reply) => {
                 let _ = reply.send(self.metrics.text(&self.services.views(), self.stamp_ns));
             }
@@ -414,7 +414,7 @@ impl<'a> Bridge<'a> {
                     if order == Order::Start {
                         self.ends.clear();
                     }
-                    // A successor that did not know of the order would refuse an abort.
+                    // Without the order, a successor would refuse an abort.
                     self.checkpoint()?;
                     self.send_order(order)?;
                     Ok(json!({}))
@@ -443,7 +443,7 @@ impl<'a> Bridge<'a> {
         Ok(Some(answer))
     }
 
-    /// Sends what the machine has just taken over, after writing the checkpoint.
+    /// Sends the machine's latest submission, after writing the checkpoint.
     fn submit(&mut self, name: Option<String>) -> anyhow::Result<Option<Answer>> {
         self.sendings.pending = name;
         self.checkpoint()?;

@@ -1,11 +1,10 @@
 //! Limits the connections whose session is not known yet, and decides which of them to close if there are too
 //! many.
 //!
-//! A connection is a stranger's until a request on it has named a session, or a page has joined through it.
-//! From then on, the session's own limits apply. There is room for only a few strangers. If there is one too
-//! many, the oldest connection of the address with the most connections is closed. A client that opens
-//! connections without sending anything therefore only displaces its own, and a client that sends its request
-//! promptly is finished before that happens.
+//! A connection is a stranger's until a request on it has named a session, or a page has joined through it. From then on, the
+//! session's own limits apply. The number of strangers' connections is limited. If there is one too many, the oldest connection of
+//! the address with the most connections is closed. A client that opens connections without sending anything therefore only
+//! displaces its own, and a client that sends its request promptly is finished before that happens.
 //!
 //! This module is pure. `T` is what notifies a connection that it is closed.
 
@@ -29,7 +28,7 @@ impl<T> Default for Doors<T> {
 }
 
 impl<T> Doors<T> {
-    /// Adds a connection. Returns its number, and the connection that must be closed to make room.
+    /// Adds a connection. Returns its number, and the connection that must be closed in exchange, if any.
     pub fn enter(&mut self, from: IpAddr, bell: T) -> (u64, Option<T>) {
         let id = self.next;
         self.next += 1;
@@ -54,8 +53,8 @@ impl<T> Doors<T> {
     }
 }
 
-/// The origin of a connection: an IPv4 address, or an IPv6 network, because one device may have as many addresses of
-/// its network as it likes.
+/// The origin of a connection: an IPv4 address, or an IPv6 network, because one device may use any number of addresses of its
+/// network.
 fn origin(from: IpAddr) -> IpAddr {
     match from.to_canonical() {
         IpAddr::V6(address) if !address.is_loopback() => {
@@ -101,7 +100,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-        /// However many connections arrive from however many places, they stay few, and a newcomer is not closed if
+        /// The number of connections stays limited, regardless of how many arrive and from where, and a newcomer is not closed if
         /// another address has more.
         #[test]
         fn strangers_stay_few(comers in prop::collection::vec((0..6_u8, any::<bool>()), 0..400)) {

@@ -38,7 +38,7 @@ pub enum View {
         /// Pixels of the drawing per canvas pixel.
         scale: f64,
     },
-    /// What was learned by a drawing that has as many pixels as the canvas.
+    /// A map learned by a drawing that has as many pixels as the canvas.
     Learned(Arc<dyn Frame>),
     /// The robot is in the middle and faces up.
     Robot {
@@ -86,7 +86,7 @@ impl View {
         }
     }
 
-    /// Returns the scale at a point of the sheet, in pixels of the canvas per unit of the sheet, and by how much the canvas is turned
+    /// Returns the scale at a point of the sheet, in pixels of the canvas per unit of the sheet, and the rotation of the canvas
     /// there, in radians counter-clockwise.
     fn local(&self, [x, y]: [f64; 2]) -> (f64, f64) {
         match self {
@@ -109,7 +109,7 @@ fn thousandth(v: f64) -> f64 {
     (v * 1000.0).round() / 1000.0
 }
 
-/// What is the same for all pages.
+/// The part of a feed that is the same for all pages.
 #[derive(Debug, Clone, Serialize)]
 pub struct Feed {
     /// Simulation time, milliseconds.
@@ -118,7 +118,7 @@ pub struct Feed {
     pub state: State,
     /// Whether the navigation is ready.
     pub ready: bool,
-    /// Whether there is a driver whose page can be heard.
+    /// Whether there is a driver whose page responds.
     pub driver: bool,
     /// Number of the walls at `/api/walls.png`.
     pub walls: u64,
@@ -142,9 +142,9 @@ pub struct Feed {
     /// The question to a person, while the robot waits for the answer.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub question: Option<QuestionView>,
-    /// The newest point of the robot's trail.
+    /// The latest point of the robot's trail.
     pub trail: Option<[f64; 2]>,
-    /// What people should know.
+    /// Warnings for people.
     pub warnings: Vec<Warning>,
     /// The state of the processes.
     pub services: Vec<services::ServiceView>,
@@ -161,7 +161,7 @@ pub struct TaskView {
     pub name: String,
     /// A word of [`TaskState`].
     pub state: &'static str,
-    /// Why, in words.
+    /// The reason, in words.
     pub reason: String,
     /// Simulation time since the task began, in seconds.
     pub time_s: f64,
@@ -243,12 +243,12 @@ impl PoseView {
     }
 }
 
-/// The question where in the drawing the robot is.
+/// The question of where in the drawing the robot is.
 #[derive(Debug, Clone, Serialize)]
 pub struct QuestionView {
     /// The text.
     pub text: String,
-    /// Where it may be, the likeliest first. Empty if it may be anywhere.
+    /// Where it may be, the most likely first. Empty if it may be anywhere.
     pub places: Vec<PossibleView>,
 }
 

@@ -19,7 +19,7 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
 use crate::protocol::Refusal;
 
-/// Requests that a session may make at once, and per second after that: for uploads, and for all others.
+/// Number of requests that a session may make in a burst, and per second after that: for uploads, and for all others.
 const UPLOADS: [f64; 2] = [8.0, 1.0];
 const OTHERS: [f64; 2] = [20.0, 5.0];
 /// Requests of a session that may be in progress at the same time: a browser opens six connections.
@@ -101,7 +101,7 @@ impl Guard {
     /// Checks the headers `host` and `origin`. A program that is not a browser may omit the origin.
     ///
     /// # Errors
-    /// [`Refusal::Forbidden`], which says what was expected.
+    /// [`Refusal::Forbidden`], which states what was expected.
     pub fn check_origin(&self, host: Option<&str>, origin: Option<&str>) -> Result<(), Refusal> {
         let host =
             host.ok_or_else(|| Refusal::Forbidden("host: expected the pad's address, found none".into()))?;
@@ -121,7 +121,7 @@ impl Guard {
     /// A foreign name that resolves to this address (DNS rebinding) is neither numeric nor allowed.
     fn is_own_name(&self, host: &str) -> bool {
         let Some(name) = without_port(host, self.address.port()) else { return false };
-        // A trailing dot stands for the root of all names.
+        // A trailing dot denotes the root of all names.
         let host = name.strip_suffix('.').unwrap_or(name);
         if self.hosts.iter().any(|own| own.eq_ignore_ascii_case(host)) {
             return true;
@@ -165,7 +165,7 @@ fn without_port(host: &str, port: u16) -> Option<&str> {
     name.or((port == 80).then_some(host))
 }
 
-/// Compares every byte, wherever the first difference is.
+/// Compares every byte, regardless of where the first difference is.
 fn is_same(a: &[u8], b: &[u8]) -> bool {
     let differs = a.iter().zip(b).fold(0, |differs, (a, b)| std::hint::black_box(differs | (a ^ b)));
     a.len() == b.len() && differs == 0
@@ -180,7 +180,7 @@ pub enum Load {
     Other,
 }
 
-/// A token bucket: a number of requests that may come at once, refilled over time.
+/// A token bucket: a number of requests that may come in a burst, refilled over time.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Bucket {
     left: f64,
@@ -193,7 +193,7 @@ impl Bucket {
         Self { left: most, at: now }
     }
 
-    /// Takes one, if there is one left.
+    /// Takes one request, if there is one left.
     pub(crate) fn take(&mut self, [most, each_s]: [f64; 2], now: Duration) -> bool {
         let since = now.saturating_sub(self.at).as_secs_f64();
         (self.left, self.at) = (most.min(self.left + since * each_s), now);
@@ -337,7 +337,7 @@ mod tests {
         );
     }
 
-    /// A pad that all people in the house called `robot.local` once refused them all.
+    /// A pad that was addressed as `robot.local` once refused all requests.
     #[test]
     fn a_name_that_the_user_allows_is_the_pads_own_and_no_other_is() {
         for address in ["0.0.0.0:7004", "192.0.2.1:7004", "127.0.0.1:7004"] {

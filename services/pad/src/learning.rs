@@ -1,4 +1,4 @@
-//! Learns from the recording of the run, as `sketchnav learn` does, once the robot has come to rest.
+//! Learns from the recording of the run, as `sketchnav learn` does, once the robot has stopped.
 
 use std::time::Duration;
 
@@ -10,7 +10,7 @@ use sketchnav_recordings::sources::RecordedRun;
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::drawn::{Lesson, Lessons, See};
 
-/// How long the recorder may take to write down the end of a drive.
+/// Maximum time that the recorder may take to write the end of a drive.
 pub const WRITTEN_WITHIN: Duration = Duration::from_secs(3);
 
 /// What was learned: the file, and how pages show it.
@@ -18,12 +18,12 @@ pub const WRITTEN_WITHIN: Duration = Duration::from_secs(3);
 pub struct Learned {
     /// The content of the file.
     pub file: Vec<u8>,
-    /// How it lies in the drawing.
+    /// How it is shown in the drawing.
     pub lesson: Lesson,
 }
 
 impl Learned {
-    /// Learns from the recording of the drives so far, which is still being written. `drawing` is the one that they were by.
+    /// Learns from the recording of the drives so far, which is still being written. `drawing` is the drawing that they used.
     ///
     /// # Errors
     /// If the run is not recorded, if the recording cannot be read, or if nothing can be learned from it.

@@ -6,9 +6,8 @@
 //!                                                ←board─
 //! ```
 //! - [`protocol`]: the messages between page and server, and their limits.
-//! - [`machine`]: which step is allowed. [`sessions`]: which page has the wheel, and whether it can be heard.
-//!   [`guard`]: which requests are accepted, and how often. `doors`: which connections stay open. [`feed`]: what pages
-//!   display. These are pure;
+//! - [`machine`]: which step is allowed. [`sessions`]: which page has the wheel, and whether it responds. [`guard`]: which requests
+//!   are accepted, and how often. `doors`: which connections stay open. [`feed`]: what pages display. These are pure.
 //! - `learning`: what the robot has learned on drives from the page, by the run's recording.
 //! - [`study`]: a user study on the page, including what its participants draw, measure and answer.
 //! - `server`, `bridge`: the threads around them. The server never accesses channels, and the bridge never
@@ -16,7 +15,7 @@
 //!
 //! The page does not compute anything about the robot, and the pad does not read the truth.
 
-// `say!` prints, and escapes what could steer a terminal.
+// `say!` prints, and escapes text that could control a terminal.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
 mod board;
@@ -58,7 +57,7 @@ pub struct Settings {
     pub bind: IpAddr,
     /// Port to listen on.
     pub port: u16,
-    /// Host names, without a port, by which people can reach the pad in addition to its numeric address.
+    /// Host names of the pad, without a port, in addition to its numeric address.
     pub hosts: Vec<String>,
     /// The token that every request must contain.
     pub token: Token,

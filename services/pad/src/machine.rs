@@ -1,6 +1,5 @@
-//! The steps of Boniardi et al. 2016, figure 4: draw a map, send it, draw a path, send it, execute, abort,
-//! restore or start again. This module determines which steps are allowed for which page, and what the
-//! navigator has made of the last one.
+//! The steps of Boniardi et al. 2016, figure 4: draw a map, send it, draw a path, send it, execute, abort, restore or start again.
+//! This module determines which steps are allowed for which page, and the navigator's response to the last one.
 //!
 //! This module is pure: it takes events and returns what to send. Times are measured since the pad's start,
 //! by the caller's clock. After an order, the planner's statuses only count once they can reflect the order.
@@ -16,9 +15,9 @@ use crate::protocol::{PathRequest, Refusal, SketchRequest, SketchType, Step};
 /// Number of statuses after an order, or after new tasks, that may still refer to the time before. One may
 /// have been in transit, and the other is a safety margin.
 const SETTLING: u32 = 2;
-/// A planner without a status for this long counts as not answering.
+/// Time without a status after which the planner counts as unresponsive.
 const STALE: Duration = Duration::from_millis(1500);
-/// Longest that the sketcher may take to read a drawing.
+/// Maximum time that the sketcher may take to read a drawing.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// The state of the mission, as shown to people.
@@ -65,11 +64,11 @@ pub struct Path {
     pub marks: Vec<u8>,
     /// The marks that placed the robot, as JSON. They are these or earlier ones.
     pub placing: Vec<u8>,
-    /// The sketch in which the robot was placed.
+    /// The sketch that the robot was placed in.
     pub sketch_seq: u64,
 }
 
-/// A drawing to which the sketcher has not yet responded.
+/// A drawing that the sketcher has not yet responded to.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Pending {
     /// Its number on the channel.
@@ -93,10 +92,10 @@ pub enum Submission {
         kind: SketchType,
         /// The content as it was sent.
         bytes: Vec<u8>,
-        /// Its canvas, if it says one.
+        /// Its canvas, if it specifies one.
         canvas: Option<[u32; 2]>,
     },
-    /// The file of what was learned by the sketch, which takes its place.
+    /// The file of a map learned by the sketch, which takes its place.
     Learned(Vec<u8>),
     /// A path drawn in the sketch.
     Path {
@@ -124,14 +123,14 @@ impl Submission {
     }
 }
 
-/// What a successor needs to know.
+/// The state that a successor needs.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Memory {
     /// Number of the last drawing that was sent, or 0 before the first.
     pub drawing_seq: u64,
     /// The current sketch.
     pub sketch: Option<AcceptedSketch>,
-    /// The file of what was learned by the sketch, if the robot drives in it.
+    /// The file of a map learned by the sketch, if the robot drives in it.
     pub learned: Option<Vec<u8>>,
     /// The current path.
     pub path: Option<Path>,
@@ -152,7 +151,7 @@ pub struct Machine {
     is_located: bool,
     /// Whether the robot is asking where it is.
     is_asking: bool,
-    /// Whether something was learned that nobody has accepted or rejected yet.
+    /// Whether something was learned that has not been accepted or rejected yet.
     is_offered: bool,
     /// Number of upcoming statuses that may still refer to the time before the last order.
     settling: u32,
@@ -186,8 +185,8 @@ impl Machine {
         self.memory = memory;
     }
 
-    /// Starts after a previous pad of which only the number of its last drawing is known. A page may have
-    /// ordered the robot to drive.
+    /// Starts after a previous pad, of which only the number of the last drawing is known. A page may have ordered the robot to
+    /// drive.
     pub fn resume_after(&mut self, drawing_seq: u64) {
         self.memory.drawing_seq = drawing_seq;
         self.memory.ordered = true;
@@ -198,7 +197,7 @@ impl Machine {
         &self.memory
     }
 
-    /// Takes a status of the planner.
+    /// Processes a status of the planner.
     pub fn on_status(&mut self, status: &MissionStatus, now: Duration) {
         self.status_at = now;
         self.settling = self.settling.saturating_sub(1);
@@ -208,18 +207,17 @@ impl Machine {
         }
     }
 
-    /// Processes the lookout's report, which says whether the robot is localized, if it needs to be, and
-    /// whether it is asking a person.
+    /// Processes the lookout's report on whether the robot is localized, if it needs to be, and whether it is asking a person.
     pub fn on_lookout(&mut self, is_located: bool, is_asking: bool) {
         (self.is_located, self.is_asking) = (is_located, is_asking);
     }
 
-    /// Takes in whether something was learned that a person may accept or reject.
+    /// Records whether something was learned that a person may accept or reject.
     pub fn offer(&mut self, is_offered: bool) {
         self.is_offered = is_offered;
     }
 
-    /// Returns true if the robot waits for a person to say where it is.
+    /// Returns true if the robot is waiting for a person to set its position.
     pub fn asks(&self) -> bool {
         self.is_asking && self.state() == State::Paused
     }
@@ -229,8 +227,7 @@ impl Machine {
         self.status.as_ref().filter(|_| self.assumed.is_none())
     }
 
-    /// Returns the state as shown to people. A robot that is driving counts as driving even if it is no
-    /// longer known what it was sent.
+    /// Returns the state as shown to people. A driving robot counts as driving even if its drawing is no longer known.
     pub fn state(&self) -> State {
         let state = self.assumed.unwrap_or_else(|| self.told());
         match (&self.memory.sketch, &self.memory.path) {
@@ -264,7 +261,7 @@ impl Machine {
         answers && (!needs_pose || self.is_located) && self.settling == 0
     }
 
-    /// Returns the steps that a page may take. `drives` says whether it has the wheel.
+    /// Returns the steps that a page may take. `drives` indicates whether it has the wheel.
     pub fn allowed(&self, drives: bool, now: Duration) -> Vec<Step> {
         let drawing = [Step::Sketch, Step::Path];
         let orders = [Step::Execute, Step::Abort, Step::Restore, Step::Again, Step::Here];
@@ -272,10 +269,10 @@ impl Machine {
         steps.filter(|&step| self.check(step, drives, now).is_ok()).collect()
     }
 
-    /// Whether a step is allowed.
+    /// Checks whether a step is allowed.
     ///
     /// # Errors
-    /// [`Refusal`], which says what is required.
+    /// [`Refusal`], which states what is required.
     pub fn check(&self, step: Step, drives: bool, now: Duration) -> Result<(), Refusal> {
         // Anyone who sees that something goes wrong may stop the robot, even without the wheel.
         if step == Step::Abort {
@@ -296,12 +293,12 @@ impl Machine {
         Ok(())
     }
 
-    /// Whether there may be something to abort. A superfluous abort changes nothing, but one that is
-    /// not passed on lets the robot drive off.
+    /// Returns true if there may be something to abort. A superfluous abort has no effect, whereas one that is not passed on would
+    /// let the robot drive off.
     fn may_be_under_way(&self) -> bool {
         match self.state() {
             State::Driving | State::Paused => true,
-            // It has been ordered to go on since, and the planner has not confirmed that yet.
+            // It has been ordered to continue in the meantime, and the planner has not confirmed that yet.
             State::Aborted => self.memory.ordered,
             State::NoSketch | State::Sketch | State::Path | State::Ended => false,
         }
@@ -368,7 +365,7 @@ impl Machine {
         Ok(self.submit(Submission::Path { body: request.body, marks }, now))
     }
 
-    /// Submits what was learned and returns its number.
+    /// Submits a learned map and returns its number.
     ///
     /// # Errors
     /// As [`Machine::check`].
@@ -378,7 +375,7 @@ impl Machine {
         Ok(self.submit(Submission::Learned(file), now))
     }
 
-    /// Forgets what was learned. Returns true if the robot drove in it, so that its drawing is submitted again.
+    /// Discards what was learned. Returns true if the robot drove in it, in which case its drawing is submitted again.
     ///
     /// # Errors
     /// As [`Machine::check`].
@@ -458,8 +455,7 @@ impl Machine {
         Ok(order)
     }
 
-    /// Returns the order for the planner when the driver can no longer be heard. A mission from a file needs
-    /// no driver.
+    /// Returns the order for the planner when the driver no longer responds. A mission from a file needs no driver.
     pub fn on_silence(&mut self) -> Option<Order> {
         (self.draws && self.state() == State::Driving).then(|| {
             self.assume(State::Paused);

@@ -1,7 +1,7 @@
 //! Metrics of the processes and channels for Prometheus at `/metrics`, in its text format (version 0.0.4).
 //!
-//! The text is generated on request from what is already known, without any additional measurement. Rates are
-//! left to Prometheus, as in `rate()` of a counter.
+//! The text is generated on request from existing data, without any additional measurement. Rates are left to Prometheus, as in
+//! `rate()` of a counter.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -60,8 +60,8 @@ impl Metrics {
         self.health.insert(health.process, *health);
     }
 
-    /// Returns the text. `services` says which processes are up and how often they were restarted, and
-    /// `stamp_ns` is the simulation time.
+    /// Returns the text. `services` lists which processes are up and how often they were restarted, and `stamp_ns` is the
+    /// simulation time.
     pub fn text(&self, services: &[ServiceView], stamp_ns: u64) -> String {
         let sent = self.channels.iter().map(|(spec, times)| (spec.name, times.newest()));
         render(&self.health, services, &sent.collect::<Vec<_>>(), stamp_ns)

@@ -15,7 +15,7 @@ use crate::draft;
 use crate::machine;
 use crate::protocol::{Refusal, SketchType};
 
-/// Longest name of a mission, characters.
+/// Maximum length of a mission's name, in characters.
 const MAX_NAME: usize = 48;
 
 /// A file that was written.
@@ -27,10 +27,9 @@ pub struct Written {
     pub text: Option<String>,
 }
 
-/// Writes `name.toml`, the drawing and what was learned by it into `folder`, or none of them if a file is in the way. `mission`
-/// provides the world and the robot, with absolute paths. `drawn` belongs to its navigator. `own` contains
-/// the names of files in the folder that the pad has written and may replace, and the new ones are added to
-/// it.
+/// Writes `name.toml`, the drawing and the map learned by it into `folder`, or none of them if another file has one of the names.
+/// `mission` provides the world and the robot, with absolute paths. `drawn` belongs to its navigator. `own` contains the names of
+/// files in the folder that the pad has written and may replace, and the new ones are added to it.
 ///
 /// # Errors
 /// [`Refusal::Malformed`] for an invalid name, [`Refusal::Taken`], or [`Refusal::File`].
@@ -179,7 +178,7 @@ mod tests {
             assert!(words.contains(in_the_way) && words.contains("another name"), "{words}");
         }
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 4, "nothing is written beside them");
-        // Under another name it can be saved, and under that name as often as one likes.
+        // Under another name it can be saved, any number of times.
         save("My floor 2", "first").unwrap();
         save("My floor 2", "second").unwrap();
         assert_eq!(read("my-floor-2.json"), "second");

@@ -49,11 +49,10 @@
 //!
 //! - `{"hello":{…}}` is a [`Hello`]. It is sent again whenever anything in it changes, except for the trail,
 //!   which grows in the feed.
-//! - `{"feed":{"n":…,…}}` is what the page displays ([`Feed`](crate::feed::Feed)), with additional members
-//!   for this page: `drives`, `wheel` (whether it can be taken) and `allowed` (the steps that it may take).
-//!   The page responds with `{"seen":n}` when it has drawn it. At most two feeds are in transit unseen (a
-//!   page that does not respond gets one a second), so a slow page always gets the newest picture instead of
-//!   a queue.
+//! - `{"feed":{"n":…,…}}` is what the page displays ([`Feed`](crate::feed::Feed)), with additional members for this page:
+//!   `drives`, `wheel` (whether it can be taken) and `allowed` (the steps that it may take). The page responds with `{"seen":n}`
+//!   when it has drawn it. At most two feeds are in transit unseen (a page that does not respond gets one a second), so a slow page
+//!   always gets the latest picture instead of a queue.
 //! - `{"ping":t}` is answered by `{"pong":t}`, with any number.
 //! - `{"abort":true}` is the same as the order. The feed shows its result.
 
@@ -68,11 +67,11 @@ use crate::study::sitting::View;
 
 /// Maximum number of strokes of a drawing.
 pub const MAX_STROKES: usize = 4096;
-/// Longest path request, bytes.
+/// Maximum length of a path request, in bytes.
 pub const MAX_PATH_BYTES: usize = 1 << 20;
 /// Maximum length of a request to a study, in bytes.
 pub const MAX_STUDY_BYTES: usize = 16 << 10;
-/// Longest other request, bytes.
+/// Maximum length of any other request, in bytes.
 pub const MAX_SMALL_BYTES: usize = 4096;
 /// Minimum and maximum time for which the link to the driver may be lost before the mission pauses, in
 /// seconds.
@@ -103,7 +102,7 @@ pub enum Refusal {
     TooLarge {
         /// What is allowed.
         limit: String,
-        /// What it is.
+        /// The actual size.
         found: String,
     },
     /// The drawing is unusable, in the sketcher's words.
@@ -118,7 +117,7 @@ pub enum Refusal {
     /// The navigation does not answer.
     #[error("{0}")]
     Absent(String),
-    /// A file that the pad has not written is in the way.
+    /// There is a file of that name that the pad has not written.
     #[error(
         "{}: expected no file, or one that this pad has saved; found another, which stays as it is: \
          choose another name",
@@ -248,7 +247,7 @@ impl SketchRequest {
     /// Checks the limits.
     ///
     /// # Errors
-    /// [`Refusal::TooLarge`], which gives what and how many, or [`Refusal::Malformed`].
+    /// [`Refusal::TooLarge`], which gives the kind and the number, or [`Refusal::Malformed`].
     pub fn parse(kind: SketchType, bytes: Vec<u8>) -> Result<Self, Refusal> {
         if bytes.len() > MAX_DRAWING_BYTES {
             return Err(Refusal::too_large(MAX_DRAWING_BYTES, "bytes of a drawing", bytes.len()));
@@ -305,7 +304,7 @@ impl PathRequest {
     /// Checks the limits.
     ///
     /// # Errors
-    /// [`Refusal::TooLarge`], which gives what and how many, or [`Refusal::Malformed`].
+    /// [`Refusal::TooLarge`], which gives the kind and the number, or [`Refusal::Malformed`].
     pub fn parse(bytes: &[u8]) -> Result<Self, Refusal> {
         let malformed = |error: &dyn std::fmt::Display| Refusal::malformed("the path", error);
         let body = std::str::from_utf8(bytes).map_err(|error| malformed(&error))?;
@@ -350,11 +349,11 @@ pub enum Step {
     Restore,
     /// Start again with the first task.
     Again,
-    /// Say where the robot is, with a [`HereBody`].
+    /// Set the robot's position, with a [`HereBody`].
     Here,
-    /// Let the next drive start from what was learned.
+    /// Use the learned map for the next drive.
     Accept,
-    /// Forget what was learned.
+    /// Discard what was learned.
     Reject,
 }
 
@@ -388,7 +387,7 @@ pub struct LimitBody {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MissionBody {
-    /// A name for people to read, from which the file name is derived.
+    /// A human-readable name. The file name is derived from it.
     pub name: String,
 }
 
@@ -457,7 +456,7 @@ pub struct Hello {
     pub path: Option<String>,
     /// Number of the walls at `/api/walls.png`, or 0 if there are none yet.
     pub walls: u64,
-    /// What was learned, or null if that is nothing.
+    /// What was learned, or null if nothing was.
     pub learned: Option<LearnedView>,
     /// Where the robot has been since it was placed.
     pub trail: Vec<[f64; 2]>,

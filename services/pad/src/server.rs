@@ -33,17 +33,17 @@ use crate::protocol::{
 };
 use sketchnav_schemas::message::MAX_DRAWING_BYTES;
 
-/// Drawings that are received at the same time, all of them the driver's.
+/// Maximum number of drawings that are received at the same time, all of them from the driver.
 const MAX_UPLOADS: usize = 2;
-/// Longest that the body of a request may take to arrive: a drawing's, any other's.
+/// Maximum time for the body of a request to arrive: for a drawing, and for any other request.
 const DRAWING_WITHIN: Duration = Duration::from_secs(60);
 const BODY_WITHIN: Duration = Duration::from_secs(10);
-/// Longest message of a page on its WebSocket, bytes.
+/// Maximum length of a page's message on its WebSocket, in bytes.
 const MAX_TEXT: usize = 1024;
 const SESSION: HeaderName = HeaderName::from_static("x-sketchnav-session");
 const TOKEN: HeaderName = HeaderName::from_static("x-sketchnav-token");
 const SENDING: HeaderName = HeaderName::from_static("x-sketchnav-sending");
-/// Longest name of a sending, bytes.
+/// Maximum length of a sending's name, in bytes.
 const MAX_SENDING: usize = 64;
 /// What the page may load and connect to: only this server.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; \
@@ -68,7 +68,7 @@ impl IntoResponse for Refusal {
     }
 }
 
-/// Serves until `end` is notified, in a thread of its own.
+/// Serves until `end` is notified, in a separate thread.
 ///
 /// # Errors
 /// If the listener fails.
@@ -107,7 +107,7 @@ fn router(desk: Desk) -> Router {
     api.fallback(asset).layer(middleware::from_fn_with_state(desk.clone(), check_origin)).with_state(desk)
 }
 
-/// The value of a header that occurs once; one that can be read in two ways counts as missing.
+/// Returns the value of a header that occurs once. An ambiguous header counts as missing.
 fn text<'a>(headers: &'a HeaderMap, name: &HeaderName) -> Option<&'a str> {
     only(headers, name).ok().flatten()
 }
@@ -120,7 +120,7 @@ fn only<'a>(headers: &'a HeaderMap, name: &HeaderName) -> Result<Option<&'a str>
 fn origin_of(guard: &Guard, request: &Request) -> Result<(), Refusal> {
     let headers = request.headers();
     let (host, origin) = (only(headers, &header::HOST)?, only(headers, &header::ORIGIN)?);
-    // The target may name a host, too (RFC 9112, 3.2.2), which has to be the same.
+    // The target may name a host, too (RFC 9112, 3.2.2), which must be the same.
     match request.uri().authority() {
         Some(target) if host != Some(target.as_str()) => {
             Err(Refusal::Forbidden(format!("host: expected that of the target, {target}, found {host:?}")))
@@ -194,7 +194,7 @@ impl Desk {
         Ok(Admitted { session, _place: place })
     }
 
-    /// As [`Desk::admit`], for requests that only the driver may make; those of other sessions are not even read.
+    /// Like [`Desk::admit`], but for requests that only the driver may make. Those of other sessions are not even read.
     fn admit_driver(&self, visit: &Visit, load: Load) -> Result<Admitted, Refusal> {
         let admitted = self.admit(visit, load)?;
         match self.caller.board.drives(&admitted.session) {
@@ -349,7 +349,7 @@ async fn study(State(desk): State<Desk>, visit: Visit, content: Body) -> Respons
     respond(reply.await)
 }
 
-/// Whether a page would be admitted, since browsers do not report to a page why its WebSocket was refused.
+/// Reports whether a page would be admitted, since browsers do not report to a page why its WebSocket was refused.
 async fn seat(State(desk): State<Desk>, Query(asked): Query<Asked>) -> Response {
     let (reply, answer) = oneshot::channel();
     let reply = async {
@@ -433,7 +433,7 @@ async fn connect(
     })
 }
 
-/// A session's connection, until it ends in whatever way.
+/// A session's connection, until it ends for any reason.
 struct Seat {
     session: String,
     desk: Desk,
@@ -474,7 +474,7 @@ mod tests {
 
     const HOST: (HeaderName, &[u8]) = (header::HOST, b"127.0.0.1:7004");
 
-    /// On a loopback address there once was no token, and another user of the machine took the wheel.
+    /// On a loopback address, no token was required at first, and another user of the machine took the wheel.
     #[test]
     fn whatever_does_or_shows_anything_wants_the_token_also_on_loopback() {
         let posts = ["sketch", "path", "order", "here", "wheel", "limit", "mission", "study"];

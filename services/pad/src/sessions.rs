@@ -1,4 +1,4 @@
-//! Which pages are connected, which of them has the wheel, and whether the driver can be heard.
+//! Which pages are connected, which of them has the wheel, and whether the driver responds.
 //!
 //! A session is a page across all of its connections, so a page that reconnects keeps its session. Times are
 //! measured since the pad's start, by the caller's clock.
@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use crate::protocol::{DEFAULT_LINK_LIMIT_S, LINK_LIMIT_S, Refusal};
 
-/// Maximum number of pages that are open at the same time; there is always room for the driver's besides.
+/// Maximum number of pages that are open at the same time, not counting that of the driver.
 const MAX_CONNECTED: usize = 16;
 /// Maximum number of connections of one page, since lost ones are noticed late.
 const MAX_CONNECTIONS: u32 = 8;
@@ -39,13 +39,13 @@ impl Default for Sessions {
 }
 
 impl Sessions {
-    /// Resumes from a previous pad. Its driver must be heard again within the limit.
+    /// Resumes from a previous pad. Its driver must respond again within the limit.
     pub fn resume(&mut self, driver: Option<String>, link_limit_s: f64, now: Duration) {
         if let Some(id) = &driver {
             self.known.insert(id.clone(), Session { connections: 0, heard: now });
         }
         self.driver = driver;
-        // A limit that was set once is within its range.
+        // A limit that was set before is within its range.
         let _ = self.set_limit(link_limit_s);
     }
 
@@ -104,7 +104,7 @@ impl Sessions {
         }
     }
 
-    /// Whether the session is known.
+    /// Returns true if the session is known.
     pub fn knows(&self, id: &str) -> bool {
         self.known.contains_key(id)
     }
@@ -119,13 +119,13 @@ impl Sessions {
         self.driver.as_deref()
     }
 
-    /// Returns how long the driver has not been heard.
+    /// Returns how long the driver has been silent.
     pub fn silence(&self, now: Duration) -> Option<Duration> {
         let driver = self.known.get(self.driver.as_ref()?)?;
         Some(now.saturating_sub(driver.heard))
     }
 
-    /// Returns true if the driver has not been heard for longer than the limit.
+    /// Returns true if the driver has been silent for longer than the limit.
     pub fn is_unattended(&self, now: Duration) -> bool {
         self.silence(now).is_some_and(|silence| silence > self.limit)
     }
@@ -140,7 +140,7 @@ impl Sessions {
     /// Gives the session the wheel.
     ///
     /// # Errors
-    /// [`Refusal::Forbidden`] if another page has it and can be heard.
+    /// [`Refusal::Forbidden`] if another page has it and responds.
     pub fn take_wheel(&mut self, id: &str, now: Duration) -> Result<(), Refusal> {
         if self.driver.is_some() && !self.drives(id) && !self.is_unattended(now) {
             return Err(Refusal::Forbidden("another page drives and is still connected".into()));
@@ -173,7 +173,7 @@ impl Sessions {
         self.is_told = false;
     }
 
-    /// Forgets pages that have disconnected, starting with the one unheard for longest; never the driver's.
+    /// Forgets pages that have disconnected, starting with the one that has been silent for longest, but never the driver's.
     fn forget_some(&mut self) {
         while self.known.len() > MAX_REMEMBERED {
             let gone = self.known.iter().filter(|(id, s)| s.connections == 0 && !self.drives(id));

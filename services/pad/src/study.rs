@@ -53,7 +53,7 @@ pub enum StudyError {
     Other {
         /// Its description.
         path: PathBuf,
-        /// What is to be studied.
+        /// The subject of the study.
         expected: String,
         /// What it studies.
         found: String,

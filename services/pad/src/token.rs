@@ -17,7 +17,7 @@ use crate::guard::Token;
 
 /// The environment variable that contains the token.
 pub const TOKEN_VARIABLE: &str = "SKETCHNAV_PAD_TOKEN";
-/// The file in the system's folder that holds it.
+/// The file in the system's folder that contains it.
 const FILE: &str = "pad-token";
 
 /// Returns the token in the environment, or `None` if there is none.

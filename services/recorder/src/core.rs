@@ -1,11 +1,10 @@
-//! The functional core of the recorder. It writes messages to the file, counts them, and reports up to which tick the file is
-//! safe.
+//! The functional core of the recorder. It writes messages to the file, counts them, and reports the last tick up to which the file
+//! is safe.
 //!
-//! Messages are taken in passes. A pass drains the ticks first and then every other channel in the order of
-//! the table, so at its end, everything sent before its last tick has been written. If the disk is full, the
-//! core continues without writing, so that the robot keeps driving and a lockstep world, which waits for the
-//! recorder, is not stopped. Once there is room again, another core takes over. The core does not open files,
-//! read clocks or print.
+//! Messages are taken in passes. A pass drains the ticks first and then every other channel in the order of the table, so at its
+//! end, everything sent before its last tick has been written. If the disk is full, the core continues without writing, so that the
+//! robot keeps driving and a lockstep world, which waits for the recorder, is not stopped. Once there is space again, another core
+//! takes over. The core does not open files, read clocks or print.
 
 use std::io::Write;
 

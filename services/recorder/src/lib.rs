@@ -1,11 +1,11 @@
 //! The process that writes all channels to a file. It is a thin shell around [`core::Core`].
 //!
-//! Messages do not wake the recorder. Instead, it drains all channels every few milliseconds, in the order of
-//! the table. In lockstep, it acknowledges to the world up to which tick the file is safe, so that the world
-//! never runs further ahead than the channels can hold.
+//! Messages do not wake the recorder. Instead, it drains all channels every few milliseconds, in the order of the table. In
+//! lockstep, it acknowledges to the world the last tick up to which the file is safe, so that the world never runs further ahead
+//! than the capacity of the channels.
 //!
-//! A full disk does not stop the robot. The recorder reports the failure and, once there is room again, continues in a new
-//! part with the messages that the channels still have. It counts the missing ones.
+//! A full disk does not stop the robot. The recorder reports the failure and, once there is space again, continues in a new part
+//! with the messages that the channels still have. It counts the missing ones.
 //!
 //! If the recorder is killed, the restarted one continues in a new part with the messages after the last
 //! checkpoint, which it takes from the channels' histories. At the end, the parts are joined into one file.
@@ -192,7 +192,7 @@ impl<'a> Recorder<'a> {
         Ok(self.health.report_if_due(self.stamp_ns)?)
     }
 
-    /// Continues in a new part if another attempt is due and the disk has room again.
+    /// Continues in a new part if another attempt is due and the disk has space again.
     fn retry_if_due(&mut self) -> anyhow::Result<()> {
         if self.attempts.is_due(Instant::now()) { self.retry() } else { Ok(()) }
     }
@@ -270,7 +270,7 @@ impl<'a> Recorder<'a> {
         self.health.report(self.stamp_ns)?;
         self.latencies.send()?;
         if self.core.has_failed() {
-            // There may be room by now, and the channels still have some messages.
+            // There may be space by now, and the channels still have some messages.
             self.retry()?;
         }
         self.take_all(|_| true)?;

@@ -66,7 +66,7 @@ fn missing_and_malformed_messages_are_counted() {
     assert!(sink.unwrap().starts_with(b"\x89MCAP0\r\n"));
 }
 
-/// A disk with this much room left.
+/// A disk with this much space left.
 struct Disk {
     room: usize,
 }

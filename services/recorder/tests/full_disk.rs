@@ -20,8 +20,8 @@ use support::{TestSystem, header, run};
 /// Maximum time that the recorder may take to continue.
 const LIMIT: Duration = Duration::from_secs(60);
 
-/// A disk without room for anything more. No file of this process grows, and none can be created in the recording's folder,
-/// since the folder has been moved elsewhere and a file has taken its name.
+/// A disk without any space left. No file of this process grows, and none can be created in the recording's folder, since the
+/// folder has been moved elsewhere and a file has taken its name.
 struct FullDisk {
     folder: PathBuf,
     elsewhere: PathBuf,
@@ -61,11 +61,11 @@ fn draw(sketches: &mut Writer<SketchMap>) {
     sketch.send().unwrap();
 }
 
-/// Records a run in which a sketch is drawn at the start, a second one when the disk has just filled up and the recorder
-/// has not noticed yet, and `drawn_meanwhile` more while no new part can be created. Returns the numbers of the sketches in
-/// the recording, and how many messages it reports as missing. With `ends_at_once`, the run ends as soon as there is room
-/// again, before the recorder has noticed. A foreign file has the name of the next part. Such a file was once taken for a
-/// part of the recording, joined with it and removed.
+/// Records a run in which a sketch is drawn at the start, a second one when the disk has just filled up and the recorder has not
+/// noticed yet, and `drawn_meanwhile` more while no new part can be created. Returns the numbers of the sketches in the recording,
+/// and how many messages it reports as missing. With `ends_at_once`, the run ends as soon as there is space again, before the
+/// recorder has noticed. A foreign file has the name of the next part. Such a file was once taken for a part of the recording,
+/// joined with it and removed.
 fn record(drawn_meanwhile: usize, ends_at_once: bool) -> (Vec<u64>, u64) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("runs/test.mcap");

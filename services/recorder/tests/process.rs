@@ -1,4 +1,4 @@
-//! The recorder in a system of its own, in which the test is the world.
+//! The recorder in its own system, with the test as the world.
 
 mod support;
 

@@ -119,7 +119,7 @@ impl Part {
         self.stage.is_ready()
     }
 
-    /// Passes an instruction or a request to the stage. If it is a request, the stage answers it at once.
+    /// Passes an instruction or a request to the stage. If it is a request, the stage answers it immediately.
     pub(crate) fn receive(
         &mut self,
         spec: &'static ChannelSpec,

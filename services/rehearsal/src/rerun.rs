@@ -135,7 +135,7 @@ pub fn rerun<W: std::io::Write>(
         return Err(RerunError::RealTime);
     }
     // People who only watch may give orders, too. The sketcher does not depend on any order, and the localizer only on `here`.
-    // Without a pad, a person may still say where the robot is, from the command line.
+    // Without a pad, a person may still set the robot's position from the command line.
     let is_told = |order: &MissionCommand| order.here().is_some();
     let depends_on_people = match process {
         Process::Localizer | Process::Planner if has_order(recording, MISSION, is_told)? => true,
@@ -186,7 +186,7 @@ pub fn rerun<W: std::io::Write>(
     })
 }
 
-/// Returns true if the recording has an order for which `is_such` holds.
+/// Returns true if the recording has an order for which `is_such` is true.
 fn has_order(
     recording: &Recording,
     channel: Channel<MissionCommand>,
@@ -200,8 +200,8 @@ fn has_order(
     Ok(false)
 }
 
-/// Returns the ticks to which the recorded process responded, or `None` if it responded to all of them. In
-/// real time, a process may miss the first ticks or skip some.
+/// Returns the ticks that the recorded process responded to, or `None` if it responded to all of them. In real time, a process may
+/// miss the first ticks or skip some.
 fn answered(
     recording: &Recording,
     process: Process,
@@ -213,7 +213,7 @@ fn answered(
     };
     let ticks: Result<BTreeSet<u64>, _> =
         recording.headers(spec)?.map(|header| Ok(header?.source_seq)).collect();
-    // A log that has not been localized yet has no answers, in which case every tick is answered.
+    // A log that has not been localized yet has no answers, so every tick is answered.
     Ok(Some(ticks?).filter(|ticks| !ticks.is_empty()))
 }
 

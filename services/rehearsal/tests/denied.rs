@@ -1,4 +1,4 @@
-//! A navigator that asks for the truth, which the table grants to no process, fails at once.
+//! A navigator that asks for the truth, which the table grants to no process, fails immediately.
 
 use std::path::Path;
 

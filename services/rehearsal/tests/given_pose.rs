@@ -13,7 +13,7 @@ use sketchnav_sketch::messages::{ESTIMATE, PoseEstimate};
 /// Maximum number of instants of a drive.
 const MOST: usize = 200;
 
-/// Gives the pose of the robot once, as soon as `is_time` holds.
+/// Gives the pose of the robot once, as soon as `is_time` is true.
 struct Witness {
     is_time: fn(&Self) -> bool,
     at: fn(&Self) -> Point<Sketch>,

@@ -40,7 +40,7 @@ fn driven(thinking_scans: u32) -> Log {
     log
 }
 
-/// Returns the index of the first truth message in which the robot moves.
+/// Returns the index of the first truth message with a moving robot.
 fn begins_to_move(log: &Log) -> usize {
     log.truth.iter().position(|truth| truth.twist.vx_mps.hypot(truth.twist.vy_mps) > 0.01).unwrap()
 }

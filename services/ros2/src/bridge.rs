@@ -30,7 +30,7 @@ const ORDER_TYPE: &str = "std_msgs/msg/String";
 /// Maximum number of orders that can wait.
 const ORDER_DEPTH: usize = 10;
 
-/// Publishes `topics` until the system is gone or the process is asked to end.
+/// Publishes `topics` until the system has ended or the process is asked to end.
 ///
 /// # Errors
 /// [`BridgeError`] if the domain or a channel cannot be opened, or messages can no longer be sent.

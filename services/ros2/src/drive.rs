@@ -24,7 +24,7 @@ const FAREWELL: Duration = Duration::from_millis(100);
 /// How long a robot may be silent at the start before this is reported.
 const SILENCE: Duration = Duration::from_secs(3);
 
-/// Drives the robot until its mission is over, the system is gone, or the process is asked to end.
+/// Drives the robot until its mission is over, the system has ended, or the process is asked to end.
 ///
 /// # Errors
 /// [`BridgeError`] if the domain or a channel cannot be opened, or messages can no longer be sent.
@@ -49,7 +49,7 @@ struct Robot {
     /// True once silent sensors have been reported.
     has_looked: bool,
     has_odometry: bool,
-    /// The last velocity that was sent, and the tick to which it responds.
+    /// The last velocity that was sent, and the tick that it responds to.
     sent: (Twist, u64),
     refused: u64,
     /// Once this is dropped, nothing is received any longer.

@@ -158,8 +158,7 @@ impl Outlet {
         Ok(())
     }
 
-    /// Returns the number of messages that were sent, and the number of those that were dropped for lack of
-    /// room.
+    /// Returns the number of messages that were sent, and the number of those that were dropped for lack of space.
     pub fn counts(&self) -> (u64, u64) {
         (self.sent, self.unsent)
     }

@@ -87,7 +87,7 @@ impl Timebase {
     }
 }
 
-/// Converts a scan. If it has more beams than a message can hold, it is thinned evenly.
+/// Converts a scan. If it has more beams than fit into a message, it is thinned evenly.
 ///
 /// # Errors
 /// [`ReadingError`] if the scan does not fit into a message or is invalid.

@@ -175,7 +175,7 @@ struct Outgoing {
 }
 
 impl Sender for Outgoing {
-    /// Always reports that there was room, because Zenoh does not report the messages that it drops on a congested link.
+    /// Always reports that the message was accepted, because Zenoh does not report the messages that it drops on a congested link.
     fn send(&mut self, cdr: Vec<u8>) -> Result<bool, String> {
         self.number += 1;
         let stamp = self.session.new_timestamp();

@@ -41,7 +41,7 @@ fn main() -> Fallible {
         [system] => answer(system),
         _ => {
             measure()?;
-            // This needs a process of its own, because a system's settings are global to a process.
+            // This needs a separate process, because a system's settings are global to a process.
             other(&["waitset"])?.wait()?;
             measure_socket()
         }
@@ -112,7 +112,7 @@ fn answer(system: &str) -> Fallible {
     Ok(())
 }
 
-/// Returns the memory that the system's files use, as opposed to the size to which they may grow.
+/// Returns the memory that the system's files use, as opposed to their maximum size.
 fn shared_memory_kib(system: &str) -> std::io::Result<u64> {
     use std::os::unix::fs::MetadataExt;
     let mark = format!("sketchnav_{system}_");

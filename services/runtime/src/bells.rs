@@ -161,7 +161,7 @@ pub(crate) fn sleep_until_changed(word: &AtomicU32, value: u32, timeout: Duratio
     false
 }
 
-/// Sleeps while `word` holds `value`, for at most `timeout`. May return early.
+/// Sleeps while `word` equals `value`, for at most `timeout`. May return early.
 fn sleep(word: &AtomicU32, value: u32, timeout: Duration) {
     let timeout = libc::timespec {
         tv_sec: timeout.as_secs().min(i32::MAX as u64) as libc::time_t,

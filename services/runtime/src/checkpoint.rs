@@ -42,16 +42,15 @@ pub(crate) const NUMBER_AT: u64 = (NUMBER * WORD) as u64;
 pub(crate) const STATE_AT: u64 = (HEAD * WORD) as u64;
 /// Initial length of a slot for the state, in words. A slot grows as needed.
 const FIRST_LENGTH: usize = 1 << 13;
-/// Initial size, in words, of the buffer in which a state is written before it is copied to a slot. It is
-/// large enough for a planner that remembers the maximum number of obstacles. For a larger state, the buffer
-/// grows once.
+/// Initial size, in words, of the buffer for a state before it is copied to a slot. It is large enough for a planner that remembers
+/// the maximum number of obstacles. For a larger state, the buffer grows once.
 const FIRST_ROOM: usize = 1 << 15;
 
 /// The two slots of a process, for a state that is written as a `T` or as a view of one.
 pub struct Checkpoints<T> {
     version: u64,
     slots: [Mapping; 2],
-    /// The buffer in which the state is written before it is copied into its slot.
+    /// The buffer for the state before it is copied into its slot.
     room: Vec<u64>,
     /// Index of the slot to be written next, which is never the latest valid one.
     next: usize,

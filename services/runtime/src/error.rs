@@ -305,7 +305,7 @@ fn explained(cause: &str) -> String {
         "UnableToCreatePortTag" | "UnableToCreateServiceTag" => {
             "it could not make a file in the system's folder; is that file system full?"
         }
-        "OutOfMemory" => "there is no room in /dev/shm",
+        "OutOfMemory" => "there is no space in /dev/shm",
         _ => return format!("the shared memory library reported {cause}"),
     };
     format!("{advice} ({cause})")

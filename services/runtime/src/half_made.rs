@@ -18,7 +18,7 @@ use crate::names::Names;
 use crate::shared::{self, Seen};
 use crate::{Error, Result, System, signals};
 
-/// Interval at which the supervisor looks for such files, whatever else it is waiting for.
+/// Interval between the supervisor's searches for such files, regardless of what else it is waiting for.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
 /// Mode of an unfinished file, which only its owner may write and no one may read.
 const UNFINISHED: u32 = 0o200;
@@ -74,7 +74,7 @@ pub(crate) fn has_open(pid: u32, file: &Metadata) -> bool {
     opened.any(|other| (other.dev(), other.ino()) == (file.dev(), file.ino()))
 }
 
-/// Watches the files of a system for its own lifetime, in a thread of its own. It removes files that will never be finished.
+/// Watches the files of a system for its own lifetime, in a separate thread. It removes files that will never be finished.
 ///
 /// The supervisor has one, which also reports files of other users. If the supervisor is killed, its processes die with it, perhaps
 /// while creating files. Processes that live on for a while (the recorder, which still closes its file, and observers) would wait

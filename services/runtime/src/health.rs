@@ -41,7 +41,7 @@ impl Step {
 }
 
 impl HealthReporter {
-    /// Opens `health` for the node's process. The first message is due at once.
+    /// Opens `health` for the node's process. The first message is due immediately.
     pub fn new(node: &Node) -> Result<Self> {
         Ok(Self {
             writer: node.writer(HEALTH)?,

@@ -27,7 +27,7 @@ const ENTRIES: u64 = 2;
 /// Number of words before an entry's message: its number and its send time.
 const BEFORE: usize = 2;
 
-/// The stored messages of a channel, as many as the channel's history holds. Each is preceded by its number (0 if the entry is
+/// The stored messages of a channel, as many as the channel's history contains. Each is preceded by its number (0 if the entry is
 /// empty) and its send time. For a message with cells, only the header is stored, since the restarted writer computes the message
 /// again.
 pub(crate) struct History {
@@ -67,7 +67,7 @@ impl History {
         self.last_seq
     }
 
-    /// Stores as many words of a message as an entry holds. The message must already have its number.
+    /// Stores as many words of a message as fit into an entry. The message must already have its number.
     pub(crate) fn keep(&mut self, message: &[u64]) {
         let seq = erased::header(bytemuck::cast_slice(message)).seq;
         let index = self.index(seq);
@@ -247,7 +247,7 @@ mod tests {
         assert_eq!((times.caused_by(50), times.caused_by(55)), (Some(sent[2]), None));
     }
 
-    /// After a kill between the lines of `keep`, the oldest message is gone, and the new one is not there.
+    /// After a kill between the lines of `keep`, the oldest message has been removed, and the new one is not there yet.
     #[test]
     fn a_half_written_entry_is_ignored() {
         let folder = tempfile::tempdir().unwrap();

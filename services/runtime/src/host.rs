@@ -120,7 +120,7 @@ struct Host<'a> {
     attempts: u32,
     /// Simulation time of the last instant, in nanoseconds.
     stamp_ns: u64,
-    /// Number of the last tick to which an earlier instance responded.
+    /// Number of the last tick that an earlier instance responded to.
     answered: u64,
 }
 
@@ -158,9 +158,9 @@ impl Host<'_> {
         Ok(())
     }
 
-    /// Delivers everything that has arrived. The instructions come before each request, because the request
-    /// may refer to what was drawn before it. A request waits until everything to which the process responded
-    /// before the kill has been computed again, because the request was made later.
+    /// Delivers everything that has arrived. The instructions come before each request, because the request may refer to what was
+    /// drawn before it. A request waits until all responses of the process before the kill have been computed again, because the
+    /// request was made later.
     fn receive_all(&mut self) -> Result<(), HostError> {
         loop {
             if self.receive_instructions()? {

@@ -20,8 +20,8 @@
 //! each channel. The restarted process takes the inputs that it missed from the channels' histories, recomputes messages that may
 //! already have been sent, and sends only the new ones, so each message is sent exactly once.
 //!
-//! Apart from the tick, this crate does not know what messages mean. Only the supervisor creates channels,
-//! because a process that died while creating one would block it for good (iceoryx2 0.10).
+//! Apart from the tick, this crate does not interpret messages. Only the supervisor creates channels, because a process that died
+//! while creating one would block it permanently (iceoryx2 0.10).
 
 // `say!` prints, and escapes text that could control a terminal.
 #![deny(clippy::print_stdout, clippy::print_stderr)]

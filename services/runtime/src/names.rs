@@ -16,7 +16,7 @@ use nix::sys::inotify::{AddWatchFlags, InitFlags, Inotify, InotifyEvent};
 use crate::Result;
 use crate::shared::{Seen, look, names_that};
 
-/// Interval at which the folder is read while reports are missing. Reading 200,000 names takes about 50 ms.
+/// Interval between reads of the folder while reports are missing. Reading 200,000 names takes about 50 ms.
 const READ_EVERY: Duration = Duration::from_secs(2);
 /// Maximum number of reads of reports per look, which is more than the kernel queues. The rest, if any, is read at the next look.
 const READS: usize = 1024;

@@ -215,8 +215,8 @@ impl Node {
         }
     }
 
-    /// Sleeps until a message arrives on a channel that this process reads, `timeout` has passed, or the process is asked to
-    /// end. If a message has arrived since the last wait, it returns at once.
+    /// Sleeps until a message arrives on a channel that this process reads, `timeout` has passed, or the process is asked to end.
+    /// If a message has arrived since the last wait, it returns immediately.
     ///
     /// Messages do not wake the recorder and observers, which must check their channels every few
     /// milliseconds.

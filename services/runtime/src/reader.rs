@@ -164,7 +164,7 @@ impl RawReader {
     }
 }
 
-/// A message of any type in shared memory. It takes up a sample of the reader for as long as it is held.
+/// A message of any type in shared memory. It occupies a sample of the reader until it is dropped.
 pub struct RawSample {
     sample: iceoryx2::sample::Sample<ipc::Service, [u64], u64>,
     size: usize,
@@ -235,7 +235,7 @@ impl<T: Message> Reader<T> {
     }
 }
 
-/// A message in shared memory. It takes up a sample of the reader for as long as it is held.
+/// A message in shared memory. It occupies a sample of the reader until it is dropped.
 pub struct Sample<T> {
     raw: RawSample,
     message: PhantomData<T>,

@@ -72,7 +72,7 @@ impl SharedFiles {
         Self { folder: SHARED_MEMORY.into(), prefix: format!("{MARK}{name}_{token}_") }
     }
 
-    /// Returns the files of the system to which a file in `folder` belongs, judging by its name.
+    /// Returns the files of the system that a file in `folder` belongs to, judging by its name.
     fn of_name(folder: &Path, name: &str) -> Option<Self> {
         let (system, rest) = name.strip_prefix(MARK)?.split_once('_')?;
         let (token, _) = rest.split_once('_')?;
@@ -367,7 +367,7 @@ pub(crate) fn open_own(path: &Path) -> Result<File> {
     check_found(path, &found).map(|()| file)
 }
 
-/// Checks that a file belongs to this user and is not a link. A file that is gone passes.
+/// Checks that a file belongs to this user and is not a link. A missing file passes.
 fn check(path: &Path) -> Result<()> {
     look(path).map_or(Ok(()), |found| check_found(path, &found))
 }

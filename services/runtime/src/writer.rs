@@ -29,7 +29,7 @@ const MAX_LOANS: usize = 1;
 type Port = Publisher<ipc::Service, [u64], u64>;
 type Loaned = SampleMut<ipc::Service, [u64], u64>;
 
-/// The writing end of a channel, whatever its message type.
+/// The writing end of a channel with any message type.
 ///
 /// A writer stores its last messages for its successor, which sends them again for readers that have not received them. When the
 /// successor computes a stored message again, it recognizes the number and does not send the message a second time. (A channel that
@@ -44,7 +44,7 @@ pub struct RawWriter {
     history: Option<History>,
     /// Planned faults, if there are any.
     trap: Option<Box<Trap>>,
-    /// A message that is to be sent after the next one.
+    /// A message to send after the next one.
     held: Option<Vec<u64>>,
 }
 
@@ -146,7 +146,7 @@ impl RawWriter {
         self.spec.readers.iter().for_each(|&reader| self.bells.ring(reader));
     }
 
-    /// Assigns a message its number. A sensor reading is its own cause, whatever a driver has written there.
+    /// Assigns a message its number. A sensor reading is its own cause, regardless of what a driver has written there.
     fn number(&self, header: &mut Header, seq: u64) {
         header.seq = seq;
         if self.spec.is_sensed() {

@@ -75,7 +75,7 @@ pub(crate) struct Child {
     /// How and when the process ended, if it has.
     ended: Option<(ExitStatus, Instant)>,
     restarts: Restarts,
-    /// When the process is to be restarted, if it is dead and not given up.
+    /// When to restart the process, if it is dead and not given up.
     due: Option<Instant>,
     /// When the process died, and its progress at that time. Cleared when its successor makes new progress.
     mourned: Option<(Instant, u32)>,

@@ -16,7 +16,7 @@
 //! once. A process that is stopped or hangs is reported as unresponsive, and killed if it stays that way. Kills, deaths,
 //! restarts, recoveries and unresponsive processes are all reported on `faults`.
 //!
-//! The supervisor does not know what the services compute.
+//! The supervisor does not depend on what the services compute.
 
 // `say!` prints, and escapes text that could control a terminal.
 #![deny(clippy::print_stdout, clippy::print_stderr)]

@@ -15,7 +15,7 @@ pub fn start_by(program: PathBuf, arguments: Vec<OsString>) {
     let _ = GIVEN.set((program, arguments));
 }
 
-/// Returns a command that starts this program, to which the arguments are to be added.
+/// Returns a command that starts this program. The caller adds the arguments.
 ///
 /// # Errors
 /// If the path of the executable is unknown.

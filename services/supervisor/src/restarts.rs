@@ -1,5 +1,4 @@
-//! Decides when to restart a process that has died: at once, then after growing pauses, and finally not at
-//! all.
+//! Decides when to restart a process that has died: immediately, then after growing pauses, and finally not at all.
 //!
 //! The decision depends on progress. A process that is killed over and over, but sends something new in between, is restarted
 //! each time. A process that dies of the same message each time is eventually given up, and so is one that hangs.
@@ -15,7 +14,7 @@ const ATTEMPTS: u32 = 8;
 /// send.
 const PEACEFUL: Duration = Duration::from_secs(10);
 
-/// Ways in which a life of a process ends.
+/// The ways a life of a process may end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum End {
     /// The process hung and was killed for that.

@@ -1,4 +1,4 @@
-//! Detects a lockstep in which every process waits for another one, so that nothing will ever happen again.
+//! Detects a lockstep where every process waits for another one, so that nothing will ever happen again.
 //!
 //! This is always due to a defect, such as a message that its reader rejects. Without this check, the mission
 //! would silently wait forever. Time in which the supervisor itself did not run does not count.
@@ -44,7 +44,7 @@ mod tests {
     const LIMIT: Duration = Duration::from_secs(30);
     const LOOK: Duration = Duration::from_millis(50);
 
-    /// Returns the first of `looks` checks, 50 ms apart, at which the lockstep counts as stuck.
+    /// Returns the first of `looks` checks, 50 ms apart, that finds the lockstep stuck.
     fn stands_after(looks: u32, progress: impl Fn(u32) -> u64, waits: impl Fn(u32) -> bool) -> Option<u32> {
         let now = Instant::now();
         let mut stall = Stall::begin(LIMIT, now);

@@ -22,7 +22,7 @@ use crate::lives::{CLEARING, look_after, start_if_due};
 use crate::stall::Stall;
 use crate::{Death, Error, Result};
 
-/// Interval at which the supervisor checks its channels and children. It is short enough that a lockstep world, which waits for
+/// Interval between the supervisor's checks of its channels and children. It is short enough that a lockstep world, which waits for
 /// the recorder, cannot send more statuses in the meantime than their channel holds.
 const LOOK_EVERY: Duration = Duration::from_millis(4);
 /// Time after the successful end of a process within which the mission may still end properly, since the status for the last
@@ -254,7 +254,7 @@ impl Supervisor {
         self.status.as_ref()
     }
 
-    /// Returns the last status of each task that has ended, in order, for display. The supervisor only looks now and then, so a
+    /// Returns the last status of each task that has ended, in order, for display. The supervisor only looks occasionally, so a
     /// status may be missing. Only the recording is sure to contain every status.
     pub fn ended_tasks(&self) -> impl Iterator<Item = &MissionStatus> {
         self.ended_tasks.values()
@@ -372,7 +372,7 @@ impl Supervisor {
             if has_met || is_over || recorder.ended()?.is_some() {
                 return Ok(());
             }
-            // A nap would end at once if a signal has asked the supervisor to end.
+            // A nap would end immediately if a signal has asked the supervisor to end.
             std::thread::sleep(LOOK_EVERY);
         }
     }

@@ -31,11 +31,11 @@ pub(crate) struct Watchdog {
     is_told: bool,
     /// How long the process may be stopped before it is killed.
     stopped_limit: Duration,
-    /// Share of the time in which the process may run, and until when, or `None` if it is not starved.
+    /// Share of the time that the process may run, and until when, or `None` if it is not starved.
     starved: Option<(f64, Instant)>,
-    /// Whether the process is to be killed. Until it is gone, there is nothing more to report.
+    /// Whether the process must be killed. Until it has ended, there is nothing more to report.
     is_condemned: bool,
-    /// Whether it is to be killed because it hangs, and not because it was stopped from outside.
+    /// Whether the reason is that it hangs, rather than that it was stopped from outside.
     hangs: bool,
 }
 
@@ -71,7 +71,7 @@ impl Watchdog {
         self.starved.is_some_and(|(_, until)| now < until)
     }
 
-    /// Returns true if the process is to be killed because it hangs. A process that was stopped from outside does not hang.
+    /// Returns true if the process must be killed because it hangs. A process that was stopped from outside does not hang.
     pub(crate) fn hangs(&self) -> bool {
         self.hangs
     }

@@ -225,7 +225,7 @@ fn recorder() {
         while health.receive().unwrap().is_some() {
             counts[2] += 1;
         }
-        // Not before every channel has been emptied, since the world continues at once.
+        // Not before every channel has been emptied, since the world continues immediately.
         if std::mem::replace(&mut counted, last) != last {
             recorded.send(|message| message.header.source_seq = last).unwrap();
         }

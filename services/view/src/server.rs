@@ -17,7 +17,7 @@ use crate::{Result, ViewError};
 
 /// Maximum number of messages that wait for a viewer. If there are more, the viewer loses the oldest.
 const BACKLOG: usize = 512;
-/// Minimum interval at which the time is sent to viewers.
+/// Minimum interval between sending the time to viewers.
 const TIME_EVERY: Duration = Duration::from_millis(50);
 /// Maximum wait until viewers have been notified of the end.
 const GOODBYE: Duration = Duration::from_millis(500);
@@ -125,7 +125,7 @@ impl Server {
         Ok(Self { handle: Some(handle), runtime, context, events, sender, sent_time: (0, None) })
     }
 
-    /// The context to which topics are added.
+    /// The context for new topics.
     pub fn context(&self) -> &Arc<Context> {
         &self.context
     }

@@ -22,7 +22,7 @@ const DOOR_M: f64 = 1.6;
 const FORGET: f64 = 0.05;
 /// Maximum share of the floor that can be forgotten.
 const FORGETTABLE: f64 = 0.15;
-/// Distances from a wall's line at which to look for the rooms on its sides, in metres.
+/// Distances from a wall's line for finding the rooms on its sides, in metres.
 const BESIDE_M: [f64; 4] = [0.12, 0.2, 0.3, 0.4];
 const STEP_M: f64 = 0.1;
 

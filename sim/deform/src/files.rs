@@ -1,4 +1,4 @@
-//! Reads the files of floors that are to be drawn.
+//! Reads the files of floors to draw.
 
 use std::path::Path;
 

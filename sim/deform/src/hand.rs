@@ -14,7 +14,7 @@ use crate::doors::{Wall, WallEnd, shorten};
 const STEP_PX: f64 = 8.0;
 /// Wobbles at degree 1: root mean square amplitude, and range of wavelengths, in pixels.
 const WOBBLES: [(f64, [f64; 2]); 3] = [(1.6, [300.0, 700.0]), (0.9, [90.0, 200.0]), (0.3, [25.0, 50.0])];
-/// Length by which a stroke runs past a corner at degree 1 (negative if it ends short of it): mean and standard deviation, in pen
+/// Length that a stroke runs past a corner at degree 1 (negative if it ends short of it): mean and standard deviation, in pen
 /// widths.
 const PAST_CORNER: (f64, f64) = (0.2, 0.5);
 /// Maximum gap at a corner, in pen widths. A person would notice a wider one and close it.

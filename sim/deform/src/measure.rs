@@ -10,7 +10,7 @@ use rand_distr::{Distribution, StandardNormal};
 use serde::Serialize;
 use sketchnav_schemas::geometry::{Point, Sketch, World};
 
-/// Number of nearest places to which a local scale is measured from each place.
+/// Number of nearest places that are used to measure a local scale at each place.
 const NEIGHBOURS: usize = 2;
 /// Minimum number of places. With fewer, an affine map always fits without a residual.
 const LEAST_PLACES: usize = 4;

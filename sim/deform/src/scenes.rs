@@ -28,7 +28,7 @@ const TURN_RAD: f64 = 0.2;
 /// Probability that an object is forgotten, and minimum number of objects that are drawn.
 const FORGOTTEN: f64 = 0.12;
 const LEAST_OBJECTS: usize = 4;
-/// Distance by which the route strays, and length over which its corners are smoothed, in metres.
+/// Deviation of the route, and length over which its corners are smoothed, in metres.
 const BEND_M: f64 = 0.2;
 const SMOOTH_M: f64 = 0.8;
 /// Length over which people in a hurry smooth the corners of a route: its median, in metres, and the standard deviation of its
@@ -80,7 +80,7 @@ pub fn hasty(scene: &Scene, degree: f64, mission_seed: u64) -> SceneSketch {
     drawn(scene, &Hand { degree, smooth_m }, mission_seed, &mut rng)
 }
 
-/// The manner in which a person draws.
+/// A person's manner of drawing.
 struct Hand {
     degree: f64,
     /// Length of the route over which corners are smoothed, in metres.

@@ -9,7 +9,7 @@ use nalgebra::Vector2;
 use crate::grid::{Grid, Solid};
 use crate::regions::Regions;
 
-/// Depth, from the border of a room, to which solid cells count as wall, in metres. Cells beyond it are not drawn.
+/// Maximum depth of solid cells that count as wall, from the border of a room, in metres. Cells beyond it are not drawn.
 const DEPTH_M: f64 = 0.15;
 /// Minimum length of a line, in metres. A shorter side line is an artefact of thinning, and a shorter separate line is a speck.
 const SPUR_M: f64 = 0.4;
@@ -18,7 +18,7 @@ const SLIT_M: f64 = 0.13;
 /// Maximum deviation of a straightened line from the cells, in metres, and its minimum, in cells.
 const STRAIGHT_M: f64 = 0.1;
 const STRAIGHT_CELLS: f64 = 1.2;
-/// Number of cells by which thinning rounds corners off.
+/// Number of cells that thinning removes from corners.
 const ROUND_CELLS: usize = 3;
 /// Minimum slant of a line, in cells. A piece that slants by less is straight.
 const SLANT_CELLS: f64 = 2.0;
@@ -260,8 +260,8 @@ impl Piece {
         self.at + self.along * self.along.dot(&(place - self.at))
     }
 
-    /// Returns the point near `near` at which the piece meets another one, or the point halfway between both if they do not meet
-    /// near it.
+    /// Returns the point near `near` where the piece meets another one, or the point halfway between both if they do not meet near
+    /// it.
     fn meets(&self, other: &Self, near: Vector2<f64>, within: f64) -> Vector2<f64> {
         let across = self.along.perp(&other.along);
         let meeting = self.at + self.along * ((other.at - self.at).perp(&other.along) / across);

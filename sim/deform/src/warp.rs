@@ -47,7 +47,7 @@ pub(crate) struct Warp {
     turn: Rotation2<f64>,
     middle: Vector2<f64>,
     axes: [Axis; 2],
-    /// Factor by which the shifts are reduced.
+    /// Factor that reduces the shifts.
     shift: f64,
     linear: Matrix2<f64>,
 }
@@ -63,7 +63,7 @@ struct Axis {
     /// Band at each step across the axis, in patches.
     bands: Vec<f64>,
     across_low: f64,
-    /// Share by which one side is drawn larger than the middle.
+    /// Share that one side is drawn larger than the middle.
     taper: f64,
 }
 

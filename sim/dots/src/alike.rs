@@ -7,7 +7,7 @@ use std::fmt;
 
 use crate::picture::Spot;
 
-/// Factor by which a spot must be larger or smaller than the typical one not to be a dot.
+/// Minimum ratio between the sizes of a typical dot and of a larger or smaller spot that is not a dot.
 const FAR: f64 = 6.0;
 /// Minimum compactness of a dot, relative to the typical one.
 const LEAST_COMPACTNESS: f64 = 0.7;

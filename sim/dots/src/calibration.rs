@@ -17,13 +17,13 @@ use crate::camera::{Camera, Known};
 /// cannot measure much better than this.
 const MEASURED_PX: f64 = 4.0;
 const MEASURED: f64 = 0.002;
-/// Factor by which a wrong point is further off than the points that agree.
+/// Minimum ratio between the errors of a wrong point and of the points that agree.
 const FAR: f64 = 4.0;
 /// Minimum number of points whose agreement is meaningful, since four always agree.
 const FEWEST: usize = 5;
 /// Maximum number of cameras of four points that are tried.
 const MOST_CAMERAS: usize = 3000;
-/// Maximum number of points for which an exchange of every pair is tried.
+/// Maximum number of points for trying an exchange of every pair.
 const MOST_EXCHANGED: usize = 12;
 
 /// A known point that disagrees with the others.
@@ -161,7 +161,7 @@ fn agreeing(points: &[Known], measured_px: f64) -> Option<Vec<usize>> {
     Some(chosen)
 }
 
-/// Returns the accuracy with which people measure points in a picture, in pixels.
+/// Returns the accuracy of points that people measure in a picture, in pixels.
 fn measured_px(points: &[Known]) -> f64 {
     let extent = |axis: usize| {
         let ends = points.iter().fold((f64::MAX, f64::MIN), |(low, high), known| {

@@ -7,7 +7,7 @@
 //! - [`light`] levels uneven light.
 //! - [`alike`] separates dots from other spots.
 //!
-//! This crate does not open files and has no source of randomness of its own.
+//! This crate does not open files and has no source of randomness.
 
 pub mod alike;
 pub mod calibration;

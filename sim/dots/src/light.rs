@@ -6,9 +6,9 @@
 
 use image::{GrayImage, Luma};
 
-/// Divisor of a picture's shorter side that gives the distance by which the square extends to each side of its centre.
+/// Divisor of a picture's shorter side for half the side of the square.
 const REACH: u32 = 12;
-/// Minimum distance by which the square extends to each side of its centre, in pixels.
+/// Minimum half side of the square, in pixels.
 const LEAST_REACH: u32 = 7;
 /// Level of the darkest ground that is levelled completely, as a fraction of the lightest ground. Amplifying darker ground
 /// would reveal noise.

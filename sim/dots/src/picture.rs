@@ -221,7 +221,7 @@ impl Moments {
     fn spot(&self) -> Spot {
         let n = self.pixels;
         let [x, y] = self.sum.map(|sum| sum / n);
-        // Each pixel is a square, which has moments of its own.
+        // Each pixel is a square, which has its own moments.
         let [xx, yy] = [self.squares[0] / n - x * x, self.squares[1] / n - y * y].map(|own| own + 1.0 / 12.0);
         let xy = self.squares[2] / n - x * y;
         let ellipse = 4.0 * std::f64::consts::PI * (xx * yy - xy * xy).max(0.0).sqrt();

@@ -1,9 +1,9 @@
 //! Things that tests need but that not every machine has: programs, Python modules, and data that is not part of the
 //! project.
 //!
-//! A test asks this crate for whatever it needs. If that is missing, the test prints a notice and passes, or fails if
-//! `SKETCHNAV_ALL_TESTS` requires it. No test may call a program in any other way (see `tests/house/rules.rs`), so
-//! [`PROGRAMS`] is the complete list of programs that a machine may lack.
+//! Tests request anything they need from this crate. If that is missing, the test prints a notice and passes, or fails if
+//! `SKETCHNAV_ALL_TESTS` requires it. No test may call a program in any other way (see `tests/house/rules.rs`), so [`PROGRAMS`] is
+//! the complete list of programs that a machine may lack.
 
 use std::fmt::Display;
 use std::io::Write;

@@ -77,7 +77,7 @@ impl Browser {
         self.runs(script)
     }
 
-    /// Draws what no robot could drive by, and mends it, on the page at `link`.
+    /// Makes a drawing that no robot could drive by, and repairs it, on the page at `link`.
     pub fn checks(&self, place: &Place, link: &str) -> Ended {
         let mut script = needs::program("node").expect("node, which was there before");
         script.arg(repository().join("tests/pad/checking.mjs")).arg(link).arg(place.files());
@@ -92,7 +92,7 @@ impl Browser {
         self.runs(script)
     }
 
-    /// Draws a route past landmarks on the page at `link`, says where the lost robot is, and draws the rest of the route.
+    /// Draws a route past landmarks on the page at `link`, marks the position of the lost robot, and draws the rest of the route.
     pub fn passes_landmarks(&self, place: &Place, link: &str) -> Ended {
         let mut script = needs::program("node").expect("node, which was there before");
         script.arg(repository().join("tests/pad/landmarks.mjs")).arg(link);

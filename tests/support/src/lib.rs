@@ -126,12 +126,12 @@ impl Place {
         Self { runtime, files: tempfile::tempdir().unwrap(), program: program(), script: None }
     }
 
-    /// Creates a place in which an example takes the place of `sketchnav`.
+    /// Creates a place where an example replaces `sketchnav`.
     pub fn of_program(example_name: &str) -> Self {
         Self { program: example(example_name), ..Self::new() }
     }
 
-    /// Creates a place in which a script, run by this interpreter, takes the place of `sketchnav`.
+    /// Creates a place where a script, run by this interpreter, replaces `sketchnav`.
     pub fn of_script(interpreter: PathBuf, text: &str) -> Self {
         let place = Self::new();
         let script = place.files().join("navigator.py");

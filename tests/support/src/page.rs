@@ -20,10 +20,10 @@ const LIMIT: Duration = Duration::from_secs(120);
 pub const TOKEN: &str = "tokenoftests0123456789";
 
 /// Ports of tests. They lie below those that Linux uses for outgoing connections (32768 and up), so no connection takes a port
-/// between the moment at which it was found to be free and the moment at which a server binds it.
+/// after it was found to be free and before a server binds it.
 const PORTS: Range<u16> = 20_000..32_000;
 
-/// Returns a port that nobody is using, and that no other test of this process gets.
+/// Returns a port that is not in use, and that no other test of this process gets.
 pub fn free_port() -> u16 {
     static GIVEN: AtomicU16 = AtomicU16::new(0);
     // Processes that test at the same time begin at different ports.
@@ -101,7 +101,7 @@ pub struct Page {
     socket: WebSocket<TcpStream>,
     /// The most recent greeting, which the page receives when it connects.
     pub hello: Value,
-    /// The newest feed.
+    /// The latest feed.
     pub feed: Value,
 }
 

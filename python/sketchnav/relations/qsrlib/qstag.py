@@ -1,7 +1,7 @@
 """Episodes, activity graphs and graphlets (Sridhar, Cohn and Hogg 2010; Duckworth et al. 2016), shaped as QSRlib's.
 
 An episode is a relation of some objects from one time to another. The activity graph (QSTAG) has a node for each object, for
-each episode, and for each pair of episodes, which holds Allen's relation of their times. Graphlets are the small activity
+each episode, and for each pair of episodes, which contains Allen's relation of their times. Graphlets are the small activity
 graphs of consecutive episodes, and their counts describe what happened. Only the standard library is needed.
 """
 

@@ -90,7 +90,9 @@ pub fn parse_rmw(text: &str) -> Result<Rmw, String> {
             Ok(Rmw::Dds)
         }
         "zenoh" | "rmw_zenoh_cpp" => Ok(Rmw::Zenoh),
-        _ => Err("expected dds, zenoh or the name of an RMW implementation, as rmw_zenoh_cpp".to_owned()),
+        _ => {
+            Err("expected dds, zenoh or the name of an RMW implementation, such as rmw_zenoh_cpp".to_owned())
+        }
     }
 }
 
@@ -102,7 +104,7 @@ fn parse_endpoint(text: &str) -> Result<String, String> {
         has_host && !host.is_empty() && port.parse::<u16>().is_ok()
     };
     let holds = address.is_some_and(is_address);
-    let expected = || "expected an endpoint of Zenoh over TCP, as tcp/192.168.1.2:7447".to_owned();
+    let expected = || "expected an endpoint of Zenoh over TCP, such as tcp/192.168.1.2:7447".to_owned();
     if holds { Ok(text.to_owned()) } else { Err(expected()) }
 }
 
@@ -116,14 +118,14 @@ pub fn parse_domain(text: &str) -> Result<u16, String> {
 fn parse_namespace(text: &str) -> Result<String, String> {
     let name = text.strip_prefix('/').unwrap_or(text);
     let holds = name.is_empty() || name.split('/').all(is_token);
-    let expected = || "expected a namespace of ROS 2, as robot_1 or fleet/robot_1".to_owned();
+    let expected = || "expected a namespace of ROS 2, such as robot_1 or fleet/robot_1".to_owned();
     if holds { Ok(name.to_owned()) } else { Err(expected()) }
 }
 
 /// Parses the name of a ROS 2 topic, which may begin with a slash.
 fn parse_topic(text: &str) -> Result<String, String> {
     let holds = text.strip_prefix('/').unwrap_or(text).split('/').all(is_token);
-    let expected = || "expected a topic of ROS 2, as odometry/filtered or /robot_1/odom".to_owned();
+    let expected = || "expected a topic of ROS 2, such as odometry/filtered or /robot_1/odom".to_owned();
     if holds { Ok(text.to_owned()) } else { Err(expected()) }
 }
 
@@ -147,7 +149,7 @@ pub struct TopicPattern {
 }
 
 impl TopicPattern {
-    /// Parses a pattern. Its leading slash, with which all topics begin in ROS 2, may be omitted.
+    /// Parses a pattern. The leading slash of all ROS 2 topics may be omitted.
     fn parse(text: &str) -> Result<Self, String> {
         let regex = parse_pattern(text.strip_prefix('/').unwrap_or(text))?;
         Ok(Self { text: text.to_owned(), regex })

@@ -68,11 +68,11 @@ pub struct RunOptions {
     pub speed: Pace,
     #[command(flatten)]
     pub system: SystemOptions,
-    /// Drive in what was learned on an earlier drive by the mission's drawing (`sketchnav learn`). The robot may start anywhere
-    /// in it.
+    /// Drive in the map that was learned on an earlier drive by the mission's drawing (`sketchnav learn`). The robot may start
+    /// anywhere in it.
     #[arg(long, value_name = "FILE")]
     pub learned: Option<PathBuf>,
-    /// Start even if the navigator expects to fail, as stated before the start.
+    /// Start even if the navigator predicts that it will probably fail.
     #[arg(long)]
     pub go: bool,
     /// Print one JSON object instead of progress and a table.
@@ -102,8 +102,7 @@ pub struct PadSite {
     /// requires the token in the printed link.
     #[arg(long, default_value = "127.0.0.1", value_name = "ADDRESS")]
     pub bind: IpAddr,
-    /// A host name by which people reach the page, such as `robot.local` (may be repeated). Numeric addresses are
-    /// always accepted.
+    /// A host name of the page, such as `robot.local` (may be repeated). Numeric addresses are always accepted.
     #[arg(long = "host", value_name = "NAME", value_parser = parse_host)]
     pub hosts: Vec<String>,
     /// Folder for mission files that are saved from the page.
@@ -144,7 +143,7 @@ fn parse_host(text: &str) -> Result<String, String> {
     let known = |b: u8| b.is_ascii_alphanumeric() || matches!(b, b'-' | b'_');
     let is_label = |label: &str| (1..=63).contains(&label.len()) && label.bytes().all(known);
     let holds = text.len() <= 253 && text.split('.').all(is_label);
-    let expected = || "expected a host name without scheme and port, as robot.local".to_owned();
+    let expected = || "expected a host name without scheme and port, such as robot.local".to_owned();
     if holds { Ok(text.to_ascii_lowercase()) } else { Err(expected()) }
 }
 

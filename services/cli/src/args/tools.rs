@@ -62,7 +62,7 @@ pub struct EchoOptions {
     /// Print only this field, such as `pose.pose.position.x` or `ranges[3]`; may be repeated.
     #[arg(long = "field", value_name = "PATH")]
     pub fields: Vec<String>,
-    /// Print a single message: the newest one or, if there is none yet, the first one to arrive.
+    /// Print a single message: the latest one or, if there is none yet, the first one to arrive.
     #[arg(long, conflicts_with = "count")]
     pub once: bool,
     /// Print the messages of this recording in order of time, instead of a running system's.

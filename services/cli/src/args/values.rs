@@ -54,7 +54,7 @@ pub fn parse_floor_place(text: &str) -> Result<FloorPlace, String> {
 /// Parses a position in a drawing as `X,Y`.
 pub fn parse_drawn_place(text: &str) -> Result<[f64; 2], String> {
     let place = parse_numbers(text).and_then(|numbers| numbers.try_into().ok());
-    place.ok_or_else(|| "expected two numbers with a comma between them, as 520,90".to_owned())
+    place.ok_or_else(|| "expected two numbers with a comma between them, such as 520,90".to_owned())
 }
 
 /// Parses a degree of distortion of a drawing.

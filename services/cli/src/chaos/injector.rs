@@ -1,9 +1,8 @@
-//! Kills the processes of a run at random moments.
+//! Kills the processes of a run at random times.
 //!
-//! A moment is a fraction of the mission, measured by the world's progress rather than by the wall clock, so
-//! that the kills are spread over the whole mission however long the recoveries take. The seed determines
-//! which processes are killed at which moments, but where in its step a process is hit is left to chance.
-//! Kills at start-up happen whenever a process starts.
+//! Times are fractions of the mission, measured by the world's progress rather than by the wall clock, so that the kills are spread
+//! over the whole mission however long the recoveries take. The seed determines which processes are killed at which times, but not
+//! at which point of its step a process is killed. Kills at start-up happen whenever a process starts.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::fs;
@@ -28,9 +27,9 @@ const LOOK_EVERY: Duration = Duration::from_micros(500);
 const LAST_SHARE: f64 = 0.95;
 /// Like [`LAST_SHARE`], but for runs in real time, where a mission may end earlier than the undisturbed one.
 const LAST_SHARE_IN_REAL_TIME: f64 = 0.8;
-/// Probability with which a second process is drawn to be killed at the same moment.
+/// Probability that a second process is drawn to be killed at the same time.
 const PAIRS: f64 = 0.2;
-/// Longest time after its start at which a starting process is killed.
+/// Maximum time after its start when a starting process is killed.
 const YOUNG: Duration = Duration::from_millis(12);
 /// Maximum number of times in a row that a process is killed while it starts. After a few more, the supervisor would
 /// give it up.
@@ -48,10 +47,10 @@ pub struct Plan {
     pub system: String,
 }
 
-/// The kills to make at one moment.
+/// The kills to make at one time.
 #[derive(Debug, Clone, PartialEq)]
 struct Blow {
-    /// The world's progress at which to strike.
+    /// The world's progress at the time to strike.
     moment: u32,
     /// The process to kill, or two processes to kill at once.
     who: Vec<Process>,
@@ -147,7 +146,7 @@ impl<'a> Injector<'a> {
         self.hits.iter().any(|hit| hit.process == process && open(hit))
     }
 
-    /// Strikes if a blow is due and all processes that it hits are running and have recovered from the previous kill.
+    /// Strikes if a blow is due and all of its processes are running and have recovered from the previous kill.
     fn hit_when_due(&mut self) {
         let done = self.progress(Process::World);
         if self.blows.front().is_none_or(|blow| done < blow.moment) {
@@ -168,8 +167,8 @@ impl<'a> Injector<'a> {
         }
     }
 
-    /// Strikes the processes in `ready`. A process that has just ended by itself is missed and remains in the blow, to
-    /// be hit later.
+    /// Strikes the processes in `ready`. A process that has just ended by itself is missed and remains in the blow for a later
+    /// attempt.
     fn strike(&mut self, due: usize, ready: &[(Process, u32)]) {
         let missed = ready.iter().filter(|&&(process, pid)| !self.hit(process, pid));
         let missed: Vec<_> = missed.map(|&(process, _)| process).collect();
@@ -281,7 +280,7 @@ impl KillSignal {
 mod tests {
     use super::*;
 
-    /// Which processes were hit once depended on which of them had just recovered, and so on the clock.
+    /// Which processes were killed once depended on which of them had just recovered, and thus on the clock.
     #[test]
     fn the_seed_determines_when_each_process_is_hit() {
         let options = ChaosOptions::of_words(&["--kills", "50", "--targets", "world,planner"]);

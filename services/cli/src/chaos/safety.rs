@@ -12,12 +12,11 @@ use sketchnav_schemas::message::{Contact, GroundTruth};
 use sketchnav_schemas::run::{Pace, RunConfig};
 use sketchnav_sim::simulation::COMMAND_LIMIT_NS;
 
-/// Maximum delay, in seconds, between the mission's last status, from which a fault takes its time stamp, and the fault
-/// itself.
+/// Maximum delay, in seconds, between the mission's last status, from which a fault takes its timestamp, and the fault itself.
 const LATE_S: f64 = 0.3;
 /// Speed below which the robot counts as standing still, since people push it about and contacts jitter.
 const STANDSTILL_MPS: f64 = 0.02;
-/// Time after a death, in simulated seconds, in which a contact may be due to that death.
+/// Time after a death, in simulated seconds, when a contact may be due to that death.
 const AFTERMATH_S: f64 = 5.0;
 
 /// How safe the robot was.

@@ -20,9 +20,9 @@ use crate::failure::{Failure, OrInput};
 use crate::launch::fault_plan;
 use crate::mission;
 
-/// Fraction of a process's messages after which it is not hit any more, since nothing would be left to recover.
+/// Fraction of a process's messages after which no more faults are planned for it, since nothing would be left to recover.
 const LAST_SHARE: f64 = 0.9;
-/// Maximum number of times that a process is hit at one message. After a few more, the supervisor would give it up.
+/// Maximum number of faults of a process at one message. After a few more, the supervisor would give it up.
 const MOST_AT_ONE: usize = 3;
 /// Ranges of the share of the processor that a starved process gets, in percent, and of its duration, in milliseconds.
 const SHARES_PERCENT: RangeInclusive<u32> = 2..=50;
@@ -43,8 +43,8 @@ pub fn given(options: &ChaosOptions, mission: &Path) -> Result<Option<FaultPlan>
     Ok(Some(fault_plan(path, kind).or_input()?))
 }
 
-/// Draws a random schedule from the messages in the undisturbed recording `reference`. Returns `None` if processes are
-/// to be killed at random moments instead.
+/// Draws a random schedule from the messages in the undisturbed recording `reference`. Returns `None` if processes should be killed
+/// at random times instead.
 pub fn drawn(options: &ChaosOptions, reference: &Path) -> Result<Option<FaultPlan>, Failure> {
     if !options.at_messages {
         return Ok(None);
@@ -112,7 +112,7 @@ fn mouth(
     })
 }
 
-/// Writes a schedule that is to be applied.
+/// Writes a schedule to be applied.
 pub fn write(path: &Path, plan: &FaultPlan) -> anyhow::Result<()> {
     write_with(path, PLANNED, plan)
 }

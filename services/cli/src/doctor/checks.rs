@@ -21,7 +21,7 @@ const SHARED_MEMORY: &str = "/dev/shm";
 /// Length of the longest name that the program chooses itself: 24 characters of the mission's name, a hyphen, and a
 /// process id.
 const USUAL_NAME: usize = 32;
-/// The version of Linux that introduced `pidfd_open`, with which the supervisor waits for its processes.
+/// The version of Linux that introduced `pidfd_open`, which the supervisor uses to wait for its processes.
 const OLDEST_KERNEL: (u32, u32) = (5, 3);
 /// Disk space needed for a recording, about ten times the size of the demo's.
 const NEEDED_DISK_MIB: u64 = 100;
@@ -93,7 +93,7 @@ fn shared_memory() -> Finding {
     };
     let Room { needed_mib, free_mib } = room;
     let found = format!("{free_mib} MiB free in {SHARED_MEMORY}, {needed_mib} needed");
-    let advice = "run `sketchnav clean`, remove files of others, or give it more room: `mount -o remount,size=256M /dev/shm`, \
+    let advice = "run `sketchnav clean`, remove files of others, or enlarge it: `mount -o remount,size=256M /dev/shm`, \
                   for a container `docker run --shm-size=256m`";
     if room.check().is_err() {
         return Finding::of(check, Level::Error, found, advice);
@@ -143,7 +143,7 @@ fn shared_memory_kind() -> Finding {
 fn folder() -> Finding {
     let variable = std::env::var("XDG_RUNTIME_DIR").ok().filter(|value| !value.is_empty());
     match System::root_folder() {
-        // The error itself says what to do.
+        // The error itself explains what to do.
         Err(error) => Finding::of(
             "folder",
             Level::Error,
@@ -220,14 +220,20 @@ fn nap() -> Duration {
 fn disk() -> Finding {
     let here = std::env::current_dir().unwrap_or_else(|_| ".".into());
     let Ok(found) = statvfs(&here) else {
-        return Finding::of("disk", Level::Error, "the current folder is gone", "change to another folder");
+        return Finding::of(
+            "disk",
+            Level::Error,
+            "the current folder no longer exists",
+            "change to another folder",
+        );
     };
     let free_mib = (found.blocks_available() * found.fragment_size()) >> 20;
     let found = format!("{free_mib} MiB free in {}", here.display());
     if free_mib >= NEEDED_DISK_MIB {
         return Finding::fine("disk", found);
     }
-    let advice = "make room, or write elsewhere by --out DIR: a recorder without room stops the mission";
+    let advice =
+        "free some space, or write elsewhere with --out DIR: on a full disk, the recording is incomplete";
     Finding::of("disk", Level::Warning, found, advice)
 }
 

@@ -39,7 +39,7 @@ fn shipped_drawings_cause_no_doubts() {
     assert!(count >= 7, "{count} missions");
 }
 
-/// The path by which missions of the tests refer to files that are not part of the project.
+/// The path that missions of the tests use for files that are not part of the project.
 const DATA: &str = "../../../shared/data";
 
 /// Copies a mission and the files beside it to another folder.
@@ -92,7 +92,7 @@ fn a_drawing_is_doubted_before_the_start() {
     assert!(error.starts_with("sketcher: navigator.start at (200, 300)"), "{error}");
 }
 
-/// A picture of four by two pixels, the last column of which is transparent.
+/// A picture of four by two pixels with a transparent last column.
 const MAP: &[u8] = b"\x89\x50\x4e\x47\x0d\x0a\x1a\x0a\x00\x00\x00\x0d\x49\x48\x44\x52\x00\x00\x00\x04\x00\x00\x00\x02\x08\x04\
     \x00\x00\x00\xd5\xa1\xb5\xe8\x00\x00\x00\x14\x49\x44\x41\x54\x78\xda\x63\xfc\xff\x9f\x81\x81\x81\x81\x81\
     \x91\x89\x01\x0a\x00\x21\x1f\x02\x03\x48\xe8\x1f\x5d\x00\x00\x00\x00\x49\x45\x4e\x44\xae\x42\x60\x82";

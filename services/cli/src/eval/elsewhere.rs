@@ -1,5 +1,5 @@
-//! Drives trials in simulators that are not part of this project. Each run is a whole system, in which a driver of
-//! `examples` takes the world's place.
+//! Drives trials in simulators that are not part of this project. Each run is a whole system, where a driver of `examples` takes
+//! the world's place.
 
 use std::fs::File;
 use std::path::Path;
@@ -28,7 +28,7 @@ const LOOK_EVERY: Duration = Duration::from_millis(20);
 /// Counts the systems of this process, so that each has its own name.
 static STARTED: AtomicU32 = AtomicU32::new(0);
 
-/// A simulator for which `examples` has a driver.
+/// A simulator with a driver in `examples`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Simulator {
     /// ir-sim: noisy kinematics, contacts, a noisy lidar.
@@ -43,7 +43,7 @@ impl Simulator {
         SIMULATORS[self as usize]
     }
 
-    /// The name by which pip installs the simulator.
+    /// The name of the simulator for pip.
     fn distribution(self) -> &'static str {
         match self {
             Self::Irsim => "ir-sim",
@@ -114,7 +114,7 @@ fn in_system(system: &str, (python, script): (&Path, &Path), running: &mut Child
     // Nothing announces a new system, so its files are looked for.
     while System::open(system).is_err() {
         if running.try_wait()?.is_some() {
-            // Its report says why.
+            // Its report explains why.
             return Ok(());
         }
         sleep(LOOK_EVERY);

@@ -18,7 +18,7 @@ pub struct Machine {
     pub architecture: String,
     /// The name and version of the C library.
     pub library: String,
-    /// The processor features by which the C library chooses its implementations.
+    /// The processor features that determine the C library's choice of implementations.
     pub features: Vec<String>,
 }
 

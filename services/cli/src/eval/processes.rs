@@ -26,9 +26,9 @@ use crate::output::say;
 pub struct Check {
     /// Number of trials that were also driven with separate processes.
     pub checked: usize,
-    /// Number of trials in which every message was the same.
+    /// Number of trials with identical messages.
     pub identical: usize,
-    /// The trials in which a message differed, with the first such message.
+    /// The trials with different messages, with the first such message.
     pub different: Vec<(String, Difference)>,
     /// The folder with the recordings of the trials that differed, if any.
     pub folder: Option<PathBuf>,

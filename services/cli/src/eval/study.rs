@@ -45,7 +45,7 @@ pub fn run(study: &Study, options: &EvalOptions) -> Result<Outcome, Failure> {
     Ok(Outcome::Success)
 }
 
-/// Returns the figures of a study that goes world by world, either from its parts or by running all of it. Returns `None` if only
+/// Returns the figures of a study that runs world by world, either from its parts or by running all of it. Returns `None` if only
 /// the jobs were listed, or only a part was run.
 fn in_parts(
     study: &Study,

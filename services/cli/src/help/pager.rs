@@ -5,8 +5,8 @@ use std::process::{Command, Stdio};
 
 use sketchnav_schemas::shown::Lines;
 
-/// The pager if the environment variable `PAGER` is not set. With these options, `less` ends at once if the text fits on
-/// the screen.
+/// The pager if the environment variable `PAGER` is not set. With these options, `less` ends immediately if the text fits on the
+/// screen.
 const PAGER: &str = "less -FRX";
 
 /// Shows a text and waits until the reader closes it. Returns false if the pager cannot be started.

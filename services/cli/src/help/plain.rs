@@ -37,7 +37,7 @@ pub fn page(page: &Page, columns: usize) -> String {
 struct List {
     /// The number of the next item, or `None` if the items are not numbered.
     next: Option<u64>,
-    /// The width of the current item's marker, by which its text is indented.
+    /// The width of the current item's marker, which is the indentation of its text.
     marker_columns: usize,
 }
 
@@ -157,7 +157,7 @@ impl Writer<'_> {
         self.text.push_str(&picture(&text));
     }
 
-    /// Returns the columns by which the text of the open lists is indented.
+    /// Returns the indentation of the text in the open lists, in columns.
     fn indent(&self) -> usize {
         self.lists.iter().map(|list| list.marker_columns).sum()
     }

@@ -188,7 +188,7 @@ pub struct ReplayOptions {
     pub rate: Rate,
     #[command(flatten)]
     pub times: Times,
-    /// Start again at the end; sequence numbers and stamps continue.
+    /// Start again at the end; sequence numbers and timestamps continue.
     #[arg(long = "loop")]
     pub again: bool,
     /// Play only these channels, separated by commas.
@@ -211,7 +211,7 @@ pub struct ReplayOptions {
     pub system: Option<String>,
 }
 
-/// The rate at which a recording is played.
+/// The playback rate of a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Rate {
     /// As fast as the readers keep up.
@@ -242,7 +242,7 @@ fn parse_range(text: &str) -> Result<f64, String> {
 fn parse_start(text: &str) -> Result<[f64; 3], String> {
     let numbers: Result<Vec<f64>, _> = text.split(',').map(|word| word.trim().parse()).collect();
     let numbers = numbers.ok().and_then(|numbers| numbers.try_into().ok());
-    numbers.ok_or_else(|| format!("expected COLUMN,ROW,HEADING, as 120,340,90, found {text:?}"))
+    numbers.ok_or_else(|| format!("expected COLUMN,ROW,HEADING, such as 120,340,90, found {text:?}"))
 }
 
 /// The options of `rerun`.
@@ -319,7 +319,7 @@ pub struct ImportOptions {
     /// that one applies.
     #[arg(long, value_name = "M", default_value_t = Rules::default().range_max_m, value_parser = parse_range, allow_hyphen_values = true)]
     pub range_max: f64,
-    /// Refuse a log of which anything would be left out or is in doubt.
+    /// Refuse a log if anything in it would be left out or is doubtful.
     #[arg(long)]
     pub strict: bool,
     /// The seed of the run created for the log.

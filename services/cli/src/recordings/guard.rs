@@ -131,7 +131,7 @@ mod tests {
     const COUNT: u64 = 25;
     const PER_CHUNK: usize = 10;
 
-    /// Every way in which a command can be asked to overwrite a file that it reads.
+    /// Every way to ask a command to overwrite a file that it reads.
     const COMMANDS: [&str; 15] = [
         "recover X -o X",
         "recover X --keep-damaged -o X",

@@ -38,7 +38,7 @@ const TIME_LIMIT_S: f64 = 180.0;
 /// The header of messages that are sent only once.
 const ONCE: Header = Header { seq: 1, stamp_ns: 0, source_seq: 0 };
 
-/// The drawing in which the log is localized.
+/// The drawing to localize the log in.
 struct Drawn {
     sketch: SketchMap,
     cells: Vec<u8>,
@@ -197,7 +197,7 @@ fn run(log: &Log<'_>, options: &ImportOptions) -> Result<RunConfig, Failure> {
     })
 }
 
-/// Returns a robot of which only the laser is known. All values that the localizer does not use are those of a Pioneer.
+/// Returns a robot with only its laser known. All values that the localizer does not use are those of a Pioneer.
 fn robot(laser: &Shape, range_max_m: f64) -> anyhow::Result<Robot> {
     let limits =
         Limits { speed_mps: 0.7, yaw_rate_radps: 1.5, acceleration_mps2: 0.5, yaw_acceleration_radps2: 2.0 };

@@ -70,7 +70,7 @@ fn write(path: &Path, content: &[u8]) -> Result<(), Failure> {
     sketchnav_files::write(path, content).with_context(|| path.display().to_string()).or_input()
 }
 
-/// Returns what the drive of a recording teaches, and the drawing that it was by.
+/// Returns what was learned from the drive of a recording, and the drawing that it used.
 fn of(recording: &Recording) -> anyhow::Result<(Learned, DrawnMap)> {
     let RecordedRun { run, files } = RecordedRun::of(recording)?;
     let kind = run.mission.navigator_kind();

@@ -53,7 +53,7 @@ pub fn replay(file: &Path, options: &ReplayOptions) -> Result<Outcome, Failure> 
     }
 }
 
-/// Returns the channel that says most about a run of this kind of navigator: that of the situations.
+/// Returns the most informative channel of a run of this kind of navigator: that of the situations.
 fn to_look_at(kind: &str) -> &'static str {
     let situation = channels::of_kind(kind).find(|spec| spec.role == Role::Situation);
     situation.map_or(STATUS.spec.name, |spec| spec.name)

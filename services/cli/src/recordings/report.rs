@@ -1,5 +1,5 @@
-//! Shows a recording as one page, with the drawing and the floor, selected moments, errors, scales and health
-//! over time, and a table of figures.
+//! Shows a recording as one page, with the drawing and the floor, snapshots, errors, scales and health over time, and a table of
+//! figures.
 
 mod foreign;
 
@@ -149,7 +149,7 @@ impl Page<'_> {
         [stamps().next().unwrap_or(0.0), stamps().next_back().unwrap_or(1.0)]
     }
 
-    /// Returns the times at which the tasks began, in seconds.
+    /// Returns the start times of the tasks, in seconds.
     fn marks_s(&self) -> Vec<f64> {
         if self.run.system == LOG_SYSTEM {
             return Vec::new();
@@ -266,7 +266,7 @@ impl Page<'_> {
     }
 }
 
-/// Converts the curves of a chart to the form in which the page draws them.
+/// Converts the curves of a chart to the format of the page.
 fn series(plot: &account::Chart) -> Vec<Series> {
     let curve = |curve: &account::Curve| Series { name: curve.name.to_owned(), points: curve.points.clone() };
     plot.curves.iter().map(curve).collect()

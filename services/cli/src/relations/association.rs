@@ -12,7 +12,7 @@ const ROUNDING_S: f64 = 1e-9;
 /// seconds.
 const FAR_APART_S: f64 = 1.0;
 
-/// The samples that belong to one moment.
+/// The samples that belong to one time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
     /// The time of the scene, in seconds.
@@ -90,7 +90,7 @@ fn nearest_sample(track: &Track, at_s: f64) -> Option<usize> {
 /// Statistics of how often objects were seen together.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Meetings {
-    /// Number of scenes in which all objects were seen.
+    /// Number of scenes that show all objects.
     pub together: usize,
     /// The object with the fewest samples.
     pub rarest: String,
@@ -130,7 +130,7 @@ impl Meetings {
         }
     }
 
-    /// Describes the differences between the stamps, and what can be done about them.
+    /// Describes the differences between the timestamps, and what can be done about them.
     pub fn miss(&self) -> String {
         let Some(least_s) = self.misses_s.first() else { return "there are no samples".to_owned() };
         let median_s = median(&self.misses_s).unwrap_or(*least_s);

@@ -207,7 +207,7 @@ fn word(change: Change) -> &'static str {
     }
 }
 
-/// Some objects and the scenes in which they were seen.
+/// Some objects and the scenes that show them.
 struct Scenes<'a> {
     tracks: &'a [&'a Track],
     scenes: &'a [Scene],

@@ -18,7 +18,7 @@ use super::{Body, Track};
 const NEEDED: [&str; 4] = ["time_s", "object", "x_m", "y_m"];
 /// The optional columns.
 const OPTIONAL: [&str; 3] = ["heading_deg", "length_m", "width_m"];
-/// Number of bytes that are examined to say what a file is if it is not a table.
+/// Number of bytes that are examined to identify a file that is not a table.
 const LOOKED_AT: usize = 512;
 /// Farthest position, in metres, since squares of larger numbers lose precision.
 const FAR_M: f64 = 1e7;

@@ -20,7 +20,7 @@ pub struct Field {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum FieldError {
     /// The text is not a path.
-    #[error("--field {text:?}: expected names and indices, as pose.pose.position.x or ranges[3]")]
+    #[error("--field {text:?}: expected names and indices, such as pose.pose.position.x or ranges[3]")]
     Path {
         /// The text.
         text: String,
@@ -134,7 +134,7 @@ fn expected(value: &Value, step: &Step) -> String {
             format!("one of {}", names.join(", "))
         }
         (Value::Array(list), _) if list.is_empty() => "nothing, because the list is empty".to_owned(),
-        (Value::Array(list), _) => format!("an index from 0 to {}, as [0]", list.len() - 1),
+        (Value::Array(list), _) => format!("an index from 0 to {}, such as [0]", list.len() - 1),
         _ => "the end of the path".to_owned(),
     }
 }

@@ -1,8 +1,8 @@
 //! Measures rates, bandwidth and delays of channels.
 //!
-//! The time of a message is when its writer sent it, by the clock that all processes share. An observer only
-//! checks for messages every two milliseconds, so the times at which it sees them would be too coarse for
-//! intervals. The delay of a message is the time since the tick that caused it.
+//! The time of a message is when its writer sent it, by the clock that all processes share. An observer only checks for messages
+//! every two milliseconds, so the times when it sees them would be too coarse for intervals. The delay of a message is the time
+//! since the tick that caused it.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Instant;
@@ -20,7 +20,7 @@ use crate::output::live;
 use crate::recordings::whole::Whole;
 use crate::recordings::with;
 
-/// Number of the most recent intervals and delays from which percentiles are computed.
+/// Number of the most recent intervals and delays that are used for percentiles.
 const KEPT: usize = 10_000;
 
 /// Prints the rates once a second, and totals at the end.
@@ -34,7 +34,7 @@ pub fn hz(options: &HzOptions) -> Result<Outcome, Failure> {
     Ok(outcome)
 }
 
-/// Prints the rates of a recording's topics, using the times at which their messages were recorded.
+/// Prints the rates of a recording's topics, from the times when their messages were recorded.
 fn of_recording(whole: &Whole, options: &HzOptions) -> Result<Outcome, Failure> {
     let recording = Recording::open(whole.path()).or_input()?;
     let topics = super::recorded(&recording, &options.tap)?;
@@ -97,7 +97,7 @@ struct Rates {
 }
 
 impl Listener for Rates {
-    /// The history is handed over all at once, so its messages say nothing about the rate.
+    /// The whole history is handed over at the same time, so its messages do not reflect the rate.
     const HISTORY: bool = false;
 
     fn begin(&mut self, node: &Node, specs: &[&'static ChannelSpec]) -> Result<(), Failure> {

@@ -13,7 +13,7 @@ use sketchnav_schemas::run::RunConfig;
 /// The number of faults that are kept for display.
 const LAST_FAULTS: usize = 8;
 
-/// A system at one moment, printed in this form by `--json`.
+/// A system at one time, printed in this form by `--json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Snapshot {
     /// The system's name.
@@ -30,7 +30,7 @@ pub struct Snapshot {
     pub faults: Vec<String>,
 }
 
-/// A process at one moment.
+/// A process at one time.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
     /// The process's name.
@@ -43,8 +43,8 @@ pub struct Row {
     pub restarts: u32,
     /// Messages per second on all channels that the process writes, by the wall clock.
     pub rate_hz: f64,
-    /// Number of ticks to which the process has not yet responded or, for the recorder, which are not yet in
-    /// the file. `None` if it does not respond to ticks.
+    /// Number of ticks that the process has not yet responded to or, for the recorder, that are not yet in the file. `None` if it
+    /// does not respond to ticks.
     pub queue: Option<u64>,
     /// Time since the process's last message, or `None` before the first.
     pub age_ms: Option<f64>,
@@ -210,7 +210,7 @@ impl Gatherer {
         }
     }
 
-    /// Returns the number of ticks by which a process lags behind.
+    /// Returns how many ticks a process lags behind.
     fn queue(&self, process: Process) -> Option<u64> {
         let kind = self.run.mission.navigator_kind();
         let (input, output) = match process {
@@ -250,7 +250,7 @@ struct Counted {
     newest: Option<Header>,
     /// When the last message arrived. Messages sent before this observer joined arrive when it first looks.
     received: Option<Instant>,
-    /// The sequence number after which messages are counted.
+    /// Messages after this sequence number are counted.
     from_seq: Option<u64>,
 }
 

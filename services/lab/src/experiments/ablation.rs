@@ -38,18 +38,18 @@ const PARTS: [Part; 19] = [
     // Compares with what the drawing shows at exactly the bearing of the beam, ignoring doors drawn next to their true
     // position.
     Part { name: "no-bearing-error", localizer: "bearing_error_rad = 0.0", planner: "" },
-    // Expects the exactness of a drawing by hand, whatever the scans show.
+    // Assumes the exactness of a hand drawing, regardless of the scans.
     Part { name: "learns-no-exactness", localizer: "least_hit_width = 0.25", planner: "" },
     Part { name: "one-scale", localizer: "scales = 'one'", planner: "" },
     Part { name: "free-scales", localizer: "scale_reversion_per_m = 0.0", planner: "" },
     Part { name: "stiff-scales", localizer: "scale_noise = 0.0", planner: "" },
     Part { name: "first-scan-unfiltered", localizer: "start_scales = 'least-squares'", planner: "" },
-    // Takes the drawing to be in proportion as a whole, however much the surroundings of the first scan are stretched.
+    // Assumes that the drawing as a whole is in proportion, however much the surroundings of the first scan are stretched.
     Part { name: "no-anisotropy", localizer: "anisotropic_share = 0.0", planner: "" },
     Part { name: "no-usual-size", localizer: "start_size_share = 0.0", planner: "" },
     Part { name: "500-particles", localizer: "particles = 500", planner: "" },
     Part { name: "no-outline", localizer: "outline_gap_m = 0.0", planner: "" },
-    // Takes doors to be as narrow as they are drawn.
+    // Assumes that doors are as narrow as they are drawn.
     Part { name: "doors-as-drawn", localizer: "door_width_m = 0.0", planner: "" },
     Part { name: "walls-do-not-count", localizer: "wall_crossing_factor = 1.0", planner: "" },
     Part {
@@ -123,7 +123,7 @@ mod tests {
 
     use super::*;
 
-    /// If this did not hold, a renamed parameter would switch nothing off.
+    /// Otherwise, a renamed parameter would not switch anything off.
     #[test]
     fn the_services_know_every_ablated_part() {
         let suite = suite(&Folders::of_checkout()).unwrap();

@@ -1,11 +1,10 @@
-//! The `calibrate-METHOD` suites search for the values that a paper leaves open. Each value is varied
-//! separately around the one in use, on drawings that no other suite drives.
+//! The `calibrate-METHOD` suites search for the values that a paper leaves open. Each value is varied separately around the one in
+//! use, on drawings that no other suite uses.
 //!
-//! A published method gets the same effort as ours, and nothing is chosen by the figure that we want to
-//! reproduce. The authors calibrated on metrically consistent maps (Boniardi et al. 2016, V-B). With such
-//! drawings alone, every value listed here reaches every goal, so deformed drawings are driven as well. All
-//! drawings are of floors in the repository, and their numbers are beyond those of the `deformed` suite. To
-//! choose a value, take the middle of those that the interval of the best one does not exclude.
+//! We tune published methods with the same effort as our own, and never by the figures that we want to reproduce. The authors
+//! calibrated on metrically consistent maps (Boniardi et al. 2016, V-B). With such drawings alone, every goal is reached with every
+//! value listed here, so deformed drawings are driven as well. All drawings are of floors in the repository, and their numbers are
+//! beyond those of the `deformed` suite. To choose a value, take the middle of those within the interval of the best one.
 
 use sketchnav_schemas::codes::Process;
 use sketchnav_sketch::filter::parameters::Parameters;
@@ -32,7 +31,7 @@ struct Search {
     unit: &'static str,
     /// The value in use.
     used: fn(&Parameters) -> f32,
-    /// The values in order, including the one in use, which has a line of its own.
+    /// The values in order, including the one in use, which has its own line.
     values: &'static [f64],
 }
 
@@ -150,7 +149,7 @@ mod tests {
         }
     }
 
-    /// Drawings that values are chosen by must not be those that a table is made of.
+    /// Drawings that are used to choose values must not be used for a table.
     #[test]
     fn no_drawing_belongs_to_another_suite() {
         let calibration = boniardi_2015(&Folders::of_checkout()).unwrap();

@@ -1,9 +1,9 @@
 //! The suites of corridors with markers: `corridor` (Patil 2019, 5.4), `corridor-turns` and `corridor-person`.
 //!
-//! A drive ends with the first touch, in which case it has failed. The lines of the `corridor` suite are the
-//! twelve conditions of the thesis: three starts, with markers opposite each other or staggered, and with
-//! equal or different numbers of them on the two walls. Each condition is driven in both directions, in
-//! corridors of several widths. The table also shows, in words, what figures 5.2 to 5.7 of the thesis say.
+//! A drive ends with the first touch, in which case it counts as failed. The lines of the `corridor` suite are the twelve
+//! conditions of the thesis: three starts, with markers opposite each other or staggered, and with equal or different numbers of
+//! them on the two walls. Each condition is driven in both directions, in corridors of several widths. The table also shows, in
+//! words, what figures 5.2 to 5.7 of the thesis say.
 
 use std::path::Path;
 
@@ -222,9 +222,8 @@ pub(crate) const LINES: [&str; 12] = [
     "left wall, staggered, uneven",
 ];
 
-/// What figures 5.2 to 5.4 say about QTC_B on each line, in a few words, and whether it passes according to them. Starts
-/// along a wall pass "only if the starting position still allowed the camera to detect both the markers". The thesis counts
-/// ten that pass (5.4.1).
+/// Summary of figures 5.2 to 5.4 about QTC_B on each line, and whether it passes according to them. Starts along a wall pass "only
+/// if the starting position still allowed the camera to detect both the markers". The thesis counts ten that pass (5.4.1).
 pub(crate) const QTC_B: [(&str, bool); 12] = [
     ("passes, in the middle", true),
     ("passes; collides too near a wall", true),
@@ -240,8 +239,8 @@ pub(crate) const QTC_B: [(&str, bool); 12] = [
     ("passes while two markers are in view", true),
 ];
 
-/// What figures 5.5 to 5.7 say about ARGD on each line. The eight conditions that pass are those that the thesis counts
-/// (5.4.2). Along a wall, they pass "if the markers are detected simultaneously".
+/// Summary of figures 5.5 to 5.7 about ARGD on each line. The eight conditions that pass are those that the thesis counts (5.4.2).
+/// Along a wall, they pass "if the markers are detected simultaneously".
 pub(crate) const ARGD: [(&str, bool); 12] = [
     ("passes, in the middle", true),
     ("almost always fails: same distance class", false),

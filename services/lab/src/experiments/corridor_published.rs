@@ -6,9 +6,8 @@
 //!
 //! - There is one corridor, driven from A to B and back to A in one mission (5.4.1). A drive counts as
 //!   reached if both legs do.
-//! - Starts are drawn at random along the corridor. Only those count from which an error-free camera sees a
-//!   marker on either side: "only if the starting position still allowed the camera to detect both the
-//!   markers" (figures 5.3, 5.4).
+//! - Starts are drawn at random along the corridor. A start only counts if an error-free camera sees a marker on either side: "only
+//!   if the starting position still allowed the camera to detect both the markers" (figures 5.3, 5.4).
 //! - The robot is `youbot-markers`. It detects markers as far away as its colour image resolves them, and its
 //!   wheels slip (4.1).
 //! - The robot is set down by hand, so its heading has an error.
@@ -46,8 +45,8 @@ const STARTS: usize = 20;
 const FEW_STARTS: usize = 5;
 /// Maximum number of draws. If none of them yields a start, the condition counts as having none.
 const MOST_DRAWS: usize = 1000;
-/// Time in seconds without either marker of a pair in view after which the pair has been passed. Some pictures miss a
-/// marker.
+/// Time, in seconds, for which neither marker of a pair must be in view before the pair counts as passed, since markers are missing
+/// from some pictures.
 const HOLD_S: f64 = 0.5;
 /// Speed of the published rules (5.4.3), in metres per second. It is used here for the method `corridor` too.
 const SPEED_MPS: f64 = 0.1;
@@ -74,9 +73,9 @@ struct Conditions {
 #[derive(Debug, Default)]
 struct Draws {
     trials: Vec<Trial>,
-    /// Number of draws from which no pair is in view, for each position of the robot.
+    /// Number of draws without a pair in view, for each position of the robot.
     rejected: [usize; 3],
-    /// Conditions for which no start was found.
+    /// Conditions without a start.
     without: Vec<&'static str>,
 }
 

@@ -1,8 +1,8 @@
 //! The cost of a drive in time, commands, messages, computation and energy (Patil 2019, 5.5, tables 5.1 and 5.2).
 //!
-//! The thesis wanted to compare energy but could not, since its battery only showed whole volts. Here energy follows from a
-//! model. A robot that is switched on draws [`IDLE_W`], rolling takes a force of [`ROLLING`] times its weight, speeding up
-//! costs its kinetic energy, and braking recovers nothing.
+//! The thesis could not compare energy as intended, because its battery only showed whole volts. Here, energy follows from a model.
+//! A robot that is switched on draws [`IDLE_W`], rolling requires a force of [`ROLLING`] times its weight, acceleration costs the
+//! kinetic energy, and braking recovers no energy.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::message::{GroundTruth, Twist, VelocityCommand};

@@ -1,5 +1,5 @@
-//! The `deformed` suite drives with drawings of four floors that are deformed in the way people deform what they draw. The
-//! drawings are made by `sketchnav deform` at four degrees, of which degree 1 has the statistics of people.
+//! The `deformed` suite drives with drawings of four floors that are deformed in the way people deform their drawings. The drawings
+//! are made by `sketchnav deform` at four degrees, of which degree 1 has the statistics of people.
 //!
 //! Each trial drives from a place in one region to a place in another. The positions of both places in the
 //! drawing are derived from the deformation, and a place that was left out of the drawing is never used. As
@@ -53,19 +53,19 @@ const PAIRS: usize = 4;
 const TRIES: usize = 60;
 /// Distance of the robot from walls, in metres, in addition to its radius.
 const CLEARANCE_M: f64 = 0.1;
-/// Size in metres of the cells into which a world of walls and furniture is divided to find paths.
+/// Size, in metres, of the cells of a world of walls and furniture for finding paths.
 const CELL_M: f64 = 0.1;
 /// Minimum depth of places inside their region, as a share of the depth of the deepest place.
 const DEPTH: f64 = 0.5;
 /// Distance, in metres, to the point on its path that the robot faces at the start.
 const LOOK_AHEAD_M: f64 = 1.0;
 
-/// A floor of which drawings are made.
+/// A floor to make drawings of.
 pub(crate) struct Site {
     pub(crate) name: String,
     world: WorldSource,
     floor: Floor,
-    /// The ground on which the robot fits.
+    /// The ground where the robot fits.
     pub(crate) ground: Ground,
     robot: Robot,
     regions: Vec<Region>,
@@ -211,7 +211,7 @@ fn source(floor_plan: Option<&Path>, map: Option<&Path>) -> WorldSource {
     WorldSource { floor_plan: floor_plan.map(text), map: map.map(text), ..WorldSource::default() }
 }
 
-/// Returns the regions of the floor in which the robot fits.
+/// Returns the regions of the floor where the robot fits.
 fn regions(floor: &Floor, ground: &Ground) -> Vec<Region> {
     let regions = floor.regions().iter().enumerate();
     let polygons = regions.map(|(i, region)| (format!("room {}", i + 1), region.polygon.clone()));
@@ -274,8 +274,8 @@ mod tests {
         assert!(goals.len() < suite.trials.len() / 2, "most pairs are driven at several degrees");
     }
 
-    /// The figures used by `sketchnav deform` must be those of the annotated drawings. If there are several marks for a place,
-    /// it is not known which is the right one, so the likeliest is used here.
+    /// The figures used by `sketchnav deform` must be those of the annotated drawings. If there are several marks for a place, it
+    /// is not known which is the right one, so the most likely one is used here.
     #[test]
     fn deformations_match_the_marks_in_peoples_drawings() {
         let folder = needs::data().join("sketches/kth");

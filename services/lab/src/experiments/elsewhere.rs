@@ -1,4 +1,4 @@
-//! Simulators by others, which replace the world in trials.
+//! Third-party simulators that replace the world in trials.
 
 use std::fmt;
 use std::sync::Arc;
@@ -21,7 +21,7 @@ pub fn suite_in(suite: &str, simulator: &str) -> String {
 /// Drives a run of a trial, and shows all its messages in order.
 type Drive = dyn Fn(&Trial, &RunConfig, &mut dyn Tap) -> Result<(), StageError> + Send + Sync;
 
-/// A simulator in which trials are driven instead of this project's own world.
+/// A simulator that runs trials instead of this project's own world.
 #[derive(Clone)]
 pub struct Elsewhere {
     simulator: &'static str,
@@ -76,9 +76,8 @@ impl fmt::Debug for Elsewhere {
     }
 }
 
-/// Returns what a trial needs and only the project's own world provides. People and markers that a trial adds
-/// to its floor are essential to it, whereas those of the floor can be left out, unless the robot drives by
-/// them.
+/// Returns a requirement of the trial that only the project's own world meets. People and markers that a trial adds to its floor
+/// are essential to it, whereas those of the floor can be left out, unless the robot drives by them.
 fn lacks(trial: &Trial, methods: &[String]) -> Option<String> {
     let world = &trial.mission.world;
     [
@@ -96,7 +95,7 @@ fn lacks(trial: &Trial, methods: &[String]) -> Option<String> {
     .or_else(|| methods.iter().find_map(|method| needs_markers(trial, method)))
 }
 
-/// Returns what makes the markers of a corridor indispensable to a drive.
+/// Returns why a drive requires the markers of a corridor.
 fn needs_markers(trial: &Trial, method: &str) -> Option<String> {
     let run = trial.is_corridor().then(|| trial.run(method, 1, 0).ok()).flatten()?;
     let mission = CorridorMission::of(&run.mission).ok().filter(CorridorMission::needs_markers)?;
@@ -137,7 +136,7 @@ mod tests {
         assert!(slow.trials[0].elsewhere.is_none());
     }
 
-    /// A robot that waited for markers which nobody shows it used to end as lost, as if it had been its fault.
+    /// A robot that waited for markers that the simulator does not provide used to end as lost.
     #[test]
     fn in_corridors_only_what_drives_by_the_laser_is_driven() {
         let simulator = Elsewhere::new("irsim", 7, |_, _, _| Ok(()));
@@ -154,7 +153,7 @@ mod tests {
         }
     }
 
-    /// A driver that fails is not a robot that fails.
+    /// A failure of the driver does not count as a failure of the robot.
     #[test]
     fn an_error_of_the_simulator_ends_the_experiment() {
         let broken = Elsewhere::new("mujoco", 7, |_, _, _| Err("no such geom".into()));

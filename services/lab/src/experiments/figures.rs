@@ -1,7 +1,7 @@
 //! The stored results of experiments, and the markers in pages that are filled in from them.
 //!
-//! A marker is a pair of HTML comments, which readers of the page do not see. The first one says what belongs between them:
-//! the experiment, the method, the form, and, unless the marker shows the whole experiment, the lines of the experiment's table.
+//! A marker is a pair of HTML comments, which readers of the page do not see. The first one specifies the text between them: the
+//! experiment, the method, the form, and, unless the marker shows the whole experiment, the lines of the experiment's table.
 //!
 //! ```text
 //! <!--= people outline share-->97.5 % (95 to 99) of 320<!--=-->
@@ -274,7 +274,7 @@ impl Experiment {
     }
 }
 
-/// Returns the table with this number, which counts from 1, or `None` if there are no tables.
+/// Returns the table with this number, counted from 1, or `None` if there are no tables.
 fn numbered<'a, T>(tables: &'a [T], number: &str) -> Result<Option<&'a T>, Wrong> {
     let known = || (1..=tables.len()).map(|number| number.to_string()).collect::<Vec<_>>().join(", ");
     let index = number.parse::<usize>().ok().and_then(|number| number.checked_sub(1));

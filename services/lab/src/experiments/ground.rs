@@ -1,4 +1,4 @@
-//! The true floor as a grid, which says where the robot fits and finds shortest paths. Positions are in metres, in the frame
+//! The true floor as a grid of the positions where the robot fits, with shortest paths. Positions are in metres, in the frame
 //! `World`.
 
 use std::cmp::Reverse;
@@ -20,7 +20,7 @@ const STEPS: [(i64, i64, u64); 8] = [
     (-1, -1, 1414),
 ];
 
-/// A grid of the positions at which a disc of a given radius fits.
+/// A grid of the positions where a disc of a given radius fits.
 #[derive(Debug, Clone)]
 pub struct Ground {
     width: i64,
@@ -98,12 +98,12 @@ impl Ground {
         self.index(at).is_some_and(|cell| self.fits[cell])
     }
 
-    /// Returns all positions at which the robot fits.
+    /// Returns all positions where the robot fits.
     pub fn places(&self) -> impl Iterator<Item = [f64; 2]> {
         (0..self.fits.len()).filter(|&i| self.fits[i]).map(|i| self.middle(i))
     }
 
-    /// Returns the nearest position at which the robot fits, among those that `counts` accepts.
+    /// Returns the nearest position where the robot fits, among those that `counts` accepts.
     pub fn nearest(&self, at: [f64; 2], counts: impl Fn([f64; 2]) -> bool) -> Option<[f64; 2]> {
         let distance = |p: &[f64; 2]| (p[0] - at[0]).hypot(p[1] - at[1]);
         self.places().filter(|&p| counts(p)).min_by(|a, b| distance(a).total_cmp(&distance(b)))
@@ -199,8 +199,7 @@ pub fn length_m(way: &[[f64; 2]]) -> f64 {
     way.windows(2).map(|pair| (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1])).sum()
 }
 
-/// Returns the direction in which a path departs, in degrees. It points to the path's first point at least `ahead_m` away,
-/// or to its end.
+/// Returns the initial direction of a path, in degrees. It points to the path's first point at least `ahead_m` away, or to its end.
 pub fn departure_deg(way: &[[f64; 2]], ahead_m: f64) -> Option<f64> {
     let from = way.first()?;
     let far = |p: &&[f64; 2]| (p[0] - from[0]).hypot(p[1] - from[1]) >= ahead_m;

@@ -14,7 +14,7 @@ use crate::experiments::trial::{Trial, derived};
 pub struct Job<'a> {
     /// The trial.
     pub trial: &'a Trial,
-    /// Name of the method, as the navigator knows it.
+    /// The navigator's name of the method.
     pub method: &'a str,
     /// Number of the repetition, from 1.
     pub repetition: u32,

@@ -1,8 +1,8 @@
 //! The `directions-land` suite drives journeys of about 30 m from pole to pole by a custom map, with a noisy
 //! laser. The paper mentions such a navigator but does not build one (Park and Kender 1995, 8).
 //!
-//! Each trial uses its own field of poles. The map-maker knows the poles, while the navigator only sees what
-//! its laser shows. A journey succeeds if the robot stops next to its goal without having touched anything.
+//! Each trial uses its own field of poles. The map-maker is given the poles, while the navigator only has its laser. A journey
+//! succeeds if the robot stops next to its goal without having touched anything.
 
 pub mod buildings;
 mod tables;
@@ -29,7 +29,7 @@ use crate::experiments::trial::{Page, Trial};
 const FIELDS: usize = 100;
 /// Straight-line distance from the start to the goal, in metres.
 const DISTANCE_M: f64 = 30.0;
-/// Distances, in metres, from its first pole at which the robot starts, and from its last pole at which it may stop.
+/// Distances, in metres, of the robot's start from its first pole, and of its final stop from its last pole.
 const BESIDE_M: f64 = 0.8;
 const THERE_M: f64 = 1.2;
 /// Standard deviation of the heading at the start, in degrees.
@@ -96,13 +96,13 @@ struct Journey<'a> {
     name: String,
     line: String,
     world: WorldSource,
-    /// The floor with its poles, as the map-maker knows it.
+    /// The floor with its poles, as given to the map-maker.
     plan: &'a FloorPlan,
     start: [f64; 2],
     goal: [f64; 2],
     /// Length of the way to the goal, in metres.
     way_m: f64,
-    /// Determines how the robot stands at the start.
+    /// Determines the robot's pose at the start.
     number: u64,
 }
 

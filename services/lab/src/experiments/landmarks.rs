@@ -110,7 +110,7 @@ struct Version {
     line: &'static str,
     /// Use of proximity, width, neighbour directions and temporal objects.
     features: [bool; 4],
-    /// Parameter c of the distance measure by which returns are joined (4.4).
+    /// Parameter c of the distance measure for joining returns (4.4).
     joining_c: f64,
     /// Tolerance of a proximity, in inches, which is 11 before version 3 (5.1).
     proximity_in: f64,
@@ -300,8 +300,8 @@ fn by_deformed(
     Ok(Trial { bytes: Some(sketch.file().into_bytes().into()), ..one })
 }
 
-/// Creates a trial like [`by_deformed`], but with a camera and with markers on the objects. The robot knows
-/// the objects whose label in the sketch is their own.
+/// Creates a trial like [`by_deformed`], but with a camera and with markers on the objects. The robot recognizes the objects whose
+/// label in the sketch is their own.
 fn by_labels(
     folders: &Folders,
     scene: &Scene,
@@ -333,7 +333,7 @@ fn sketch_seed(degree: f64, number: u64) -> u64 {
 mod tests {
     use super::*;
 
-    /// The trials without additional states are driven by states only. Otherwise a belief would be driven twice.
+    /// Trials without additional states are only driven by states, since a belief would otherwise be driven twice.
     #[test]
     fn a_trial_with_its_own_method_is_driven_once() {
         let suite = scenes(&Folders::of_checkout()).unwrap();

@@ -3,7 +3,7 @@
 
 /// Weight of the prior that keeps coefficients finite if the examples can be separated, as the inverse variance of each.
 const RIDGE: f64 = 0.1;
-/// Number of steps of Newton's method, which is far more than it needs.
+/// Number of steps of Newton's method, which is far more than required.
 const STEPS: usize = 40;
 
 use nalgebra::{DMatrix, DVector};

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
-    /// The robot reported its arrival, and truly was at the goal.
+    /// The robot reported its arrival, and actually was at the goal.
     Reached,
     /// The robot reported its arrival, but was elsewhere.
     WrongArrival,
@@ -63,8 +63,7 @@ impl Kind {
         }
     }
 
-    /// Returns the outcome that follows from a verdict alone, without considering the path of the robot or whether a touch is a
-    /// failure.
+    /// Returns the outcome that follows from a verdict alone, without considering the robot's path or whether a touch is a failure.
     pub fn of(verdict: &TaskVerdict) -> Self {
         match (verdict.reached, verdict.state.as_str()) {
             (true, _) => Self::Reached,
@@ -86,7 +85,7 @@ pub struct TaskOutcome {
     pub drawing: String,
     /// Name of the method.
     pub method: String,
-    /// Seed of the run in which the task was driven.
+    /// Seed of the run that drove the task.
     pub seed: u64,
     /// Name of the task.
     pub task: String,
@@ -94,7 +93,7 @@ pub struct TaskOutcome {
     pub task_index: usize,
     /// Kind of outcome.
     pub kind: Kind,
-    /// The robot's reason, in its own words.
+    /// The reason that the robot reported.
     pub reason: String,
     /// Duration, in simulated seconds.
     pub time_s: f64,
@@ -123,14 +122,13 @@ pub struct TaskOutcome {
     /// Mean distance of the true path from the drawn route, in metres, or `None` if there is no route.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub displacement_m: Option<f64>,
-    /// The answer of regions and doors as to where the goal is when the task ends, or `None` if they were not
-    /// asked.
+    /// The position of the goal according to regions and doors at the end of the task, or `None` if they were not consulted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rooms: Option<RoomsSaid>,
     /// How a journey by a custom map ended, and the probability of arrival that the map states, or `None` for other tasks.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub journey: Option<JourneyVerdict>,
-    /// What is known of a task in a series of drives, or `None` for others.
+    /// What is known about a task in a series of drives, or `None` for others.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub in_series: Option<InSeries>,
 }

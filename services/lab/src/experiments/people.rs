@@ -1,8 +1,7 @@
-//! The `people` suite drives with ten drawings of one environment, made by ten people. Two annotators matched
-//! places in the drawings to places in the environment. The `people-exam` suite uses six more drawings by
-//! other people. Parameters may be chosen by the first suite, but never by the second. In the
-//! `people-answers` and `people-exam-answers` suites, a [person] watches the same drives and answers the
-//! robot's questions.
+//! The `people` suite drives with ten drawings of one environment, made by ten people. Two annotators matched places in the
+//! drawings to places in the environment. The `people-exam` suite uses six more drawings by other people. The first suite may be
+//! used to choose parameters, but the second never is. In the `people-answers` and `people-exam-answers` suites, a [person] watches
+//! the same drives and answers the robot's questions.
 //!
 //! Each trial drives from one matched place to another in a different region, with the start marked as people
 //! would mark it. Arrival is judged by region, since two annotators' marks in the same hall can be metres
@@ -41,7 +40,7 @@ const DRAWINGS: Datum = Datum {
     file: "sketches/kth/world.yaml",
 };
 const EXAM_TITLE: &str = "Six more people's drawings of the environment of the suite `people`, which were not used to choose anything; the pairs of places are chosen alike.";
-/// Drawings by which nothing may be chosen.
+/// Drawings that may not be used to choose parameters.
 const EXAM: Datum = Datum {
     what: "six more people's drawings of the same environment (M. Mielle et al., sketch_map_matching)",
     file: "sketches/kth-validation/10.png",
@@ -260,7 +259,7 @@ impl Place {
 struct Spot {
     /// Number of the match in the annotator's file.
     number: usize,
-    /// Position of the robot, in metres. This is the mark, or the nearest position in the region at which the robot fits.
+    /// Position of the robot, in metres. This is the mark, or the nearest position in the region where the robot fits.
     world: [f64; 2],
     /// Position of the mark in the drawing, in image pixels.
     sketch: [f64; 2],

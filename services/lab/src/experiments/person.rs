@@ -1,8 +1,7 @@
 //! A person who watches a drive with the drawing in hand, and answers when the robot asks where it is.
 //!
-//! The person sees the true position of the robot, and points at the corresponding position in the drawing as
-//! precisely as people mark a start. After a few answers, the person gives up on the drive. The person does
-//! not say anything unless the robot asks.
+//! The person sees the true position of the robot, and points at the corresponding position in the drawing as precisely as people
+//! mark a start. After a few answers, the person gives up on the drive. The person only answers questions of the robot.
 
 use nalgebra::Complex;
 use rand_distr::{Distribution, Normal};
@@ -25,7 +24,7 @@ const MOST_ANSWERS: u32 = 4;
 /// Pause between two answers, in nanoseconds of simulation.
 const PAUSE_NS: u64 = 5_000_000_000;
 
-/// A person's knowledge of which places in the world correspond to which places in the drawing.
+/// A person's knowledge of the correspondence between places in the world and in the drawing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Person {
     /// Pairs of positions in the world, in metres, and in the drawing, in pixels of the frame `Sketch`.
@@ -120,8 +119,7 @@ impl<'a> Bystander<'a> {
         Some(Here { at: pose.position(), yaw_rad })
     }
 
-    /// Returns the pose at which the person puts the robot, which is at the free position nearest to the truth, with people's
-    /// errors.
+    /// Returns the pose that the person marks for the robot: the free position nearest to the truth, with the errors of people.
     fn point_at(&mut self, robot: &Pose<World>) -> Pose<Sketch> {
         let drawn = self.person.drawn(robot);
         let error = StartError::OF_PEOPLE;
@@ -185,7 +183,7 @@ pub fn sections(outcomes: &[TaskOutcome]) -> Vec<Section> {
         "wrong arrivals afterwards",
     ];
     let words = format!(
-        "The person answers truly and points as exactly as people mark a start. At the question after {MOST_ANSWERS} \
+        "The person answers truthfully and points as accurately as people mark a start. At the question after {MOST_ANSWERS} \
          answers they give the drive up."
     );
     vec![Section {

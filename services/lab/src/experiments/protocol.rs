@@ -36,7 +36,7 @@ const ATTEMPTS: u32 = 10;
 const CLEARANCE_M: f64 = 0.075;
 /// Distance, in metres, to the point on its path that the robot faces when it starts again after a failure.
 const LOOK_AHEAD_M: f64 = 1.0;
-/// Size in metres of the cells into which a world of walls and furniture is divided to find paths.
+/// Size, in metres, of the cells of a world of walls and furniture for finding paths.
 const CELL_M: f64 = 0.1;
 
 /// Table I: path, length in metres, and successes out of ten with drawings A to D.
@@ -78,7 +78,7 @@ pub fn building_079(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(suite)
 }
 
-/// Loads Table I in the demo's building, with its four drawings and with people walking about.
+/// Loads Table I in the demo's building, with its four drawings and with people walking around.
 ///
 /// # Errors
 /// [`EvalError`] if a file is missing or malformed.

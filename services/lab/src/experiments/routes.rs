@@ -1,10 +1,9 @@
 //! The `routes` suite consists of 25 drawings, each with a route for the robot to follow (Boniardi et al.
 //! 2016, V).
 //!
-//! A trial succeeds if the robot reports that it has arrived, truly is within the mission's limit of the
-//! intended goal, and took a path that is homotopic to the drawn route with respect to what the person drew
-//! ([`crate::judge::homotopy`]). The paper judges pose and path on the sketch and does not state a limit. The
-//! missions here use 1 m. Both judgements are counted.
+//! A trial succeeds if the robot reports that it has arrived, is in fact within the mission's limit of the intended goal, and took
+//! a path that is homotopic to the drawn route with respect to what the person drew ([`crate::judge::homotopy`]). The paper judges
+//! pose and path on the sketch and does not state a limit. The missions here use 1 m. Both judgements are counted.
 //!
 //! The robot's start is the route's first point and direction, including the drawing error of the person.
 //!

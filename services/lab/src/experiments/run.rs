@@ -41,7 +41,7 @@ pub struct Driven {
     pub first_task: usize,
     /// The messages of the run.
     pub log: Log,
-    /// Time stamps of all messages on any channel.
+    /// Timestamps of the messages on all channels.
     pub stamps_ns: Vec<u64>,
     /// Wall-clock time that localizer and planner spent computing, in seconds.
     pub busy_s: f64,
@@ -49,7 +49,7 @@ pub struct Driven {
     pub answers: u32,
     /// True if the person gave up while the robot was lost.
     pub is_left_lost: bool,
-    /// The map of the drive, if regions joined by doors are asked about it.
+    /// The map of the drive, if it is evaluated by regions joined by doors.
     pub witness: Option<Witness>,
     /// What the robot saw, if it learns from the drive.
     pub lesson: Option<Attended>,
@@ -57,8 +57,8 @@ pub struct Driven {
     pub verdicts: Vec<TaskVerdict>,
 }
 
-/// Records a run, and ends it early if nothing after that would count: after a failed task if another run
-/// takes over, after a contact if contacts are failures, and when the person gives up.
+/// Records a run, and ends it early if the rest would not count: after a failed task if another run takes over, after a contact if
+/// contacts are failures, and when the person gives up.
 struct Watcher<'a> {
     log: Log,
     stamps_ns: Vec<u64>,
@@ -104,7 +104,7 @@ impl Onlooker for Watcher<'_> {
 }
 
 impl Watcher<'_> {
-    /// Takes note if the newest status ends a task in failure.
+    /// Checks whether the latest status ends a task in failure.
     fn watch(&mut self) {
         let Some(status) = self.log.status.last() else { return };
         let Some(state) = TaskState::from_code(status.state) else { return };
@@ -343,7 +343,7 @@ pub fn outcomes(trial: &Trial, method: &str, repetition: u32, driven: &Driven) -
 }
 
 impl Ended {
-    /// Combines two tasks into one. The first failure decides, and whatever follows it is left out.
+    /// Combines two tasks into one. The first failure determines the result, and anything after it is left out.
     fn followed_by(self, next: Self) -> Self {
         if self.kind != Kind::Reached {
             return self;

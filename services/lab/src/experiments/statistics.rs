@@ -1,7 +1,7 @@
 //! Counts of outcomes, and intervals for success rates.
 //!
-//! Wilson's interval is only valid for independent trials. Drives with the same drawing mostly end alike, so if drawings
-//! repeat, the interval is over drawings ([`OverDrawings`]).
+//! Wilson's interval is only valid for independent trials. Drives with the same drawing mostly have the same outcome, so if
+//! drawings repeat, the interval is over drawings ([`OverDrawings`]).
 
 mod over_drawings;
 
@@ -24,18 +24,18 @@ pub struct Tally {
     pub wrong_side: usize,
     /// Number of tasks that ended because the robot touched something.
     pub collided: usize,
-    /// Number of tasks in which the robot reported being lost.
+    /// Number of tasks where the robot reported being lost.
     pub lost: usize,
-    /// Number of tasks in which the robot reported that there is no path.
+    /// Number of tasks where the robot reported that there is no path.
     pub blocked: usize,
     /// Number of tasks that ran out of time.
     pub timed_out: usize,
     /// Number of tasks that ended in another way.
     pub aborted: usize,
-    /// Number of tasks in which the robot never moved.
+    /// Number of tasks where the robot never moved.
     #[serde(default)]
     pub never_moved: usize,
-    /// Number of tasks, failed or not, in which the robot touched something.
+    /// Number of tasks, failed or not, where the robot touched something.
     pub with_collision: usize,
     /// Interval of the success rate over drawings, if drawings repeat, or `None` for independent trials.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -137,8 +137,8 @@ impl Tally {
         wilson(self.reached, self.attempts)
     }
 
-    /// Formats the interval of the success rate in percent. It is over drawings if there are several that repeat, and the text
-    /// then says how many. Otherwise it is Wilson's.
+    /// Formats the interval of the success rate in percent. It is over drawings if there are several that repeat, and the text then
+    /// gives their number. Otherwise it is Wilson's.
     pub fn interval_words(&self) -> String {
         let words = |[low, high]: [f64; 2]| format!("{:.0} to {:.0}", 100.0 * low, 100.0 * high);
         match self.over_drawings {

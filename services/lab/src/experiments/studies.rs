@@ -34,7 +34,7 @@ impl Size {
 
 /// How a study is run.
 pub enum Run {
-    /// By its size alone.
+    /// By its size only.
     BySize(fn(Size) -> Result<Vec<Figure>, EvalError>),
     /// With files from these folders.
     WithFiles(fn(&Folders, Size) -> Result<Vec<Figure>, EvalError>),
@@ -47,7 +47,7 @@ pub enum Run {
 pub struct ByWorld {
     /// Offset of the worlds' seeds.
     pub offset: u64,
-    /// Returns what is tried in each world.
+    /// Returns the cases to try in each world.
     pub cases: fn() -> Result<Vec<Case>, EvalError>,
     /// Makes the figures from the attempts of all cases in each world.
     pub figures: fn(&[Case], &[Vec<Attempt>]) -> Vec<Figure>,
@@ -103,7 +103,7 @@ pub struct Study {
 }
 
 impl Study {
-    /// Runs the study, on several threads if it goes world by world. The figures do not depend on their number.
+    /// Runs the study, on several threads if it runs world by world. The figures do not depend on their number.
     ///
     /// # Errors
     /// [`EvalError::NoData`] if its data are missing, and otherwise the error of its files or of the experiment.

@@ -7,7 +7,7 @@ use crate::experiments::outcome::TaskOutcome;
 use crate::experiments::section::Section;
 use crate::experiments::trial::Trial;
 
-/// The folders that hold the files of suites.
+/// The folders that contain the files of suites.
 #[derive(Debug, Clone)]
 pub struct Folders {
     /// Name of the suite that loads the files, or empty if it is not known yet.
@@ -63,7 +63,7 @@ pub struct Suite {
     pub notices: Vec<String>,
     /// The trials.
     pub trials: Vec<Trial>,
-    /// What a line of the table stands for, if it is not a drawing. The `drawing` of each trial then names its line.
+    /// What a line of the table represents, if it is not a drawing. The `drawing` of each trial then names its line.
     pub lines: Option<&'static str>,
     /// The methods compared by default. If this is empty, only the first method of the kind of navigator is driven.
     pub methods: Vec<String>,
@@ -142,7 +142,7 @@ impl Group {
     }
 }
 
-/// A line of a published table, which stands for a leg of a tour.
+/// A line of a published table, which represents a leg of a tour.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Leg {
     /// Name of the task, for example `0 → 1`.

@@ -1,8 +1,7 @@
 //! Finds suites by name.
 //!
-//! Some suites need data that are not part of the repository. Without the data, loading them fails with an
-//! error that says what is missing. If a suite can do without a part of its data, it leaves that part out
-//! with a notice.
+//! Some suites need data that are not part of the repository. Without the data, loading them fails with an error that names the
+//! missing data. If a suite can do without a part of its data, it leaves that part out with a notice.
 
 use sketchnav_corridor::mission::METHODS;
 use sketchnav_sketch::method::Method;
@@ -19,14 +18,14 @@ type Loader = fn(&Folders) -> Result<Suite, EvalError>;
 
 const OUTLINE: &str = Method::Outline.word();
 const BEAM: &str = Method::Beam.word();
-/// Methods that see pairs of markers. The rate of pairs only matters to these.
+/// Methods that rely on pairs of markers. The rate of pairs only affects these.
 const BY_PAIRS: [&str; 4] = [METHODS[1], METHODS[2], METHODS[3], METHODS[4]];
 /// Methods of the thesis, and our own method that uses its rules.
 const RULES: [&str; 3] = [METHODS[1], METHODS[2], METHODS[4]];
 const PAPER: &str = Method::Boniardi2015.word();
 
-/// All suites with their loaders. To add one, add a line here and a module for it. The last column lists methods for suites
-/// that compare several, or that use another one than the first of their navigator, when all suites are driven.
+/// All suites with their loaders. To add one, add a line here and a module for it. The last column lists methods for suites that
+/// compare several, or that use a method other than the first of their navigator, when all suites are driven.
 const SUITES: [(&str, Loader, &[&str]); 38] = [
     ("ablation", ablation::suite, &[]),
     ("building-079", protocol::building_079, &[OUTLINE, PAPER]),
@@ -73,8 +72,7 @@ pub fn names() -> impl Iterator<Item = &'static str> {
     SUITES.iter().map(|(name, ..)| *name)
 }
 
-/// Returns the methods by which a suite is driven when all suites are, or none if the first method of its
-/// navigator is enough.
+/// Returns the methods to use for a suite when all suites are driven, or none if the first method of its navigator is enough.
 pub fn compared(name: &str) -> &'static [&'static str] {
     SUITES.iter().find(|(known, ..)| *known == name).map_or(&[], |(_, _, methods)| *methods)
 }

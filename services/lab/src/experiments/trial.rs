@@ -28,7 +28,7 @@ pub fn time_limit_s(shortest_way_m: f64) -> f64 {
     60.0 + 10.0 * shortest_way_m
 }
 
-/// The precision with which a person marks the robot's start.
+/// The precision of the start that a person marks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StartError {
     /// Standard deviation of the mark along each axis, as a share of the diagonal of the drawing.
@@ -47,7 +47,7 @@ impl StartError {
 pub struct Restart {
     /// True pose of the robot.
     pub start: Start,
-    /// Position at which the person marks the robot, in image pixels.
+    /// Position of the robot that the person marks, in image pixels.
     pub marked: Option<[f64; 2]>,
     /// Heading that the person gives for the robot, in degrees.
     pub marked_heading_deg: f64,
@@ -58,16 +58,16 @@ pub struct Restart {
 pub struct Trial {
     /// Name within the suite, without spaces, for example `00/a/2-5`.
     pub name: String,
-    /// The line of the table that the trial counts for, which is its drawing or whatever else the lines stand for.
+    /// The line of the table that the trial counts for, which is its drawing or whatever else the lines represent.
     pub drawing: String,
-    /// The drawing, if other drives of the suite share it, or `None` for independent trials. Drives with the same drawing
-    /// mostly end alike, so intervals are computed over drawings.
+    /// The drawing, if other drives of the suite share it, or `None` for independent trials. Drives with the same drawing mostly
+    /// have the same outcome, so intervals are computed over drawings.
     pub cluster: Option<String>,
     /// World, drawing and tasks, with absolute paths.
     pub mission: Mission,
     /// The robot named by the mission.
     pub robot: Robot,
-    /// The drawing and how it is handled, or `None` for other kinds of navigators.
+    /// The drawing and how people handle it, or `None` for other kinds of navigators.
     pub sheet: Option<Sheet>,
     /// The method of this trial, if it has its own regardless of the methods of other trials.
     pub method: Option<String>,
@@ -83,10 +83,9 @@ pub struct Trial {
     pub bytes: Option<Page>,
     /// The person who watches and answers the robot's questions. If this is `None`, the robot does not ask.
     pub person: Option<Arc<Person>>,
-    /// True if regions joined by doors are asked where the goal is when a task ends.
+    /// True if regions joined by doors are consulted about the goal when a task ends.
     pub asks_rooms: bool,
-    /// The simulator in which the trial is driven. If this is `None`, it is driven in the project's own
-    /// world.
+    /// The simulator that runs the trial. If this is `None`, it is driven in the project's own world.
     pub elsewhere: Option<Elsewhere>,
     /// True if the robot learns from the drive.
     pub is_learned_from: bool,
@@ -200,7 +199,7 @@ pub struct Sheet {
     /// Poses that are given again if a task fails: after task k fails, the robot continues with task k + 1
     /// from `restarts[k]`. If this is empty, the tasks after a failed one are driven without a new pose.
     pub restarts: Vec<Restart>,
-    /// Error of every start mark, or `None` if marks are exactly as the mission says.
+    /// Error of every start mark, or `None` if marks are exactly as in the mission.
     pub start_error: Option<StartError>,
     /// The drawing as read by the sketcher. It is needed because people do not mark the robot inside a wall.
     pub paper: Arc<DrawnMap>,
@@ -287,8 +286,8 @@ impl Sheet {
 }
 
 impl StartError {
-    /// Returns the position at which a person marks a point of the drawing, given draws from the standard normal distribution.
-    /// The mark is near the point with no wall in between. Returns `None` if no such position is found.
+    /// Returns a person's mark for a point of the drawing, given draws from the standard normal distribution. The mark is near the
+    /// point with no wall in between. Returns `None` if no such position is found.
     pub fn mark(
         &self,
         paper: &DrawnMap,
@@ -314,7 +313,7 @@ fn sees(paper: &DrawnMap, a: &Point<Sketch>, b: &Point<Sketch>) -> bool {
 
 /// Derives a separate seed for a name.
 pub fn derived(seed: u64, name: &str) -> u64 {
-    // Seeds have 32 bits so that they can be read off a report and typed in again.
+    // Seeds have 32 bits so that they can be copied from a report by hand.
     u64::from(seed::stream(seed, name).random::<u32>())
 }
 

@@ -70,7 +70,7 @@ fn sketch(
     // A drawn route also serves as the start mark.
     let believed = driven.log.estimates.first().map(|estimate| estimate.pose.pose());
     picture::sketch(&SketchPicture {
-        title: &title(driven, "the sketch, and where the robot believed it was"),
+        title: &title(driven, "the sketch, with the robot's estimate"),
         width_px: paper.width_px,
         height_px: paper.height_px,
         cells: &paper.cells,
@@ -98,7 +98,7 @@ fn floor(trial: &Trial, driven: &Driven, spans: &[Option<TaskSpan>]) -> Result<S
         began.map(|contact| Point::new(contact.position_m[0], contact.position_m[1])).collect();
     let start = &mission.start;
     Ok(picture::floor(&FloorPicture {
-        title: &title(driven, "the true floor, and where the robot truly was"),
+        title: &title(driven, "the true floor, with the robot's true path"),
         shapes: &FloorShapes::of(&world),
         people: &[],
         views: &[],
@@ -159,7 +159,7 @@ fn drawn_goal<'a>(
 fn witnesses_floor(driven: &Driven, task: usize, asked: &Asked) -> Result<String, EvalError> {
     let world = sketchnav_sim::files::world(&driven.run.mission.world)?;
     Ok(picture::claims(&Claims {
-        title: &title(driven, "where three witnesses have the goal"),
+        title: &title(driven, "where three witnesses locate the goal"),
         shapes: &FloorShapes::of(&world),
         trail: &true_trail(driven),
         place: &picture::place_outline(&driven.run.mission.task[task].there),

@@ -23,8 +23,8 @@ const LEAST_WALK_M: f64 = 4.0;
 const STRIDE_M: f64 = 0.5;
 const RADIUS_M: f64 = 0.25;
 
-/// Returns pieces of clutter, placed one after another so that a path to the goal remains. There are fewer
-/// than `count` if `ground` has no room for more. A smaller `count` returns the first of the same pieces.
+/// Returns pieces of clutter, placed one after another so that a path to the goal remains. There are fewer than `count` if there is
+/// no space for more on `ground`. A smaller `count` returns the first of the same pieces.
 pub fn clutter(ground: &Ground, trial: &Trial, count: usize) -> Vec<Furniture> {
     let mut rng = stream(trial, "clutter");
     let mut ground = ground.clone();

@@ -1,10 +1,9 @@
-//! The `witnesses` suite asks three witnesses where the goal is when the robot ends a task: the particle filter, the
-//! outline of what was seen, and [regions joined by doors](sketchnav_sketch::rooms). Its tables show how often each of
-//! them is right, alone and with the others, and how well their answers tell right arrivals from wrong
-//! ones.
+//! The `witnesses` suite compares three witnesses, which estimate where the goal is at the end of each task: the particle filter,
+//! the outline of what was seen, and [regions joined by doors](sketchnav_sketch::rooms). Its tables show how often each of them is
+//! right, alone and together with the others, and how well their answers distinguish right arrivals from wrong ones.
 //!
-//! The drawings are made by `sketchnav deform` from invented floors of seven kinds. What is fitted is fitted to the
-//! first floor of each kind and checked on the other two.
+//! The drawings are made by `sketchnav deform` from invented floors of seven kinds. All fitting uses the first floor of each kind,
+//! and the other two serve as a check.
 
 mod tables;
 
@@ -30,7 +29,7 @@ use crate::judge::log::Log;
 const TITLE: &str = "What three witnesses say about the goal at the end of each drive: the particle filter, the outline of what was seen, and regions joined by doors. Drawings by sketchnav deform of invented floors that no other suite uses.";
 /// The kinds of floors.
 pub(super) const KINDS: [&str; 7] = ["straight", "l", "t", "ring", "double", "hall", "open"];
-/// Number of floors of each kind. Whatever is fitted is fitted to the first one, and the others check it.
+/// Number of floors of each kind. The first one is used for fitting, and the others for checking.
 const FLOORS: u64 = 3;
 /// Degrees of deformation.
 const DEGREES: [f64; 2] = [1.0, 1.5];
@@ -39,7 +38,7 @@ const DRAWINGS_OF_FLOOR: u64 = 4;
 /// Number of the first drawing of the first floor, and the difference to that of the next floor. No other suite uses drawings with
 /// such numbers, and no two floors share one, because drawings with the same number are deformed in the same way.
 const FIRST_DRAWING: [u64; 2] = [104, 8];
-/// Distance, in metres, up to which two witnesses have the goal at the same place.
+/// Maximum distance, in metres, between the goals of two witnesses that agree.
 const AGREE_M: f64 = 2.5;
 
 /// Loads the suite.
@@ -69,26 +68,26 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(suite)
 }
 
-/// Where a witness has the goal.
+/// Where a witness locates the goal.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Claim {
     /// The place, in metres in frame [`sketchnav_schemas::geometry::World`].
     pub at: [f64; 2],
-    /// True if it truly lies in the goal's region.
+    /// True if it lies in the true region of the goal.
     pub is_right: bool,
 }
 
-/// What regions and doors say at the end of a task.
+/// The answer of regions and doors at the end of a task.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct RoomsSaid {
-    /// False if they have no answer, in which case everything else is 0. This happens if no doors of the
-    /// drawing lead to the goal, or if those that do have no partners.
+    /// False if they have no answer, in which case everything else is 0. This happens if no doors of the drawing lead to the goal,
+    /// or if those that do have no partners in the map.
     pub has_answer: bool,
-    /// Where the filter, the outline, and regions and doors have the goal. `None` if they have it nowhere yet.
+    /// Where the filter, the outline, and regions and doors locate the goal. `None` if they do not locate it yet.
     pub claims: [Option<Claim>; 3],
-    /// Distance from the robot to where they have the goal, in metres, or `None` if they have it nowhere.
+    /// Distance from the robot to where they locate the goal, in metres, or `None` if they do not locate it.
     pub away_m: Option<f64>,
-    /// True if they place the goal in the region in which the robot is.
+    /// True if they place the goal in the robot's region.
     pub is_same_room: bool,
     /// Share of their alignments that place the goal within 2.5 m of the robot.
     pub share_here: f64,
@@ -99,13 +98,13 @@ pub struct RoomsSaid {
 }
 
 impl RoomsSaid {
-    /// Returns true if the goal is about where the robot is.
+    /// Returns true if the goal is located near the robot.
     pub fn agrees(&self) -> bool {
         self.is_same_room || self.away_m.is_some_and(|away_m| away_m <= AGREE_M)
     }
 }
 
-/// The answer of regions and doors, with what it is about.
+/// The answer of regions and doors, with the floors that it refers to.
 #[derive(Debug, Clone)]
 pub struct Rooms {
     /// The drawing.
@@ -116,7 +115,7 @@ pub struct Rooms {
     pub answer: Answer,
 }
 
-/// What the three witnesses answer about a task.
+/// The answers of the three witnesses about a task.
 #[derive(Debug, Clone)]
 pub struct Asked {
     /// The goal in the drawing.
@@ -125,14 +124,14 @@ pub struct Asked {
     pub robot: [f64; 2],
     /// True pose of the map's origin.
     pub origin: Pose<World>,
-    /// Where the filter, the outline, and regions and doors have the goal. `None` if they have it nowhere yet.
+    /// Where the filter, the outline, and regions and doors locate the goal. `None` if they do not locate it yet.
     pub claims: [Option<Point<World>>; 3],
     /// Regions and doors, if they have an answer.
     pub rooms: Option<Rooms>,
 }
 
 impl Asked {
-    /// Judges the answers by the goal's true place.
+    /// Compares the answers with the goal's true place.
     fn said(&self, there: &Place) -> RoomsSaid {
         let claim = |at: Point<World>| Claim { at: [at.x, at.y], is_right: there.contains(at.x, at.y) };
         let claims = self.claims.map(|at| at.map(claim));
@@ -152,7 +151,7 @@ impl Asked {
     }
 }
 
-/// Maps what a robot sees, as the planner does, and asks regions and doors about it at the end.
+/// Maps what a robot sees, as the planner does, for the evaluation by regions and doors at the end.
 #[derive(Debug)]
 pub struct Witness {
     mount: Pose<Base>,
@@ -179,12 +178,12 @@ impl Witness {
         })
     }
 
-    /// Returns what the witnesses say about the task `index`, whose place in the true world is `there`.
+    /// Returns the answer of regions and doors about the task `index`, whose place in the true world is `there`.
     pub fn said(&self, log: &Log, index: usize, there: &Place) -> RoomsSaid {
         self.ask(log, index).map(|asked| asked.said(there)).unwrap_or_default()
     }
 
-    /// Asks the witnesses about the task `index`. `None` if there is no drawing or no goal in it.
+    /// Evaluates the task `index` by all witnesses. Returns `None` if there is no drawing or no goal in it.
     pub fn ask(&self, log: &Log, index: usize) -> Option<Asked> {
         let (message, cells) = log.sketch.as_ref()?;
         let sketch = SketchGrid::of_map(message, cells).ok()?;
@@ -209,7 +208,7 @@ impl Witness {
         Some(Asked { goal, robot: [robot.x, robot.y], origin, claims, rooms })
     }
 
-    /// Asks regions and doors.
+    /// Evaluates the drive by regions and doors.
     fn rooms(
         &self,
         sketch: &SketchGrid,
@@ -223,7 +222,7 @@ impl Witness {
         (!answer.hypotheses.is_empty()).then_some(Rooms { drawing, map, answer })
     }
 
-    /// Enters the newest scan if the odometry of the same instant is known.
+    /// Enters the latest scan if the odometry of the same instant is known.
     fn enter(&mut self) {
         let (Some(odometry), Some(scan)) = (&self.odometry, &self.scan) else { return };
         if odometry.header.stamp_ns == scan.header.stamp_ns {
@@ -255,7 +254,7 @@ mod tests {
     use crate::experiments::trial::Trial;
     use crate::experiments::{deformed, run};
 
-    /// The witness maps the drive itself, and must agree with a robot that has arrived where a traced floor says.
+    /// The witness maps the drive itself, and must agree with the arrival of a robot that drives by a traced floor.
     #[test]
     fn rooms_know_the_goal_of_a_floor_that_was_traced() {
         let sites = deformed::shipped(&Folders::of_checkout()).unwrap();

@@ -1,9 +1,9 @@
 //! Judges how journeys by custom maps ended, as one of six kinds of success and failure (Park and Kender 1995, 7.2.6).
 //!
-//! The navigator reports whether it arrived. Whether it truly attained the landmarks that its map refers to
-//! is judged by the true dots. A landmark on the map refers to the true dot that is nearest to where the
-//! map-maker sees the landmark. The entry that the navigator reads next determines which landmark it takes a
-//! dot to be ([`Reference`]). With a belief, this is the most probable landmark.
+//! The navigator reports whether it arrived. Whether it actually reached the landmarks that its map refers to is judged by the true
+//! dots. A landmark on the map refers to the true dot that is nearest to where the map-maker sees the landmark. The entry that the
+//! navigator reads next determines which landmark it takes a dot to be ([`Reference`]). With a belief, this is the most probable
+//! landmark.
 
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -94,12 +94,12 @@ struct Taken {
     /// The landmark that it was assumed to be, or `None` if the journey ended before the navigator continued
     /// from it.
     node: Option<Node>,
-    /// The dot of the most probable landmark, if the navigator goes by a belief.
+    /// The dot of the most probable landmark, if the navigator uses a belief.
     believed: Option<usize>,
 }
 
 impl Taken {
-    /// Returns whether the dot is the one that the map refers to. `landmarks` are the dots that the map refers to.
+    /// Returns true if the dot is the one that the map refers to. `landmarks` are the dots that the map refers to.
     fn is_right(&self, map: Option<&CustomMap>, landmarks: &[usize]) -> bool {
         if let Some(believed) = self.believed {
             return self.dot == believed;
@@ -139,7 +139,7 @@ fn taken(log: &Log, map: Option<&CustomMap>, steps: &[&Journey], dots: &[[f64; 2
     taken
 }
 
-/// Returns the position of the most probable landmark at that time, if the navigator goes by a belief.
+/// Returns the position of the most probable landmark at that time, if the navigator uses a belief.
 fn believed(log: &Log, stamp_ns: u64) -> Option<[f64; 2]> {
     let until = log.whereabouts.partition_point(|said| said.header.stamp_ns <= stamp_ns);
     let most = log.whereabouts[..until].last()?.landmarks().first()?;
@@ -242,7 +242,7 @@ mod tests {
         assert_eq!((judged(&log).kind, judged(&log).right), (Some(Kind::Direct), 3));
     }
 
-    /// Entry 2 knows the landmark of entry 4 by its surroundings. From there, entry 4 leads back to the path.
+    /// Entry 2 recognizes the landmark of entry 4 by its surroundings, from where entry 4 leads back to the path.
     #[test]
     fn in_a_branching_map_a_landmark_belongs_to_the_entry_read_next() {
         let map = "(*, SW)\n(Isol, (2, NE, 4), (3, -), SW)\n(Isol, -)\n(Isol, -)\n";

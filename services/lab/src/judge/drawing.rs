@@ -25,7 +25,7 @@ pub fn homotopic(
     anchors: &Anchors,
 ) -> anyhow::Result<BTreeMap<String, bool>> {
     if run.pad.draws() {
-        // Anchors come from a file, which cannot know a drawing made during the run.
+        // Anchors come from a file, which cannot contain a drawing made during the run.
         return Ok(BTreeMap::new());
     }
     let (drawing, _) = sketchnav_sketch::sketcher::understand(run, files)?;

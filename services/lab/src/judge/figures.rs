@@ -70,15 +70,15 @@ pub struct Figures {
     pub latency_ms: BTreeMap<&'static str, Statistics>,
     /// Time that each process took per step, according to its health messages.
     pub stages: Vec<Stage>,
-    /// Number of scans to which no command responded. This is 0 if there are no commands at all, since
-    /// nothing drove in that case.
+    /// Number of scans without a command in response. This is 0 if there are no commands at all, since no robot was driven in that
+    /// case.
     pub unanswered_scans: u64,
 }
 
-/// Says how often the estimate was in the same room as the robot.
+/// How often the estimate was in the same room as the robot.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct RoomFigures {
-    /// Number of estimates made while the robot truly was in one of the rooms.
+    /// Number of estimates made while the robot actually was in one of the rooms.
     pub judged: usize,
     /// Number of these estimates that are in the same room of the drawing.
     pub right: usize,
@@ -283,7 +283,7 @@ mod tests {
 
     use super::*;
 
-    /// Returns a log in which the robot truly drives around a corner while its estimate follows `at`.
+    /// Returns a log in which the robot drives around a corner while its estimate follows `at`.
     fn log(at: fn(f64) -> [f64; 2]) -> Log {
         let instants = (0..40).map(|i| {
             let way = f64::from(i) * 0.1;

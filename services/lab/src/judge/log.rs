@@ -73,7 +73,7 @@ pub struct Log {
     pub seen_dots: Vec<[f64; 2]>,
     /// The custom maps as text.
     pub directions: Option<String>,
-    /// Positions x and y of the landmarks that a navigator with a belief knows, in metres.
+    /// Positions x and y of the landmarks in the list of a navigator with a belief, in metres.
     pub chart: Vec<[f64; 2]>,
     /// The channel `whereabouts`.
     pub whereabouts: Vec<Whereabouts>,
@@ -167,7 +167,7 @@ impl Log {
         Self::of_channels(recording, &NEEDED)
     }
 
-    /// Reads all channels of a recording that a log can hold.
+    /// Reads all channels of a recording that a log can contain.
     ///
     /// # Errors
     /// [`RecordingError`] if the recording cannot be read.
@@ -191,7 +191,7 @@ impl Log {
         Ok(log)
     }
 
-    /// Removes messages that are in no frame, or in a frame other than that of the last drawing.
+    /// Removes messages without a frame, and those in a frame other than that of the last drawing.
     fn forget_earlier_drawings(&mut self) {
         let drawn_ns = self.map().map_or(0, |map| map.header.stamp_ns);
         self.estimates.retain(|e| e.header.stamp_ns >= drawn_ns && e.tracking != Tracking::Waiting.code());
@@ -231,7 +231,7 @@ impl Log {
         run
     }
 
-    /// Returns the true pose of the robot at that moment, or the last one before it.
+    /// Returns the true pose of the robot at that time, or the last one before it.
     pub fn pose_at(&self, stamp_ns: u64) -> Option<Pose<World>> {
         let after = self.truth.partition_point(|truth| truth.header.stamp_ns <= stamp_ns);
         self.truth[..after].last().map(GroundTruth::pose)
@@ -261,7 +261,7 @@ impl Log {
         Ok(())
     }
 
-    /// Keeps the newest instructions and orders.
+    /// Keeps the latest instructions and orders.
     fn see_instruction(&mut self, spec: &ChannelSpec, message: &[u8], cells: &[u8]) {
         if let Some(sketch) = SKETCH.message(spec, message) {
             self.sketch = Some((*sketch, cells.to_vec()));

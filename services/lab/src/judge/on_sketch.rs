@@ -21,7 +21,7 @@ pub const LIMIT_M: f64 = 1.0;
 pub struct Asked<'a> {
     /// Position of the goal.
     pub goal: Point<Sketch>,
-    /// Maximum distance from the goal at which the robot may end, in metres.
+    /// Maximum distance between the robot's end position and the goal, in metres.
     pub limit_m: f64,
     /// The drawn route with the correspondence of drawing and floor, or `None` if the task has only a goal.
     pub route: Option<(&'a Correspondence, &'a [Point<Sketch>])>,

@@ -59,7 +59,7 @@ pub struct Said<'a> {
     pub truth: &'a [GroundTruth],
 }
 
-/// Returns the states of a drive by landmark states. `is_reached` says whether the drive ended at its goal.
+/// Returns the states of a drive by landmark states. `is_reached` indicates whether the drive ended at its goal.
 pub fn states(run: &RunConfig, said: &Said<'_>, is_reached: bool) -> Vec<StateDriven> {
     let scene = TrueScene::of(run);
     let mut driven = drawn(said.route, said.sketch);
@@ -130,10 +130,10 @@ impl<'a> TrueScene<'a> {
         }
     }
 
-    /// Returns true if, judging by what the sonars hit, each object of the state that was matched at that time is truly there.
+    /// Returns true if, judging by what the sonars hit, each object of the state that was matched at that time is actually there.
     ///
-    /// The state may have matched what was seen shortly before (4.6.4). Therefore, the newest view in which
-    /// something meets an object's relations counts.
+    /// The state may have matched what was seen shortly before (4.6.4). Therefore, the latest view in which something meets an
+    /// object's relations counts.
     fn explains(&self, said: &Said<'_>, number: usize, stamp_ns: u64) -> bool {
         let end = said.views.partition_point(|view| view.header.stamp_ns <= stamp_ns);
         let is_remembered = |view: &&LandmarkView| view.header.stamp_ns + REMEMBERED_NS >= stamp_ns;

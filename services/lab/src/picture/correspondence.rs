@@ -1,5 +1,5 @@
-//! Draws the correspondence between a drawing and what a robot has seen as two pictures: the outline of the drawing, and
-//! its partners on the floor. A sample and its partner have the same colour.
+//! Draws the correspondence between a drawing and what a robot has seen as two pictures: the outline of the drawing, and the
+//! partners of its samples on the floor. A sample and its partner have the same colour.
 
 use sketchnav_schemas::geometry::{Point, Pose, Sketch, World};
 use sketchnav_schemas::message::GroundTruth;
@@ -82,9 +82,7 @@ pub fn seen_outline(picture: &SeenOutline<'_>) -> String {
         sheet.cross(&at(found.rival_m), "#c2410c");
     }
     sheet.scale_bar(1.0);
-    sheet.caption(
-        "Dark line: the drawing as the floor has corrected it; dotted where the robot has not looked.",
-    );
+    sheet.caption("Dark line: the drawing as corrected by the floor; dotted where the robot has not looked.");
     words(&mut sheet, found);
     sheet.finish()
 }

@@ -1,10 +1,10 @@
-//! Walls, furniture and markers of a floor, in the form in which pictures show them.
+//! Walls, furniture and markers of a floor, as pictures show them.
 
 use sketchnav_schemas::geometry::{Point, Pose, World};
 use sketchnav_sim::WorldDescription;
 use sketchnav_sim::convex::Convex;
 
-/// Distance by which the symbol of a marker juts out of its wall, in metres.
+/// Distance that the symbol of a marker projects from its wall, in metres.
 const MARKER_DEPTH_M: f64 = 0.07;
 /// Half the width of the symbol of a marker, in metres.
 const MARKER_HALF_M: f64 = 0.08;

@@ -26,7 +26,7 @@ const ROW: f64 = 44.0;
 const NAME: f64 = 40.0;
 /// Height of the legend.
 const LEGEND: f64 = 34.0;
-/// Horizontal position of the circles that stand for entries.
+/// Horizontal position of the circles that represent entries.
 const COLUMN: f64 = 250.0;
 /// Radius of these circles.
 const RADIUS: f64 = 14.0;

@@ -7,7 +7,7 @@ use sketchnav_schemas::geometry::{Point, Pose};
 use super::svg::{GREEN, INK, RED, SHEET_WIDTH, Sheet};
 use super::task::{TaskMark, TaskPicture};
 
-/// Colours of successive tasks. They can be told apart on white, also by most people with colour blindness.
+/// Colours of successive tasks. They can be distinguished on white, also by most people with colour blindness.
 const COLOURS: [&str; 10] = [
     "#2f6fd0", "#e07b16", "#2b9a55", "#c23b8f", "#7a52cc", "#0e9aa7", "#a8641f", "#d14545", "#5b8a00",
     "#5a6b86",
@@ -20,7 +20,7 @@ pub enum Symbol {
     Start,
     /// A goal.
     Goal,
-    /// A trail, with a description of whose it is.
+    /// A trail with its description.
     Trail(&'static str),
     /// A drawn route.
     Route,
@@ -125,7 +125,7 @@ pub fn ends<F>(sheet: &mut Sheet, tasks: &[TaskPicture<F>]) {
     }
 }
 
-/// Draws the position and heading at which the robot started.
+/// Draws the robot's position and heading at the start.
 pub fn start<F>(sheet: &mut Sheet, start: &Pose<F>) {
     let [x, y] = sheet.view.at(&start.position());
     arrow(sheet, [x, y], start.yaw_rad);

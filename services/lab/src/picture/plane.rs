@@ -40,7 +40,7 @@ pub struct PlanePicture<'a> {
     pub planned: &'a [PlannedMap],
     /// Paths of the window's centre, with one piece for each activity of the navigator.
     pub ways: &'a [(Activity, Vec<Point<World>>)],
-    /// Corners of the window at some moments.
+    /// Corners of the window at some times.
     pub windows: &'a [Vec<Point<World>>],
     /// The tasks in order.
     pub tasks: &'a [TaskPicture<World>],

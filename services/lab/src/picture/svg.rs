@@ -8,9 +8,9 @@ use sketchnav_schemas::shown::one_line;
 
 /// Colour of text and of outlines.
 pub const INK: &str = "#20242c";
-/// Colour of what is right: goals, the start, the path of a map.
+/// Colour of goals, the start, and the path of a map.
 pub const GREEN: &str = "#1d8a4a";
-/// Colour of what is wrong: contacts, recoveries.
+/// Colour of contacts and recoveries.
 pub const RED: &str = "#cf2e2e";
 /// Width of a sheet, in its own units.
 pub const SHEET_WIDTH: f64 = 1200.0;
@@ -77,7 +77,7 @@ impl View {
 /// Returns a round length: the greatest of 1, 2 and 5 times a power of ten, in metres, that is at most
 /// `most_m`.
 pub fn round_length(most_m: f64) -> f64 {
-    // A tenth is not exact in binary, so leave room for rounding errors.
+    // A tenth is not exact in binary, so allow for rounding errors.
     let most_m = most_m.max(1e-6) * (1.0 + 1e-9);
     let power = most_m.log10().floor() as i32;
     let in_power =
@@ -91,7 +91,7 @@ pub struct Sheet {
     /// Position of the frame on the sheet.
     pub view: View,
     body: String,
-    /// Position at which the next row below the picture begins.
+    /// Position of the next row below the picture.
     pub bottom: f64,
 }
 

@@ -1,4 +1,4 @@
-//! Tasks in the form in which pictures show them.
+//! Tasks as pictures show them.
 
 use sketchnav_schemas::geometry::Point;
 

@@ -1,5 +1,5 @@
-//! Draws what three witnesses answer about a goal: the regions and doors of the drawing, those of what the robot has
-//! seen, and where each witness has the goal. A region of the drawing and its partner have the same colour.
+//! Draws the answers of three witnesses about a goal: the regions and doors of the drawing, those of the robot's map, and where
+//! each witness locates the goal. A region of the drawing and its partner have the same colour.
 
 use sketchnav_schemas::geometry::{Point, Pose, Sketch, World};
 use sketchnav_sketch::rooms::{Answer, Floor, Kind};
@@ -15,7 +15,7 @@ const WITNESSES: [(&str, &str); 3] =
 const HUES: [f64; 2] = [30.0, 137.5];
 const NO_PARTNER: &str = "#aab0ba";
 
-/// Where each witness has the goal, drawn by [`claims`].
+/// Where each witness locates the goal, drawn by [`claims`].
 #[derive(Debug, Clone)]
 pub struct Claims<'a> {
     /// Heading of the picture.
@@ -26,11 +26,11 @@ pub struct Claims<'a> {
     pub trail: &'a [Point<World>],
     /// Corners of the goal's true place.
     pub place: &'a [Point<World>],
-    /// Where the filter, the outline, and regions and doors have the goal.
+    /// Where the filter, the outline, and regions and doors locate the goal.
     pub claims: [Option<Point<World>>; 3],
     /// True pose of the origin of the robot's map.
     pub origin: Pose<World>,
-    /// What the robot has seen as regions and doors, and the answer about it, if there is one.
+    /// What the robot has seen, as regions and doors, and the answer about it, if there is one.
     pub rooms: Option<(&'a Floor, &'a Answer)>,
 }
 
@@ -53,7 +53,7 @@ pub fn drawn_rooms(drawn: &DrawnGoal<'_>, rooms: Option<(&Floor, &Answer)>) -> R
     Ok(sheet.finish())
 }
 
-/// Draws where each witness has the goal as SVG.
+/// Draws where each witness locates the goal, as SVG.
 pub fn claims(picture: &Claims<'_>) -> String {
     let at = |[x, y]: [f64; 2]| picture.origin.compose(&Pose::<World>::new(x, y, 0.0)).position();
     let walls = picture.shapes.walls.iter().flatten();
@@ -94,7 +94,7 @@ pub fn claims(picture: &Claims<'_>) -> String {
     }
     sheet.bottom += 22.0;
     sheet.caption(
-        "Crosses: where each witness has the goal. Green: where it truly is. Grey line: the robot's path.",
+        "Crosses: the goal according to each witness. Green: its true place. Grey line: the robot's path.",
     );
     sheet.caption("Colours: regions with a partner in the drawing. Dots: doors. Dashed: gaps, not seen yet.");
     sheet.finish()

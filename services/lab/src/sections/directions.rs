@@ -29,7 +29,7 @@ use sketchnav_schemas::run::RunConfig;
 
 use crate::sections::outcome;
 
-/// Number of moments at which the window is shown.
+/// Number of times shown with the window.
 const WINDOWS: usize = 14;
 
 /// Returns the true dots of a run's plane, or the landmarks of a run on land, or `None` if the world has neither.
@@ -117,7 +117,10 @@ pub fn plane_picture(
         })
         .collect();
     Ok(Some(picture::plane(&PlanePicture {
-        title: &format!("{}, seed {}: the plane, and where the window truly was", run.mission.name, run.seed),
+        title: &format!(
+            "{}, seed {}: the plane, with the true path of the window",
+            run.mission.name, run.seed
+        ),
         dots: &dots.iter().map(|[x, y]| Point::new(*x, *y)).collect::<Vec<_>>(),
         walls: &walls,
         parkways: &parkways,
@@ -189,7 +192,7 @@ fn ways(log: &Log) -> Vec<(Activity, Vec<Point<World>>)> {
     ways
 }
 
-/// Returns the outline of the window at moments spread evenly over the run.
+/// Returns the outline of the window at times spread evenly over the run.
 fn windows(log: &Log, window: Window) -> Vec<Vec<Point<World>>> {
     if window.land.is_some() {
         // A robot on land sees in all directions, so there is no window to show.
@@ -219,8 +222,8 @@ pub fn section(run: &RunConfig, log: &Log, verdicts: &[JourneyVerdict]) -> Marku
         h2 { "Journeys" }
         (page::table(&header.map(str::to_owned), &rows.collect::<Vec<_>>()))
         p.small {
-            "Direct, recovered, unaware: at the goal, in the last case by a wrong path. Cannot locate, lost: the navigator knows that it failed. "
-            "Astray: it believes that it is at the goal (Park and Kender 1995, 7.2.6)."
+            "Direct, recovered, unaware: at the goal, in the last case by a wrong path. Cannot locate, lost: the navigator reports that it failed. "
+            "Astray: it reports that it is at the goal (Park and Kender 1995, 7.2.6)."
         }
         @if log.chart.is_empty() {
             h2 { "Custom maps" }

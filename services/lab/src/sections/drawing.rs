@@ -1,5 +1,5 @@
-//! The part of a page about a run in a drawing: the believed path, some moments, and which parts of the drawing
-//! corresponded to the view.
+//! The part of a page about a run in a drawing: the estimated path, some snapshots, and the parts of the drawing that corresponded
+//! to the view.
 
 use maud::{Markup, PreEscaped, html};
 use sketchnav_files::Files;
@@ -16,7 +16,7 @@ use crate::judge::log::Log;
 use crate::judge::{self, TaskSpan, Verdict};
 use crate::picture::{self, Moment, SketchPicture, TaskPicture};
 
-/// Number of moments that are shown.
+/// Number of snapshots that are shown.
 const MOMENTS: usize = 4;
 
 /// Draws the drawing with the estimated trajectory, or returns `None` if the recording has no drawing.
@@ -25,10 +25,7 @@ pub fn picture(run: &RunConfig, log: &Log, verdict: &Verdict) -> anyhow::Result<
     let spans = judge::spans(run.mission.task.len(), &log.status);
     let tasks = sketch_tasks(run, log, verdict, &spans);
     let svg = picture::sketch(&SketchPicture {
-        title: &format!(
-            "{}, seed {}: the sketch, and where the localizer believed the robot to be",
-            run.mission.name, run.seed
-        ),
+        title: &format!("{}, seed {}: the sketch, with the localizer's estimate", run.mission.name, run.seed),
         width_px: map.width_px,
         height_px: map.height_px,
         cells,
@@ -66,7 +63,7 @@ fn cloud(particles: &Particles) -> Vec<Point<Sketch>> {
     particles.particles[..count].iter().map(|p| Point::new(p.x_px.into(), p.y_px.into())).collect()
 }
 
-/// Draws moments spread evenly over the path, from its beginning, where it is easiest to read, to its end.
+/// Draws snapshots spread evenly over the path, from its beginning, where it is easiest to read, to its end.
 pub fn moments(recording: &Recording, log: &Log) -> anyhow::Result<Markup> {
     let (Some((map, cells)), particles) = (&log.sketch, &log.particles) else {
         return Ok(html! {});

@@ -20,10 +20,10 @@ fn ways(people: &[People]) -> Vec<Vec<Point<World>>> {
     (0..count).map(way).collect()
 }
 
-/// Number of moments at which the camera's view is shown.
+/// Number of times shown with the camera's view.
 const VIEWS: usize = 5;
 
-/// Returns polygons of the camera's field of view at moments spread evenly over the run.
+/// Returns polygons of the camera's field of view at times spread evenly over the run.
 fn views(log: &Log) -> Vec<Vec<Point<World>>> {
     let step = (log.markers.len() / VIEWS).max(1);
     let shown = log.markers.iter().step_by(step).take(VIEWS);
@@ -68,7 +68,7 @@ pub fn picture(
     let start = &run.mission.start;
     Ok(picture::floor(&FloorPicture {
         title: &format!(
-            "{}, seed {}: the true floor, and where the robot truly was",
+            "{}, seed {}: the true floor, with the robot's true path",
             run.mission.name, run.seed
         ),
         shapes: &FloorShapes::of(&description),

@@ -22,7 +22,7 @@ use sketchnav_schemas::message::GroundTruth;
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::time::seconds;
 
-/// Number of moments whose histograms are shown.
+/// Number of times whose histograms are shown.
 const MOMENTS: usize = 6;
 /// Colours of the objects in a picture of histograms.
 const COLOURS: [&str; 6] = ["#2563eb", "#d97706", "#059669", "#7c3aed", "#dc2626", "#0891b2"];
@@ -30,7 +30,7 @@ const COLOURS: [&str; 6] = ["#2563eb", "#d97706", "#059669", "#7c3aed", "#dc2626
 /// metres around the path.
 const BORDER: f64 = 0.06;
 const AROUND_M: f64 = 1.5;
-/// Maximum distance, in metres, at which objects are in the picture.
+/// Maximum distance of objects in the picture, in metres.
 const SEEN_M: f64 = 6.5;
 
 /// The content of a recording about landmarks.
@@ -41,7 +41,7 @@ pub struct Landmarks<'a> {
     progress: &'a [LandmarkProgress],
 }
 
-/// A moment at which a state was matched or the drive ended.
+/// A time at which a state was matched or the drive ended.
 struct Moment<'a> {
     view: &'a LandmarkView,
     progress: &'a LandmarkProgress,
@@ -85,7 +85,7 @@ impl<'a> Landmarks<'a> {
         }
     }
 
-    /// Returns the moments at which states were matched, and the end of the drive.
+    /// Returns the times when states were matched, and the end of the drive.
     fn moments(&self, truth: &[GroundTruth]) -> Vec<Moment<'_>> {
         let is_event = |said: &&LandmarkProgress| said.event != LandmarkEvent::Nothing.code();
         let moment = |progress: &'_ LandmarkProgress| {
@@ -124,7 +124,7 @@ impl<'a> Landmarks<'a> {
         let sketch = self.instructions.sketch.as_ref()?;
         let all = || sketch.route.iter().chain(sketch.landmarks.iter().flat_map(|one| &one.outline));
         let mut sheet = sheet(
-            "The sketch with its states, and where the robot believed it was",
+            "The sketch with its states and the robot's estimate",
             all().copied().map(<[f64; 2]>::from),
         );
         for landmark in &sketch.landmarks {
@@ -219,7 +219,7 @@ fn scene_picture(
     Some(sheet.finish())
 }
 
-/// Draws a rose for each moment, with the histograms of the objects that were seen.
+/// Draws a rose for each of these times, with the histograms of the objects that were seen.
 fn histograms(run: &RunConfig, moments: &[Moment<'_>]) -> Option<String> {
     let ring = Ring::of(&run.robot).ok()?;
     let settings = Perceiving {

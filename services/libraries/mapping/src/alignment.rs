@@ -1,14 +1,13 @@
-//! Finds which piece of a seen outline corresponds to which piece of a drawing's outline, by a cyclic alignment of the two with
+//! Finds the correspondence between the pieces of a seen outline and of a drawing's outline, by a cyclic alignment of the two with
 //! dynamic programming.
 //!
-//! The alignment compares the directions of walls, as in the matching of closed contours (Schmidt, Farin and
-//! Cremers 2007; Sebastian, Klein and Kimia 2003). It also compares the bearing and the distance from the
-//! robot's start, and weighs them more heavily close to the start. Because either side may advance while the
-//! other stays, at a cost, the alignment does not depend on scale. A gap in the seen outline can stand for
-//! any stretch of the drawing, at a small cost per sample. Both outlines run counter-clockwise, so no
-//! alignment is a mirror image.
+//! The alignment compares the directions of walls, as in the matching of closed contours (Schmidt, Farin and Cremers 2007;
+//! Sebastian, Klein and Kimia 2003). It also compares the bearing and the distance from the robot's start, and weighs them more
+//! heavily close to the start. Because either side may advance while the other stays, at a cost, the alignment does not depend on
+//! scale. A gap in the seen outline can be the partner of any stretch of the drawing, at a small cost per sample. Both outlines run
+//! counter-clockwise, so no alignment is a mirror image.
 //!
-//! The outline of a drawing is closed and has no natural first sample, so several samples are tried in turn as the match of the
+//! The outline of a drawing is closed and has no natural first sample, so several samples are tried in turn as the partner of the
 //! first piece. [`Search`] spreads these trials over any number of steps.
 
 use serde::{Deserialize, Serialize};
@@ -78,7 +77,7 @@ pub struct Anchor {
     pub scale_m: f64,
 }
 
-/// Rules out a position in the map as the match of a sample.
+/// Rules out a position in the map as the partner of a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Forbidden {
     /// Index of the sample in the drawing.
@@ -102,10 +101,10 @@ pub struct Problem<'a> {
     pub forbidden: &'a [Forbidden],
 }
 
-/// The match of a sample of the drawing.
+/// The partner of a sample of the drawing, which is what the sample is aligned with.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Partner {
-    /// The sample has no match because the map does not include it.
+    /// The sample has no partner, because the map does not include it.
     Nothing,
     /// A place on a wall of the map.
     Wall(Place),
@@ -118,9 +117,10 @@ pub enum Partner {
 pub struct Alignment {
     /// Cost of the alignment. Lower is better.
     pub cost: f64,
-    /// The match of each sample of the drawing.
+    /// The partner of each sample of the drawing.
     pub partners: Vec<Partner>,
-    /// Difference in direction between each sample and its matches, as the mean of 1 − cos over the matches, or 0 without matches.
+    /// Difference in direction between each sample and its partners, as the mean of 1 − cos over the partners, or 0 without
+    /// partners.
     pub misfits: Vec<f32>,
 }
 
@@ -436,7 +436,7 @@ mod tests {
         Search::whole(&mut aligner).unwrap()
     }
 
-    /// Returns the greatest distance, in metres, between the match of a corner of the drawing and the corresponding corner of the
+    /// Returns the maximum distance, in metres, between the partner of a corner of the drawing and the corresponding corner of the
     /// floor.
     fn off_m(drawn: &Outline, alignment: &Alignment, floor: &[Place]) -> f64 {
         let nearest = |corner: &Place| {

@@ -27,7 +27,7 @@ pub(crate) fn floor(at: f64) -> i32 {
 pub struct CellGrid {
     /// Length of a cell's side, in the unit of the frame (metres in a map, pixels in a drawing).
     pub cell: f64,
-    /// The lower left corner of the lower left cell, in the frame in which the grid was made.
+    /// The lower left corner of the lower left cell, in the grid's original frame.
     pub origin: [f64; 2],
     /// Cells that beams pass through.
     pub free: Region,

@@ -15,7 +15,7 @@ pub struct Interior {
     step: f64,
     /// The coarse cells inside the outline. The border of the grid is empty, so every cell inside has four neighbours.
     grid: Region,
-    /// The sides at which an inner cell meets the outside, each as the cell's index and the nearest sample of the outline.
+    /// The sides where an inner cell meets the outside, each as the cell's index and the nearest sample of the outline.
     sides: Vec<(u32, u16)>,
     samples: usize,
 }

@@ -133,7 +133,7 @@ impl Mapper {
         let reach_m = parameters.matching_range_m + parameters.window_max_m + FIELD_MARGIN_M;
         let mut field = Field::new(parameters.cell_m, reach_m, parameters.blur_m);
         field.rebuild(&state.map, state.field_middle);
-        // Reserves room for all cells that the beams of a scan can reach.
+        // Reserves memory for all cells that the beams of a scan can reach.
         let range_cells = parameters.mapping_range_m / parameters.cell_m + 4.0;
         let touched = Vec::with_capacity((2.0 * range_cells).powi(2) as usize);
         let directions = Directions { laser: [0.0; 2], beams: Vec::with_capacity(MAX_BEAMS) };
@@ -158,7 +158,7 @@ impl Mapper {
     /// Updates the pose and the map from an odometry pose and the scan taken there.
     ///
     /// # Errors
-    /// [`Error::Scan`] if the scan or the odometry is invalid, in which case the mapper does not change.
+    /// [`Error::Scan`] if the scan or the odometry is invalid, and the mapper stays unchanged.
     pub fn update(&mut self, odometry: Pose<Odom>, scan: &Scan<'_>) -> Result<Outcome, Error> {
         scan.check()?;
         let numbers = [odometry.x, odometry.y, odometry.yaw_rad];
@@ -181,7 +181,7 @@ impl Mapper {
     /// Adds a scan at a known pose, such as one of a corrected log, without matching it.
     ///
     /// # Errors
-    /// [`Error::Scan`] if the scan or the pose is invalid, in which case the mapper does not change.
+    /// [`Error::Scan`] if the scan or the pose is invalid, and the mapper stays unchanged.
     pub fn enter_at(&mut self, pose: Pose<Map>, scan: &Scan<'_>) -> Result<(), Error> {
         scan.check()?;
         let numbers = [pose.x, pose.y, pose.yaw_rad];

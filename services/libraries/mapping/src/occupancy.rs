@@ -245,7 +245,7 @@ fn classify(level: u8) -> Cell {
 }
 
 /// A scan that is being entered. The ends of all beams come first and the beams themselves second, so that a cell in which a beam
-/// ends counts as hit even if other beams pass through it.
+/// ends counts as occupied even if other beams pass through it.
 pub(crate) struct Entering<'a> {
     map: &'a mut Occupancy,
     touched: &'a mut Vec<u32>,

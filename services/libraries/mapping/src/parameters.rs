@@ -29,10 +29,9 @@ pub struct Parameters {
     pub extent_m: f64,
     /// Maximum number of tiles of 32 by 32 cells. This bounds the map's memory, at 1.25 KiB per tile.
     pub max_tiles: usize,
-    /// Range up to which beams change the map, in metres.
+    /// Maximum range of beams that change the map, in metres.
     pub mapping_range_m: f64,
-    /// Range up to which a beam without a return clears free space, in metres. Zero if such beams are
-    /// ignored.
+    /// Maximum range at which a beam without a return clears free space, in metres. Zero if such beams are ignored.
     pub open_range_m: f64,
     /// Maximum range of beams that are matched, in metres.
     pub matching_range_m: f64,
@@ -51,13 +50,13 @@ pub struct Parameters {
     /// Log odds of a scan that fits perfectly versus one that does not fit at all. Since the beams of a scan
     /// are not independent, this also reflects how many of them effectively count.
     pub evidence: f64,
-    /// Distance after which a scan is matched, in metres.
+    /// Travelled distance between matched scans, in metres.
     pub match_m: f64,
-    /// Angle turned after which a scan is matched, in radians.
+    /// Angle turned between matched scans, in radians.
     pub match_rad: f64,
-    /// Distance after which a scan is entered into the map, in metres.
+    /// Travelled distance between scans that are entered into the map, in metres.
     pub enter_m: f64,
-    /// Angle turned after which a scan is entered into the map, in radians.
+    /// Angle turned between scans that are entered into the map, in radians.
     pub enter_rad: f64,
     /// Number of scans after which a stationary robot adds another one to the map, so that people who have
     /// left disappear from it.

@@ -8,8 +8,8 @@
 
 /// Number of buckets in the ring.
 const RING: usize = 4096;
-/// Maximum number of buckets over which the costs in the queue spread. It is a little smaller than the ring, so that rounding
-/// cannot make the ring overlap itself.
+/// Maximum spread of the costs in the queue, in buckets. It is a little smaller than the ring, so that rounding cannot make the
+/// ring overlap itself.
 const SPREAD: f32 = (RING - 4) as f32;
 const NONE: u32 = u32::MAX;
 /// Bit that marks a [`Link::before`] as the index of a bucket rather than of a cell.
@@ -51,7 +51,7 @@ impl Buckets {
         self.per_cost = 1.0 / least.max(most / SPREAD);
     }
 
-    /// Returns the number of the bucket that is being emptied. Numbers keep growing while the ring goes round.
+    /// Returns the number of the bucket that is being emptied. Numbers keep increasing as the ring wraps around.
     pub fn current(&self) -> u32 {
         self.current
     }

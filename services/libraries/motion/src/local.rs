@@ -43,8 +43,7 @@ pub struct LocalPlanner {
     frontier: Frontier,
 }
 
-/// State that is kept from one plan to the next, as read back from a checkpoint: the cells in which the robot
-/// has room.
+/// State that is kept from one plan to the next, as read back from a checkpoint: the cells where the robot fits.
 #[derive(Debug, Clone, Deserialize)]
 pub struct State {
     corner: Cell,
@@ -120,7 +119,7 @@ impl LocalPlanner {
         }
     }
 
-    /// Returns true if `place` lies in the grid and the robot has room there.
+    /// Returns true if `place` lies in the grid and the robot fits there.
     pub fn is_free(&self, place: Point<Odom>) -> bool {
         index_of(self.corner, place).is_some_and(|index| self.weight[index] < ESCAPE)
     }
@@ -172,7 +171,7 @@ impl LocalPlanner {
         path.reverse();
     }
 
-    /// Sets the weights of a row's cells according to the room around each cell.
+    /// Sets the weights of a row's cells according to the clearance of each cell.
     #[inline(always)]
     fn weigh(&mut self, row: usize, known: &[bool], room: Room) {
         let inner = row * SIDE + 1..(row + 1) * SIDE - 1;
@@ -187,8 +186,8 @@ impl LocalPlanner {
         }
     }
 
-    /// Makes nearby cells passable for a robot that stands too close to an obstacle, provided they have more room than `least_m`,
-    /// which is about what it has now.
+    /// Makes nearby cells passable for a robot that stands too close to an obstacle, provided that their clearance exceeds
+    /// `least_m`, which is about its current clearance.
     fn let_escape(&mut self, robot: Point<Odom>, room: Room, least_m: f64) {
         for index in (1..SIDE - 1).flat_map(|row| row * SIDE + 1..(row + 1) * SIDE - 1) {
             let clearance = self.beside_m(index);

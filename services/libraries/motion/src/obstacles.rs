@@ -239,7 +239,7 @@ impl Obstacles {
         self.corner = corner;
     }
 
-    /// Marks the cells that the beams of a scan pass through and those in which they end.
+    /// Marks the cells that the beams of a scan pass through and the cells where they end.
     fn mark(&mut self, sensor: &Pose<Odom>, scan: &LaserScan) {
         let finest = f64::from(scan.angle_increment_rad) * REACH_M;
         let every = (CELL_M / finest).max(1.0) as usize;
@@ -430,8 +430,8 @@ mod tests {
         obstacles.observe(&robot, 0.2, &robot, &scan(stamp_s, ranges));
     }
 
-    /// A laser with one beam per degree that looks along a wall hits it only every half metre. The planner used to find a path
-    /// through the wall, between the hits, and the robot turned back and forth in the door.
+    /// With one beam per degree, a laser that looks along a wall only has a return every half metre. The planner used to find a
+    /// path through the wall, between the returns, and the robot turned back and forth in the door.
     #[test]
     fn a_wall_seen_along_its_length_has_no_holes() {
         let mut obstacles = Obstacles::new(10.0);

@@ -12,7 +12,7 @@ const JUMP_M: f64 = 1.0;
 const NEARER_M: f64 = 0.1;
 /// Minimum distance, in metres, from all earlier places for a stuck robot to count as stuck at a new place.
 const ELSEWHERE_M: f64 = 2.0;
-/// Speed limit, in m/s, for which the time limits are meant. A robot with a lower limit needs longer for the same distance and gets
+/// The time limits assume this speed limit, in m/s. A robot with a lower limit needs longer for the same distance and gets
 /// proportionally more time.
 pub const USUAL_MPS: f64 = 0.5;
 /// Maximum number of stored positions where the robot was stuck.
@@ -21,11 +21,11 @@ const REMEMBERED: usize = 16;
 /// Criteria for deciding that the robot is stuck, and limits on how often this may happen.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProgressParameters {
-    /// Time without moving, in seconds, after which the robot is stuck.
+    /// Time without motion until the robot counts as stuck, in seconds.
     pub stuck_time_s: f64,
     /// Minimum distance, in metres, that counts as moving.
     pub stuck_radius_m: f64,
-    /// Time without progress towards the goal, in seconds, after which the robot is stuck.
+    /// Time without progress towards the goal until the robot counts as stuck, in seconds.
     pub no_progress_time_s: f64,
     /// Length of a path, in metres. The robot is stuck when it has stayed around one place for as long as this path takes at its
     /// speed limit.

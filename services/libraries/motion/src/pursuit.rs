@@ -111,8 +111,8 @@ impl Pursuit {
         self.remember(self.within_limits(STILL, dt_s))
     }
 
-    /// Returns the farthest point of the path that lies within the look-ahead distance and to which the straight line is free, and
-    /// the length of the rest of the path, in metres.
+    /// Returns the farthest point of the path that lies within the look-ahead distance and is connected by a free straight line,
+    /// and the length of the rest of the path, in metres.
     fn target(
         &self,
         path: &[Point<Odom>],

@@ -26,7 +26,7 @@ pub enum Recovery {
     BackUp {
         /// Where backing up began.
         from: Point<Odom>,
-        /// Time at which to stop at the latest, in seconds.
+        /// Latest time to stop, in seconds.
         until_s: f64,
     },
     /// Turn on the spot.
@@ -35,7 +35,7 @@ pub enum Recovery {
         left_rad: f64,
         /// Heading at the last step, in radians.
         yaw_rad: f64,
-        /// Time at which to stop at the latest, in seconds.
+        /// Latest time to stop, in seconds.
         until_s: f64,
     },
 }

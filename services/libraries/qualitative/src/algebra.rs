@@ -31,8 +31,8 @@ pub trait Relation: Copy + Eq + fmt::Debug + fmt::Display + FromStr<Err = Error>
 
     /// Returns true if `instant` may hold at the instant that ends a period in which `self` held.
     ///
-    /// Since time may run backwards, the same pairs also say which relations may hold right after an instant. By convention, no
-    /// relation limits to itself.
+    /// Since time may run backwards, the same pairs also determine which relations may hold right after an instant. By convention,
+    /// no relation limits to itself.
     fn limits_to(self, instant: Self) -> bool;
 
     /// Returns all base relations in index order.
@@ -81,7 +81,7 @@ pub struct RelationSet<R> {
 }
 
 impl<R: Relation> RelationSet<R> {
-    /// The empty set, which stands for a contradiction.
+    /// The empty set, which represents a contradiction.
     pub const EMPTY: Self = Self { words: [0; WORDS], relation: PhantomData };
 
     /// Returns the set of all relations, which means that nothing is known.

@@ -187,7 +187,7 @@ pub struct Intervals {
 }
 
 impl Intervals {
-    /// Creates the calculus in which ends that differ by no more than `tolerance` are equal.
+    /// Creates the calculus where ends that differ by no more than `tolerance` are equal.
     ///
     /// # Errors
     /// [`Error::Parameter`] if the tolerance is negative or not finite.

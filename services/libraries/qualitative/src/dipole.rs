@@ -331,8 +331,8 @@ pub struct Dipoles<const N: usize> {
 }
 
 impl<const N: usize> Dipoles<N> {
-    /// Creates the calculus in which points within `tolerance` of each other coincide, and points within 0.866 times the tolerance
-    /// of a line are on it.
+    /// Creates the calculus where points within `tolerance` of each other coincide, and points within 0.866 times the tolerance of
+    /// a line are on it.
     ///
     /// # Errors
     /// [`Error::Parameter`] if the tolerance is negative or not finite.

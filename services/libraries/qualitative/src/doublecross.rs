@@ -59,8 +59,8 @@ words! {
 const COUNT: usize = 17;
 /// Number of zones along the way: ahead, at b, between, at a, behind.
 const ZONES: usize = 5;
-/// Distance from a line, in tolerances, up to which a point is on it. Points on two lines are then within a tolerance of the
-/// crossing, and points that do not coincide have room between their perpendiculars.
+/// Maximum distance, in tolerances, of a point that counts as on a line. Points on two lines are then within a tolerance of the
+/// crossing, and points that do not coincide have a gap between their perpendiculars.
 const ON_LINE: f64 = 0.5;
 
 impl DoubleCross {
@@ -169,8 +169,8 @@ pub struct Crosses {
 }
 
 impl Crosses {
-    /// Creates the calculus in which points within `tolerance` of each other coincide, and a point within half of it of a line is
-    /// on the line.
+    /// Creates the calculus where points within `tolerance` of each other coincide, and a point within half of it of a line is on
+    /// the line.
     ///
     /// # Errors
     /// [`Error::Parameter`] if the tolerance is negative or not finite.

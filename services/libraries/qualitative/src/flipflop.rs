@@ -37,8 +37,8 @@ words! {
 }
 
 const COUNT: usize = 9;
-/// Distance from the line, in tolerances, up to which a point is on it. It is the greatest distance at which a point is near a or
-/// near b by the time that a and b are near each other, so that motion leads from `i` to `dou` by way of `s` or `e`.
+/// Maximum distance, in tolerances, of a point that counts as on the line. It is the greatest distance at which a point is near a
+/// or near b by the time that a and b are near each other, so that motion leads from `i` to `dou` by way of `s` or `e`.
 const ON_LINE: f64 = 0.866;
 
 impl FlipFlop {
@@ -143,8 +143,8 @@ pub struct Ways {
 }
 
 impl Ways {
-    /// Creates the calculus in which points within `tolerance` of each other coincide, and a point within 0.866 times the tolerance
-    /// of a line is on it.
+    /// Creates the calculus where points within `tolerance` of each other coincide, and a point within 0.866 times the tolerance of
+    /// a line is on it.
     ///
     /// # Errors
     /// [`Error::Parameter`] if the tolerance is negative or not finite.

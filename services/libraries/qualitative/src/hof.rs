@@ -10,7 +10,7 @@
 //! ∬ |p − q|^−(r + 1) dp dq over both areas. θ is counter-clockwise from the first axis.
 //!
 //! - [`Polygon`] is an object made of one or more rings, so it may have several parts, and holes.
-//! - [`Pair`] holds two objects, prepared for any exponent and direction.
+//! - [`Pair`] contains two objects, prepared for any exponent and direction.
 //! - [`View`] interprets a histogram relative to a heading: degrees of truth, main direction, width and surround relations.
 //!
 //! A force can be infinite ([`Force::Infinite`]). This happens for r ≥ 1 if the objects overlap in the direction, for r ≥ 2

@@ -1,9 +1,9 @@
 //! Reasoning over networks of relations: algebraic closure (path consistency), scenarios and minimal networks.
 //!
-//! A [`Network`] has a set of possible relations for each ordered pair of objects. A [`Table`] holds the converses and the
-//! compositions of a calculus. Closure removes from R(i, k) every relation that is not in R(i, j) ∘ R(j, k), until nothing changes
-//! (Montanari 1974; Allen 1983). A queue holds the pairs whose neighbours have yet to be visited (van Beek and Manchak 1996).
-//! Closure takes O(n³) visits for n objects and is sound: relations that it removes cannot hold, and networks that it calls
+//! A [`Network`] has a set of possible relations for each ordered pair of objects. A [`Table`] contains the converses and the
+//! compositions of a calculus. Closure removes from R(i, k) every relation that is not in R(i, j) ∘ R(j, k), until nothing
+//! changes (Montanari 1974; Allen 1983). A queue contains the pairs whose neighbours have yet to be visited (van Beek and Manchak
+//! 1996). Closure takes O(n³) visits for n objects and is sound: relations that it removes cannot hold, and networks that it calls
 //! inconsistent are inconsistent.
 //!
 //! The reverse depends on the calculus. In Allen's algebra, the rectangle algebra, the order of points, RCC8 and RCC5, every closed
@@ -53,7 +53,7 @@ pub enum Inconsistent {
 }
 
 impl<R: Relation> Network<R> {
-    /// Creates a network in which nothing is known about any pair of objects.
+    /// Creates a network without any knowledge about pairs of objects.
     pub fn new(objects: usize) -> Self {
         Self { objects, relations: vec![RelationSet::universal(); objects * objects] }
     }
@@ -129,8 +129,8 @@ impl<R: Compose + Converse> Default for Table<R> {
 }
 
 impl<R: Relation> Table<R> {
-    /// Creates a table of a calculus whose converses are sets, or whose composition depends on parameters. `universal` holds
-    /// all base relations that exist.
+    /// Creates a table of a calculus whose converses are sets, or whose composition depends on parameters. `universal` contains all
+    /// base relations that exist.
     pub fn from_fn(
         universal: RelationSet<R>,
         converses: impl Fn(R) -> RelationSet<R>,

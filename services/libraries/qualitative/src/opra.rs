@@ -304,7 +304,7 @@ pub struct Orientations<const M: usize> {
 }
 
 impl<const M: usize> Orientations<M> {
-    /// Creates the calculus in which directions within `tolerance_rad` of a ray count as on it.
+    /// Creates the calculus where directions within `tolerance_rad` of a ray count as on it.
     ///
     /// # Errors
     /// [`Error::Parameter`] if the tolerance is not at least 0 and below π/16, half of the narrowest sector.

@@ -9,8 +9,8 @@
 //!   projections cross, that of i is first turned about C so that the two face each other. The sign is then that of the sum
 //!   of the distances of i and j to C.
 //!
-//! Patil 2019 says that C counts as (+,+) or (−,−) if there is no crossing, but not when to use which. Here it is (−,−) if
-//! the two point away from each other, and (+,+) otherwise.
+//! According to Patil 2019, C counts as (+,+) or (−,−) if there is no crossing, but the thesis does not specify when to use
+//! which. Here it is (−,−) if the two point away from each other, and (+,+) otherwise.
 //!
 //! Only 41 combinations of these signs exist. The side of j relative to i does not always follow from the relation of i to
 //! j, so the converse is a set. See [`Qrpc::converses`].
@@ -168,17 +168,17 @@ impl Qrpc {
         self.disposition
     }
 
-    /// Returns the side of the projection of j on which i is.
+    /// Returns i's side of the projection of j.
     pub const fn side(self) -> Sign {
         self.side
     }
 
-    /// Returns the signs that say whether C is in front of i, and of j.
+    /// Returns the signs for whether C is in front of i, and of j.
     pub const fn crossing(self) -> [Sign; 2] {
         [self.i_ahead, self.j_ahead]
     }
 
-    /// Returns the sign that says whether i is in front of j on one line.
+    /// Returns the sign for whether i is in front of j on one line.
     pub const fn ahead(self) -> Sign {
         self.ahead
     }

@@ -124,7 +124,7 @@ pub enum QtcBc {
     Near(QtcC),
 }
 
-/// Returns the signs of `moved` along and across the line `to` the other point, which say whether a point moves towards or
+/// Returns the signs of `moved` along and across the line `to` the other point, which indicate whether a point moves towards or
 /// away from the other, and to which side.
 fn signs(moved: Vector, to: Vector, threshold: f64) -> [Sign; 2] {
     let length = to.length();

@@ -269,7 +269,7 @@ pub struct Regions<R = Rcc8> {
 }
 
 impl<R> Regions<R> {
-    /// Creates the calculus in which sides that differ by no more than `tolerance` are in line.
+    /// Creates the calculus where sides that differ by no more than `tolerance` are in line.
     ///
     /// # Errors
     /// [`Error::Parameter`] if the tolerance is negative or not finite.

@@ -1,4 +1,4 @@
-//! Turns samples in time into series of relations, each with the period in which it held.
+//! Turns samples in time into series of relations, each with the period when it held.
 //!
 //! A [`Stream`] takes one sample at a time. It keeps only the last one and does not allocate. [`series`] does the same for
 //! a whole recording.
@@ -49,7 +49,7 @@ pub enum Change {
     Inserted,
 }
 
-/// A relation with the period in which it held.
+/// A relation with the period when it held.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Timed<R> {
     /// The relation.
@@ -100,7 +100,7 @@ pub struct State<S, R> {
     time_s: Option<f64>,
     /// The last scene, unless there is a gap after it.
     scene: Option<S>,
-    /// The last relation and the time at which it was first seen, unless there is a gap after it.
+    /// The last relation and the time when it was first seen, unless there is a gap after it.
     last: Option<(R, f64)>,
 }
 
@@ -129,7 +129,7 @@ impl<C: Calculus> Stream<C> {
         Self { calculus, options, state }
     }
 
-    /// Returns the state of the stream, from which [`Self::resumed`] can continue.
+    /// Returns the state of the stream, for [`Self::resumed`] to continue from.
     pub fn state(&self) -> State<C::Scene, C::Relation> {
         self.state
     }

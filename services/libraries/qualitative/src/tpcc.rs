@@ -325,7 +325,7 @@ impl Configurations {
     /// The default tolerance in radians, which only absorbs rounding errors of points that are on a line.
     pub const TOLERANCE_RAD: f64 = 1e-9;
 
-    /// Creates the calculus in which positions within `tolerance_rad` of straight count as straight.
+    /// Creates the calculus where positions within `tolerance_rad` of straight count as straight.
     ///
     /// # Errors
     /// [`Error::Parameter`] if the tolerance is not at least 0 and below π/4.

@@ -1,6 +1,6 @@
 //! Checks that `qsrlib` reproduces all of QSRlib's own expected results, from strands_qsr_lib 0.4.1.
 //!
-//! The data is not part of the project. Without `data/qsr`, these tests do nothing except say so.
+//! The data is not part of the project. Without `data/qsr`, these tests only print a notice.
 
 #![expect(clippy::disallowed_methods, reason = "tests read the conformance data")]
 
@@ -115,7 +115,7 @@ fn every_expected_file_of_one_calculus_is_reproduced() {
         else {
             continue;
         };
-        // `multiple` holds all calculi at once and is tested separately; `argprobd` draws random numbers.
+        // `multiple` contains all calculi at once and is tested separately; `argprobd` uses random numbers.
         let Ok(which) = which.parse::<Which>() else {
             assert!(["multiple", "argprobd", "first100"].contains(&which), "{name}");
             continue;

@@ -18,18 +18,18 @@ pub struct Doubts {
 /// Shows the plan that the navigator makes before the start, and finds doubts about it.
 #[derive(Debug, Clone, Copy)]
 pub struct Planned {
-    /// Channel on which the sketcher sends its plan.
+    /// The channel of the sketcher's plan.
     pub on: &'static ChannelSpec,
     /// Returns the doubts about a message of that channel.
     pub doubts: fn(&RunConfig, &[u8]) -> Vec<String>,
     /// Returns why the robot should not start on the plan in a message of that channel, unless a person insists. `None` if it may
     /// start.
     pub objection: fn(&RunConfig, &[u8]) -> Option<String>,
-    /// Channel on which the sketcher sends the plan as text for people, before that message. A plan may have no text.
+    /// The channel of the plan as text for people, which is sent before that message. A plan may have no text.
     pub text: &'static ChannelSpec,
 }
 
-/// The drawing in which the robot is localized.
+/// The drawing that the robot is localized in.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Canvas {
     /// Width and height of the drawing, in pixels of the grid.

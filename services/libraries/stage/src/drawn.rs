@@ -23,10 +23,10 @@ pub type Learn = fn(&RunConfig, &Files<'_>, &mut Replay<'_>) -> Result<Vec<u8>, 
 /// Shows a drawing and what was learned by it.
 pub type Show = fn(&RunConfig, &[u8], &[u8]) -> Result<Lesson, StageError>;
 
-/// Functions with which a navigator learns from drives by a drawing.
+/// Functions for learning from drives by a drawing.
 #[derive(Debug, Clone, Copy)]
 pub struct Lessons {
-    /// Learns from a drive, and returns the content of a file from which the next drive can start. Sent after its drawing, it takes
+    /// Learns from a drive, and returns the content of a file for the next drive to start from. Sent after its drawing, it takes
     /// the place of the drawing.
     pub learn: Learn,
     /// Shows what such a file contains. The drawing comes first, then the file.
@@ -50,10 +50,10 @@ pub trait Frame: Debug + Send + Sync {
     fn to_sketch(&self, image_px: [f64; 2]) -> [f64; 2];
 }
 
-/// Functions with which a navigator interprets drawings.
+/// Functions for interpreting drawings.
 #[derive(Debug, Clone, Copy)]
 pub struct Drawn {
-    /// Removes everything from a mission that it says about a drawing, because people draw while it runs.
+    /// Removes the drawing and its marks from a mission, because people draw while it runs.
     pub blank: fn(&mut Mission) -> Result<(), StageError>,
     /// Returns the walls of a drawing as the sketcher understands them, or `None` if the sketcher rejects the drawing.
     pub walls: fn(&RunConfig, &[u8]) -> Option<Walls>,
@@ -68,7 +68,7 @@ pub struct Drawn {
 pub struct Kept<'a> {
     /// File that contains the drawing.
     pub drawing: &'a str,
-    /// File that contains what was learned by the drawing, if the robot is to drive in it.
+    /// File with what was learned by the drawing, if the robot should drive in it.
     pub learned: Option<&'a str>,
     /// Width and height of the grid made from the drawing, in pixels.
     pub size_px: [u32; 2],

@@ -74,7 +74,7 @@ pub trait Stage {
 #[derive(Debug, thiserror::Error)]
 pub enum SaveError {
     /// The state does not fit.
-    #[error("the state needs more room")]
+    #[error("the state needs more space")]
     Full,
     /// The stage cannot be saved.
     #[error("{0}")]

@@ -6,7 +6,7 @@ use sketchnav_schemas::erased::{self, Owned};
 
 use crate::{Denied, Inputs, Put, Reading, Sink, StageError};
 
-/// An observer of every message as it is sent.
+/// An observer of every sent message.
 pub trait Tap {
     /// Receives a message and the cells that follow it. `cells` is empty if the channel has none.
     fn see(&mut self, spec: &'static ChannelSpec, message: &[u8], cells: &[u8]);

@@ -41,8 +41,8 @@ pub trait Lookout {
         true
     }
 
-    /// Returns the candidate positions of the robot for a person to choose from, the likeliest first. The
-    /// list is empty if the robot may be anywhere. Returns `None` if there is no question.
+    /// Returns the candidate positions of the robot for a person to choose from, the most likely first. The list is empty if the
+    /// robot may be anywhere. Returns `None` if there is no question.
     fn question(&self) -> Option<Vec<[f64; 2]>> {
         None
     }

@@ -29,7 +29,7 @@ pub type Review = fn(&RunConfig) -> Box<dyn Account>;
 /// Finds doubts about the files of a run.
 pub type Doubt = fn(&RunConfig, &Files<'_>) -> Result<Doubts, StageError>;
 
-/// Finds the drawing in which the robot is localized, if the run has one.
+/// Finds the drawing that the robot is localized in, if the run has one.
 pub type FindCanvas = fn(&RunConfig, &Files<'_>) -> Result<Option<Canvas>, StageError>;
 
 /// Checks a mission against the markers of its floor.
@@ -85,7 +85,7 @@ pub struct Navigator {
     pub doubts: Option<Doubt>,
     /// Finds warnings about the navigator's plan before the start. `None` if it does not plan ahead.
     pub planned: Option<Planned>,
-    /// Finds the drawing in which the robot is localized, for the order `here`. `None` if the navigator uses no drawing.
+    /// Finds the drawing that the robot is localized in, for the order `here`. `None` if the navigator uses no drawing.
     pub canvas: Option<FindCanvas>,
     /// Whether an order to resume may name the state of the route to continue from.
     pub resumes_at_states: bool,

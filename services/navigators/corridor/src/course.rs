@@ -1,10 +1,10 @@
 //! Finds a way ahead through free space, by this project's own method.
 //!
-//! A rolling grid holds everything that is known about the walls. It is filled from laser scans or, if the
-//! robot has no laser, from remembered markers, each of which stands for a piece of the wall it hangs on. On
-//! this grid, the robot looks for the reachable point that lies farthest along its direction. If that point
-//! is near, the corridor turns or ends, so the robot looks to both sides and, as a last resort, behind. Paths
-//! cost more near walls, which keeps the robot in the middle of the corridor and leads it around people.
+//! A rolling grid contains everything that is known about the walls. It is filled from laser scans or, if the robot has no laser,
+//! from remembered markers, each of which represents a piece of the wall it hangs on. On this grid, the robot looks for the
+//! reachable point that lies farthest along its direction. If that point is near, the corridor turns or ends, so the robot looks to
+//! both sides and, as a last resort, behind. Paths cost more near walls, which keeps the robot in the middle of the corridor and
+//! leads it around people.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -32,7 +32,7 @@ const CROSS_SHARE: f64 = 0.3;
 /// A corridor counts as closed if the farthest reachable point ahead is nearer than this, in metres.
 const CLOSED_M: f64 = 1.3;
 /// In a closed corridor, the robot stops once the farthest reachable point ahead is nearer than this, in metres. It still has
-/// room to turn there.
+/// enough space to turn there.
 const STOP_M: f64 = 0.6;
 /// A side counts as open if it reaches this much farther than half the width of the corridor, in metres.
 const OPENING_M: f64 = 1.2;
@@ -48,21 +48,21 @@ const FAR_M: f64 = 2.0;
 const ALIGN: f64 = 0.06;
 /// Maximum error of the direction that is taken into account in a step, in radians.
 const ALIGN_MOST_RAD: f64 = 0.35;
-/// How long the robot waits at a closed junction for the requested side to open, in seconds. After that it takes whichever open
-/// side reaches farther.
+/// How long the robot waits at a closed junction for the requested side to open, in seconds. After that it takes the open side that
+/// reaches farther.
 const PATIENCE_S: f64 = 3.0;
 /// Length beyond [`CLOSED_M`], in metres, for which a lane must be free. Walls close a corridor across its
 /// whole width, so a free lane means that something else is in the way.
 const LANE_M: f64 = 1.0;
 /// How long a corridor must have been closed from wall to wall before it counts as ended, in seconds.
 const END_S: f64 = 6.0;
-/// Time without progress after which the robot counts as blocked, in seconds.
+/// Time without progress until the robot counts as blocked, in seconds.
 const BLOCKED_S: f64 = 60.0;
 /// Distance along the corridor that counts as progress, in metres.
 const PROGRESS_M: f64 = 0.3;
 /// How long walls are remembered while they are out of sight, in seconds.
 const MEMORY_S: f64 = 20.0;
-/// Half the length of the piece of wall that a marker stands for, in metres.
+/// Half the length of the piece of wall that a marker represents, in metres.
 const WALL_PIECE_M: f64 = 0.8;
 /// Number of beams of the scan that is made up from markers.
 const BEAMS: usize = 360;
@@ -93,7 +93,7 @@ pub enum Reason {
     Back,
 }
 
-/// Progress along the corridor, and the direction in which it leads.
+/// Progress along the corridor, and the corridor's direction.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Guide {
     /// Direction of the corridor, in radians in the odometry frame.
@@ -431,8 +431,8 @@ impl Guide {
     }
 }
 
-/// Returns how far a ray from the robot gets before it meets the piece of wall that a marker stands for, in metres, or `None`
-/// if it misses.
+/// Returns how far a ray from the robot gets before it meets the piece of wall that a marker represents, in metres, or `None` if it
+/// misses.
 fn range(marker: &KnownMarker, [dx, dy]: [f64; 2]) -> Option<f64> {
     let [x, y, facing_rad] = [marker.x_m, marker.y_m, marker.facing_rad].map(f64::from);
     let (normal_y, normal_x) = facing_rad.sin_cos();

@@ -34,7 +34,7 @@ pub enum RulesError {
         /// The combination without a rule.
         missing: String,
     },
-    /// A move is faster than any robot drives.
+    /// A move is faster than any robot.
     #[error("moves.{name}: expected at most {most_mps} m/s in each direction, found {found_mps}")]
     Speed {
         /// Name of the move.

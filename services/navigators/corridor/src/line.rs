@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::messages::Trend;
 
-/// Sums from which the line is computed. Times are relative to the newest distance.
+/// Sums for computing the line. Times are relative to the latest distance.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Line {
     weight: f64,
@@ -35,7 +35,7 @@ impl Line {
         };
     }
 
-    /// Returns the rate at which the distance grows, in m/s.
+    /// Returns the growth rate of the distance, in m/s.
     fn slope_mps(&self) -> f64 {
         let Self { weight, times, distances, squares, products, .. } = self;
         (weight * products - times * distances) / (weight * squares - times * times)
@@ -59,7 +59,7 @@ impl Line {
 mod tests {
     use super::*;
 
-    /// A line through exact distances has their slope, whatever the weights.
+    /// A line through exact distances has their slope, regardless of the weights.
     #[test]
     fn a_marker_approaching_at_ten_centimetres_per_second_has_that_slope() {
         let mut line = Line::default();

@@ -26,7 +26,7 @@ impl Lookout {
     fn marker(&self, marker: &KnownMarker) -> Vec<Shape> {
         let [x, y, facing] = [marker.x_m, marker.y_m, marker.facing_rad].map(f64::from);
         let at = [x, y];
-        // A marker outside the sheet would be drawn over whatever is next to it.
+        // A marker outside the sheet would be drawn over its neighbours.
         if !self.around.shows(at) {
             return Vec::new();
         }
@@ -86,7 +86,7 @@ mod tests {
         Robot::parse(include_str!("../../../../sim/robots/youbot.toml")).unwrap()
     }
 
-    /// A marker beyond the edge of the canvas would be drawn over whatever is next to it.
+    /// A marker beyond the edge of the canvas would be drawn over its neighbours.
     #[test]
     fn a_pair_is_described_and_a_far_marker_is_omitted() {
         let mut relations = Relations::zeroed();

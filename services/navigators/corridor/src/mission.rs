@@ -163,7 +163,7 @@ impl CorridorTask {
         };
         if method != Method::Corridor && (goal == Goal::End || !turns.is_empty()) {
             let expected =
-                "metres or marker and no turns: methods with rules know neither ends nor junctions";
+                "metres or marker and no turns: methods with rules detect neither ends nor junctions";
             return Err(wrong(expected, "until or turns".into()));
         }
         Ok(Self { name: task.name.clone(), goal, turns, about })

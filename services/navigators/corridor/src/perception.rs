@@ -20,9 +20,9 @@ use crate::messages::{KnownMarker, MAX_KNOWN_MARKERS, PairedMarker, Relations, T
 const PAIRED_NS: u64 = 100_000_000;
 /// Maximum time between the two sightings that make a trend, in nanoseconds.
 const TREND_NS: u64 = 250_000_000;
-/// Minimum rate of images and ticks at which trends can be seen, in hertz.
+/// Minimum rate of images and ticks for detecting trends, in hertz.
 pub const LEAST_HZ: f64 = 1e9 / TREND_NS as f64;
-/// Tolerance by which two pictures may be closer together than their period, in nanoseconds, since stamps are rounded.
+/// Tolerance, in nanoseconds, for two pictures that are closer together than their period, since timestamps are rounded.
 const ROUNDING_NS: u64 = 1_000_000;
 /// Sign of the lateral coordinate on the left and on the right.
 const SIDES: [f64; 2] = [1.0, -1.0];
@@ -49,7 +49,7 @@ pub struct Parameters {
     pub hold_s: f64,
     /// For `qtc-b-steady`: the age, in seconds, at which the weight of a sighting in a trend is 1/e.
     pub window_s: f64,
-    /// For `qtc-b-steady`: the speed up to which a distance counts as unchanged, in metres per second.
+    /// For `qtc-b-steady`: the maximum speed of a distance that counts as unchanged, in metres per second.
     pub quantum_mps: f64,
 }
 
@@ -120,7 +120,7 @@ pub struct Perception {
     right: Member,
     /// Numbers of the left and the right marker of the pair that is being held.
     held: Option<[u32; 2]>,
-    /// Time from which the next image may be evaluated.
+    /// Earliest time of the next image to evaluate.
     due_ns: u64,
 }
 
@@ -161,7 +161,7 @@ impl Perception {
         }
     }
 
-    /// Returns true if this picture is to be evaluated. On average, `rate_hz` pictures per second are.
+    /// Returns true if this picture should be evaluated. On average, `rate_hz` pictures per second are.
     fn is_due(&mut self, stamp_ns: u64, rate_hz: f64) -> bool {
         if rate_hz <= 0.0 {
             return true;
@@ -444,8 +444,8 @@ mod tests {
     }
 
     /// Two markers approach by 8 cm and by half a centimetre per second and are seen five times per second, with errors that
-    /// alternate between 2 cm too far and 2 cm too near. Judged by two sightings, both markers approach and recede in turn. The
-    /// line through all sightings is not fooled.
+    /// alternate between 2 cm too far and 2 cm too near. According to two sightings, both markers approach and recede in turn. The
+    /// line through all sightings is not affected.
     #[test]
     fn a_steady_trend_is_the_mean_over_many_sightings() {
         let robot = Pose::new(0.0, 0.0, 0.0);

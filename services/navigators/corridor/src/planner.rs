@@ -26,7 +26,7 @@ use crate::rules::Rules;
 
 /// A marker that is farther away than this does not count as passed, in metres.
 const PASSED_M: f64 = 4.0;
-/// A marker counts as ahead only from this distance on, in metres, because the estimated direction of a corridor sways by a few
+/// Minimum distance, in metres, at which a marker counts as ahead, because the estimated direction of a corridor varies by a few
 /// degrees.
 const AHEAD_M: f64 = 0.3;
 
@@ -34,7 +34,7 @@ const AHEAD_M: f64 = 0.3;
 const ABOUT_RADPS: f64 = 0.5;
 /// Turn rate per radian that remains to be turned, in 1/s.
 const ABOUT_PER_S: f64 = 2.0;
-/// Remaining angle at which turning around is complete, in radians.
+/// Turning around is complete at this remaining angle, in radians.
 const ABOUT_RAD: f64 = 0.01;
 
 /// Parameters that a mission can set in its table `parameters.planner`.
@@ -282,9 +282,8 @@ impl Planner {
         }
     }
 
-    /// Returns true if the robot has passed the marker, that is, if the marker was ahead in the current
-    /// direction and is now behind. A turn alone does not count, although it may also put a marker behind the
-    /// robot.
+    /// Returns true if the robot has passed the marker, that is, if the marker was ahead in the current direction and is now
+    /// behind. A turn alone does not count, although a marker may also be behind the robot after it.
     fn passes(&mut self, id: u32, relations: &Relations, robot: &Pose<Odom>) -> bool {
         let way_rad = match self.method {
             Method::Corridor => self.course.way_rad(),

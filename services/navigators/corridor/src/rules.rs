@@ -1,4 +1,4 @@
-//! Rule files, which say what to do given the relations of a pair of markers (Patil 2019, 3.1.3).
+//! Rule files, which define what to do for each relation of a pair of markers (Patil 2019, 3.1.3).
 //!
 //! A file defines named moves and one or more rule sets. A set has a calculus, and exactly one rule for each
 //! combination of relations. Sets are consulted in order until one calls for a sideways move. If none does,
@@ -153,9 +153,9 @@ impl Rules {
 }
 
 impl Set {
-    /// Returns the move for a pair, or `None` if its relations are not yet known. With QTC_B, the relation of
-    /// each marker calls for a move of its own, one after the other (Patil 2019, 3.2.4). Since both moves
-    /// apply for the same time, the result is their mean.
+    /// Returns the move for a pair, or `None` if its relations are not yet known. With QTC_B, the relation of each marker requires
+    /// a separate move, one after the other (Patil 2019, 3.2.4). Since both moves apply for the same time, the result is their
+    /// mean.
     fn answer(&self, left: &PairedMarker, right: &PairedMarker) -> Option<Move> {
         match self {
             Self::QtcB { plus, answers } => {
@@ -327,7 +327,7 @@ mod tests {
         assert_eq!(rules.answer(&pair((Trend::Unknown, 0), near)), None);
     }
 
-    /// In QTC, + means away. Read that way, the printed rules turn away from the marker that recedes, and so into the other
+    /// In QTC, + means away. With this meaning, the printed rules turn away from the marker that recedes, and thus into the other
     /// wall.
     #[test]
     fn with_the_sign_of_qtc_the_printed_rules_steer_into_the_wall() {

@@ -14,7 +14,7 @@ const MOST_BENDS: usize = 32;
 /// Distance beyond a bend, in metres, at which a robot on its way back must have passed it. If the robot were
 /// going to turn there, it would already have done so.
 const PAST_M: f64 = 2.0;
-/// A turn on the way back is taken for a remembered bend within this distance, in metres.
+/// Maximum distance, in metres, at which a turn on the way back is matched with a remembered bend.
 const NEAR_M: f64 = 3.0;
 
 /// A change of direction along the way.

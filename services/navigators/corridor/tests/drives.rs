@@ -151,7 +151,7 @@ fn our_method_turns_corners_takes_junctions_and_leaves_dead_ends() {
     }
 }
 
-/// Without a laser, remembered markers stand for the walls. Without a camera, the laser sees the walls.
+/// Without a laser, remembered markers represent the walls. Without a camera, the laser sees the walls.
 #[test]
 fn our_method_works_with_either_sensor() {
     let corridor = Corridor::new(Shape::Straight, 2.0);
@@ -182,7 +182,7 @@ fn two_runs_give_the_same_commands() {
     assert!(runs[0] == runs[1] && runs[0].len() > 100);
 }
 
-/// A person in the corridor used to be taken for its end.
+/// A person in the corridor used to be mistaken for its end.
 #[test]
 fn a_person_is_not_taken_for_the_end_of_the_corridor() {
     let corridor = Corridor::new(Shape::Straight, 1.6);
@@ -205,7 +205,7 @@ fn metres_count_from_the_place_to_which_the_robot_returned() {
     assert!(ended.off_m([8.0, 2.0]) < 1.0, "{}", ended.words());
 }
 
-/// A marker that was behind the robot at the start used to count as passed at once.
+/// A marker that was behind the robot at the start used to count as passed immediately.
 #[test]
 fn only_a_marker_that_was_ahead_counts_as_passed() {
     let corridor = Corridor::new(Shape::Straight, 2.0);
@@ -233,7 +233,7 @@ fn with_the_sign_of_qtc_the_published_rules_do_not_steer() {
     assert_ne!(ended.state(), TaskState::Reached, "{}", ended.words());
 }
 
-/// The right turn at a junction put a marker behind the robot that it had not come to yet. The marker counted as passed, from
+/// After a right turn at a junction, a marker that the robot had not reached yet was behind it. The marker counted as passed, from
 /// 3.5 m away.
 #[test]
 fn a_turn_passes_no_marker() {
@@ -286,7 +286,7 @@ fn a_robot_that_turns_around_returns_to_its_start() {
 }
 
 /// The thesis leaves turning around to other behaviours ("such as turning around", conclusions), so it does not change the last
-/// answer of the rules. A robot that came out of its turn with no pair in view once stood still until its time was up.
+/// answer of the rules. A robot that had no pair in view after its turn once stood still until its time was up.
 #[test]
 fn after_turning_around_the_last_answer_of_the_rules_holds() {
     let corridor = Corridor::new(Shape::Straight, 2.0);

@@ -17,7 +17,7 @@ use crate::reading::{self, Options, Settings, desk, route_heading_rad};
 /// Time limit for a task, in seconds of simulation time.
 const TIME_LIMIT_S: f64 = 1800.0;
 
-/// The functions with which the pad shows and saves drawings for this navigator.
+/// The functions that the pad uses to show and save drawings for this navigator.
 pub const DRAWN: Drawn =
     Drawn { blank, walls, keep, lessons: Some(Lessons { learn: learned::learn, show: learned::show }) };
 

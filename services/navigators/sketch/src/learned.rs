@@ -1,5 +1,5 @@
-//! What a robot has learned on drives by a drawing: the map of what it saw, the goals in it, and which place of the drawing
-//! corresponds to which place of the map. The next drive can start from it.
+//! What a robot has learned on drives by a drawing: the map of what it saw, the goals in it, and the correspondence between places
+//! of the drawing and of the map. The next drive can start from it.
 //!
 //! ```json
 //! { "learned": 1,
@@ -63,7 +63,7 @@ pub struct Learned {
     pub pairs: Vec<[f64; 4]>,
 }
 
-/// A drawing's file, by which a drawing is recognized.
+/// The file of a drawing, which identifies the drawing.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DrawingFile {
@@ -93,7 +93,7 @@ pub struct Goal {
     pub task: String,
     /// Position in the drawing, in pixels of the file.
     pub at: [f64; 2],
-    /// Position in the map, in metres, as the robot believed when it reported that it had arrived. `None` if it did not.
+    /// Position in the map, in metres, as estimated by the robot when it reported that it had arrived. `None` if it did not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at_m: Option<[f64; 2]>,
     /// True if the robot reported that it had arrived.
@@ -122,7 +122,7 @@ struct MapText {
     rows: Vec<String>,
 }
 
-/// The reason that a file is not a learned map that can be used.
+/// Why a file cannot be used as a learned map.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum LearnedError {
     /// The file is something else, or damaged.
@@ -143,7 +143,7 @@ pub enum LearnedError {
     },
 }
 
-/// The version of a file, which is read before anything else. No other file has it.
+/// The version of a file, which is read before anything else. Files of other kinds do not contain it.
 #[derive(Deserialize)]
 struct Version {
     learned: serde_json::Value,
@@ -158,14 +158,14 @@ impl DrawingFile {
         Self { file, bytes: content.len() as u64, crc32: format!("{:08x}", crc.sum()) }
     }
 
-    /// Returns true if the two have the same content, whatever they are called.
+    /// Returns true if the two have the same content, regardless of their names.
     pub fn is_same(&self, other: &Self) -> bool {
         (self.bytes, &self.crc32) == (other.bytes, &other.crc32)
     }
 }
 
 impl Learned {
-    /// Creates what was learned, in the current version of the format.
+    /// Creates a learned map in the current version of the format.
     fn new(
         drawing: DrawingFile,
         map: LearnedMap,
@@ -176,7 +176,7 @@ impl Learned {
         Self { learned: VERSION, drawing, map, start, goals, pairs }
     }
 
-    /// Returns true if the file says that it is a learned map, of any version.
+    /// Returns true if the file identifies itself as a learned map of any version.
     pub fn is_one(bytes: &[u8]) -> bool {
         serde_json::from_slice::<Version>(bytes).is_ok()
     }
@@ -184,7 +184,7 @@ impl Learned {
     /// Reads a file.
     ///
     /// # Errors
-    /// [`LearnedError`] if the file is no learned map, is damaged, or is of another version.
+    /// [`LearnedError`] if the file is not a learned map, is damaged, or is of another version.
     pub fn parse(bytes: &[u8]) -> Result<Self, LearnedError> {
         let version: Version =
             serde_json::from_slice(bytes).map_err(|error| LearnedError::Broken(error.to_string()))?;

@@ -5,7 +5,7 @@
 //! - [`messages`]: their messages and channels. [`mission`], [`method`]: the keys of a mission of this kind.
 //! - [`lookout`], [`drawn`]: the page's view of a drive, and drawings made on the page. [`account`]: the
 //!   charts of a report.
-//! - [`learned`]: what is kept of a drive, and how the next one starts from it.
+//! - [`learned`]: what is learned on a drive, and how the next one starts from it.
 //! - [`reading`]: turns a picture or strokes into a map and places the start and the tasks in it.
 //! - [`filter`]: Monte Carlo localization of the pose and two local scales in that map.
 //! - [`rooms`]: locates a goal by regions that are connected by doors.

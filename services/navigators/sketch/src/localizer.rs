@@ -1,9 +1,8 @@
 //! The localizer stage, which reports where the robot is in a drawing.
 //!
-//! The localizer responds to every tick with one estimate. Once per simulated second, it sends a sample of
-//! the particles before the estimate. Instants wait for the sketch, unless people draw during the run. The
-//! filter starts over with each new sketch. On an order `here`, it starts over where a person says the robot
-//! is.
+//! The localizer responds to every tick with one estimate. Once per simulated second, it sends a sample of the particles before the
+//! estimate. Instants wait for the sketch, unless people draw during the run. The filter starts over with each new sketch. On an
+//! order `here`, it starts over at the position given by a person.
 
 use crate::messages::{ESTIMATE, PARTICLES, Particles, PoseEstimate, SKETCH, SketchMap};
 use crate::mission::SketchMission;
@@ -93,7 +92,7 @@ pub struct Localizer {
     start: Option<Start>,
     /// The start that the drawing marks.
     marked: Option<Start>,
-    /// Time, in nanoseconds, up to which orders are too old to follow.
+    /// Orders given up to this time are ignored as too old. In nanoseconds.
     too_old_ns: Option<u64>,
 }
 
@@ -132,10 +131,10 @@ impl Localizer {
         })
     }
 
-    /// Starts over where a person says the robot is, on an order `here`. The position is as uncertain as the
-    /// mark of the start. If the order gives no heading, the estimated heading is used, or any heading if the
-    /// robot is lost. The order is ignored if the position is outside the drawing, if there is no drawing
-    /// yet, or if the order was given before the estimate from which this localizer started.
+    /// Starts over at the position given by a person, on an order `here`. The position is as uncertain as the mark of the start. If
+    /// the order gives no heading, the estimated heading is used, or any heading if the robot is lost. The order is ignored if the
+    /// position is outside the drawing, if there is no drawing yet, or if the order was given before the estimate from which this
+    /// localizer started.
     fn on_order(&mut self, order: &MissionCommand) {
         let is_old = self.too_old_ns.is_some_and(|old_ns| order.header.stamp_ns <= old_ns);
         let Some(here) = order.here().filter(|_| !is_old) else { return };
@@ -201,7 +200,7 @@ impl Localizer {
         }
     }
 
-    /// Writes the estimate. Before there is a sketch, the estimate says that it waits for one.
+    /// Writes the estimate. Before there is a sketch, the estimate reports that the localizer is waiting for one.
     fn write_estimate(&self, out: &mut PoseEstimate) {
         out.odometry = self.odometry.unwrap_or_else(|| PoseM::new(&Pose::<Odom>::new(0.0, 0.0, 0.0)));
         out.tracking = Tracking::Waiting.code();

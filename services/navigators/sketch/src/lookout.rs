@@ -128,14 +128,14 @@ impl lookout::Lookout for Lookout {
     }
 }
 
-/// Replaces the newest message of a channel if another one has arrived.
+/// Replaces the latest message of a channel if another one has arrived.
 fn keep<T: Copy>(newest: &mut Option<Box<T>>, message: Option<&T>) {
     if let Some(message) = message {
         *newest = Some(Box::new(*message));
     }
 }
 
-/// Returns the pose that the robot believes it has, or `None` while the localizer is still waiting for its first input.
+/// Returns the robot's estimated pose, or `None` while the localizer is still waiting for its first input.
 fn robot(estimate: &PoseEstimate, robot: &Robot) -> Option<Whereabouts> {
     let tracking = Tracking::from_code(estimate.tracking).filter(|t| *t != Tracking::Waiting)?;
     let pose = estimate.pose.pose();

@@ -15,8 +15,8 @@ pub enum Method {
     /// [`Self::Beam`].
     #[default]
     Outline,
-    /// This project's own. A particle filter that weights beams by how likely their ranges are, given what
-    /// the drawing shows in their direction.
+    /// This project's own. A particle filter that weights beams by the likelihood of their ranges, given what the drawing shows in
+    /// their direction.
     Beam,
     /// Boniardi et al. 2015, which tracks two local scales.
     Boniardi2015,

@@ -36,7 +36,7 @@ pub struct SketchMission {
     pub start_heading_deg: Option<f64>,
     /// Named places, in image pixels, in addition to those labelled on the drawing.
     pub places: BTreeMap<String, [f64; 2]>,
-    /// File name of what was learned on an earlier drive by the drawing, in which the robot then drives. The start is not used.
+    /// File name of a map learned on an earlier drive by the drawing, in which the robot then drives. The start is not used.
     pub learned_file: Option<String>,
     /// The tasks, in order.
     pub tasks: Vec<SketchTask>,
@@ -181,7 +181,7 @@ impl SketchMission {
         Ok(read)
     }
 
-    /// Returns true if the robot drives in what was learned on an earlier drive by the drawing.
+    /// Returns true if the robot drives in a map that was learned on an earlier drive by the drawing.
     pub fn is_learned(&self) -> bool {
         self.learned_file.is_some()
     }
@@ -256,7 +256,7 @@ struct Keys<'a> {
 }
 
 impl<'a> Keys<'a> {
-    /// Fails if there is a key that is not `known`. This comes first because such a key may be a misspelt one that is required.
+    /// Fails if there is a key that is not `known`. This is checked first because an unknown key may be a misspelt required one.
     fn new(table: &'a str, given: &toml::Table, known: &[&str]) -> Result<Self, MissionError> {
         only(table, given, known)?;
         Ok(Self { table, left: given.clone() })
@@ -349,7 +349,7 @@ mod tests {
         for (from, to, key, words) in [
             ("kind = \"sketch\"", "kind = \"walls\"", "navigator.kind", "\"sketch\""),
             ("drawing = \"s.png\"", "", "navigator.drawing", "a file"),
-            // A misspelt key that is required was once reported as missing.
+            // A misspelt required key was once reported as missing.
             ("drawing =", "drawng =", "navigator.drawng", "unknown key; did you mean `drawing`?"),
             ("goal = [3, 4]", "gaol = [3, 4]", "task 1 (hall).gaol", "unknown key; did you mean `goal`?"),
             (

@@ -1,10 +1,10 @@
-//! A witness for where a goal lies that sees a floor as regions joined by doors.
+//! Locates a goal by treating the floor as regions joined by doors.
 //!
-//! The free space of the drawing, and of what the robot has seen, is divided into regions at its narrow passages (`partition`).
-//! The outline of a region is a sequence of walls, doors and gaps (`floor`). Regions of the two floors are aligned by dynamic
-//! programming, and a pair of doors costs as much as the regions beyond them (`joint`). The order of doors around a region is
-//! kept, lengths count little, and a door that was forgotten or is closed has a price. Alignments drawn at random say where the
-//! goal lies and how certain that is (`answer`).
+//! The free space of the drawing, and of what the robot has seen, is divided into regions at its narrow passages (`partition`). The
+//! outline of a region is a sequence of walls, doors and gaps (`floor`). Regions of the two floors are aligned by dynamic
+//! programming, and a pair of doors costs as much as the regions beyond them (`joint`). The order of doors around a region is kept,
+//! lengths have little weight, and doors that were forgotten or are closed incur a cost. Alignments drawn at random determine where
+//! the goal lies and how certain that is (`answer`).
 //!
 //! Everything here is a pure function of the drawing and the map. Memory is bounded by the size of the two and by a maximum for the
 //! alignments.
@@ -39,9 +39,9 @@ const FRAME: usize = 2;
 const RATIO: f32 = 0.8;
 /// Maximum number of cells along the longer side of a drawing.
 const MOST_CELLS: usize = 512;
-/// Width of a typical door, in metres. It gives the drawing its scale.
+/// Width of a typical door, in metres, which determines the scale of the drawing.
 const DOOR_M: f64 = 0.95;
-/// Minimum number of doors by which the scale of a drawing is judged.
+/// Minimum number of doors required to determine the scale of a drawing.
 const LEAST_DOORS: usize = 3;
 /// Least, usual and largest area of a floor, in square metres.
 const AREAS_M2: [f64; 3] = [60.0, 300.0, 2500.0];
@@ -51,20 +51,20 @@ const PIECE_M: f64 = 0.5;
 const LEAST_ROOM_M2: [f64; 2] = [1.5, 1.2];
 /// Share of the drawing below which a region is part of another, and below which a hole is a speck.
 const LEAST_SHARES: [f64; 2] = [1e-3, 2e-4];
-/// Area, in square metres, from which on something that stands free parts a region of a drawing, and of a map.
+/// Minimum area, in square metres, of a free-standing object that divides a region, in a drawing and in a map.
 const LEAST_HOLE_M2: [f64; 2] = [2.0, 4.0];
-/// Length, in metres, from which on something in a map that stands free is no furniture.
+/// Maximum length of furniture, in metres. A longer free-standing object in a map is not furniture.
 const LONGEST_FURNITURE_M: f64 = 2.5;
 /// Length of a cell of a map, in metres.
 const CELL_M: f64 = 0.1;
 /// Half the width, in metres, above which a passage in a map is never narrow.
 const WIDEST_M: f64 = 1.5;
-/// Length of a gap, in metres, up to which it may be a door.
+/// Maximum length, in metres, of a gap that may be a door.
 const NARROW_M: f64 = 1.5;
 
 impl Floor {
-    /// Returns the floor of a drawing of a building whose longer side is about `building_size_m` long, or `None` if nothing is free
-    /// there. The scale is judged by the widths of doors.
+    /// Returns the floor of a drawing of a building whose longer side is about `building_size_m` long, or `None` if there is no
+    /// free space. The scale is determined from the widths of doors.
     pub fn of_drawing(sketch: &SketchGrid, start: Pose<Sketch>, building_size_m: f64) -> Option<Self> {
         let (width, height) = (sketch.width(), sketch.height());
         let closed = closed(sketch, start.position(), building_size_m);
@@ -97,8 +97,8 @@ impl Floor {
         Some(floor.in_frame(Frame { unit_m: 1.0 / (per_m * cell), ..frame }))
     }
 
-    /// Returns the floor of a map, turned such that its walls are parallel to those of the drawing, or `None` if nothing is free
-    /// there. `turn_rad` is the approximate angle from a direction in the map to the same one in the drawing.
+    /// Returns the floor of a map, rotated such that its walls are parallel to those of the drawing, or `None` if there is no free
+    /// space. `turn_rad` is the approximate angle from a direction in the map to the same one in the drawing.
     pub fn of_map(survey: &Survey, start: Place, turn_rad: f64, drawing: &Self) -> Option<Self> {
         let grid = survey.grid();
         let times = ((CELL_M / grid.cell).round() as usize).clamp(1, 64);
@@ -183,8 +183,8 @@ fn extent(region: &Region) -> usize {
     bounds[1].saturating_sub(bounds[0]).max(bounds[3].saturating_sub(bounds[2]))
 }
 
-/// Returns the number of a drawing's cells per metre. It follows from the median width of its doors, as far as that gives its
-/// `area` in cells a plausible size.
+/// Returns the number of a drawing's cells per metre. It follows from the median width of its doors, provided that its `area` in
+/// cells then has a plausible size.
 fn cells_per_m(partition: &Partition, area: f64) -> f64 {
     let mut widths: Vec<_> = floor::doors(partition).0.iter().map(|door| door.width).collect();
     widths.sort_by(f64::total_cmp);
@@ -193,8 +193,8 @@ fn cells_per_m(partition: &Partition, area: f64) -> f64 {
     by_doors.map_or(usual, |width| width / DOOR_M).clamp(most, least)
 }
 
-/// Returns the angle nearest to `guess_rad` by which the walls of a map must be turned to be parallel to those of a drawing. Each
-/// has a main direction and the degree to which walls agree with it.
+/// Returns the rotation nearest to `guess_rad` that makes the walls of a map parallel to those of a drawing. Each is given by its
+/// main direction and the degree to which walls agree with it.
 fn parallel((drawn_rad, drawn): (f64, f64), (seen_rad, seen): (f64, f64), guess_rad: f64) -> f64 {
     const LEAST_COHERENCE: f64 = 0.3;
     let quarter = std::f64::consts::FRAC_PI_2;

@@ -48,10 +48,10 @@ pub fn understand(run: &RunConfig, files: &Files<'_>) -> Result<(DrawnMap, Place
     Given::load(&mission, files)?.understand(&mission, &options)
 }
 
-/// What was learned before a run, with the drawing and the tasks in it.
+/// The map learned before a run, with the drawing and the tasks in it.
 #[derive(Debug)]
 pub struct Before {
-    /// What was learned.
+    /// The learned map.
     pub learned: Learned,
     /// The drawing that it belongs to.
     pub drawing: DrawnMap,
@@ -59,7 +59,7 @@ pub struct Before {
     pub intent: Intent,
 }
 
-/// Reads what was learned before a run, or returns `None` if the run is by the drawing.
+/// Reads the map learned before a run, or returns `None` if the run is by the drawing.
 ///
 /// # Errors
 /// Same as [`understand`].
@@ -69,8 +69,7 @@ pub fn learned_before(run: &RunConfig, files: &Files<'_>) -> Result<Option<Befor
     Given::load(&mission, files)?.before(&mission, &options)
 }
 
-/// Returns what a person should know about a drawing before a robot drives by it. Empty if people draw while
-/// the mission runs.
+/// Returns warnings about a drawing before a robot drives by it. Empty if people draw while the mission runs.
 ///
 /// # Errors
 /// [`SketchError`] if the drawing cannot be read, or if [`reading::doubts::hopeless`] rejects it.
@@ -80,7 +79,7 @@ pub fn doubts(run: &RunConfig, files: &Files<'_>) -> Result<Doubts, SketchError>
     }
     let (drawing, places) = understand(run, files)?;
     if SketchMission::of(&run.mission)?.is_learned() {
-        // What is doubted about a drawing by hand does not concern what a laser has seen.
+        // Doubts about a hand drawing do not apply to a map made by laser.
         return Ok(Doubts::default());
     }
     let range_max_m = run.robot.laser.as_ref().map(|laser| laser.range_max_m);
@@ -149,7 +148,7 @@ impl Given {
         Ok((drawing, intent))
     }
 
-    /// Reads what was learned, with the name of its file.
+    /// Reads the learned map, with the name of its file.
     fn learned<'a>(&self, mission: &'a SketchMission) -> Result<Option<(Learned, &'a str)>, SketchError> {
         let (Some(learned), Some(file)) = (&self.learned, &mission.learned_file) else { return Ok(None) };
         let learned =
@@ -234,7 +233,8 @@ impl Stage for LiveSketcher {
         Ok(())
     }
 
-    /// Sends the sketch, the route and the answer. The `source_seq` of the route says which sketch its tasks are placed in.
+    /// Sends the sketch, the route and the answer. The `source_seq` of the route identifies the sketch in which its tasks are
+    /// placed.
     fn announce(&mut self, out: &mut Outbox<'_>) -> Result<(), StageError> {
         let Some(Answer { kind, outcome }) = &self.answer else { return Ok(()) };
         if let Some((drawing, places)) = self.desk.placed() {

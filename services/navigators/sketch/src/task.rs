@@ -33,7 +33,7 @@ impl Task {
         route.tasks().iter().map(task).collect()
     }
 
-    /// Returns the position at which the task ends, or the drawing's origin if the task has no points.
+    /// Returns the end position of the task, or the drawing's origin if the task has no points.
     pub fn end(&self) -> Point<Sketch> {
         self.points.last().copied().unwrap_or(Point::new(0.0, 0.0))
     }

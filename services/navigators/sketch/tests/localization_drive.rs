@@ -125,7 +125,7 @@ fn the_filter_goes_on_from_a_checkpoint() {
 /// A map as a laser has seen it, at 20 pixels per metre.
 const MAPPED: Drawing = Drawing { size: [400, 320], a: 20.0, b: 20.0, turn_rad: 0.0, wobble_px: 0.0 };
 
-/// Returns a drive in the map, in which the robot may be anywhere.
+/// Returns a drive in the map, where the robot may be anywhere.
 fn anywhere(seed: u64) -> Drive {
     let map = MAPPED.sketch();
     let parameters =

@@ -218,7 +218,7 @@ fn without_a_sketch_it_waits() {
 
 #[test]
 fn each_scan_is_answered_and_the_scales_are_found() {
-    // One look at a bare room says little, so its expected size must be right.
+    // One look at a bare room provides little information, so its expected size must be right.
     let mut localizer = Hosted::in_room("[parameters.localizer]\nbuilding_size_m = 5");
     let mut out = PoseEstimate::zeroed();
     for seq in 1..=5 {
@@ -231,8 +231,8 @@ fn each_scan_is_answered_and_the_scales_are_found() {
     }
 }
 
-/// A building is assumed to be 25 m long by default, but this one is a room of 4 m. The first look by itself shows too little to
-/// tell, whereas driving a few metres shows enough.
+/// A building is assumed to be 25 m long by default, but this one is a room of 4 m. The first look alone does not show enough to
+/// determine this, but driving a few metres does.
 #[test]
 fn a_room_far_smaller_than_expected_is_doubtful_until_the_robot_drives() {
     let mut localizer = Hosted::in_room("");
@@ -299,8 +299,8 @@ fn a_person_who_says_where_the_robot_is_has_its_particles_drawn_there() {
     assert!(particles.iter().all(|at| at[2].abs() < 1.0), "{particles:?}");
 }
 
-/// A lost robot does not know its heading either, so it has to try all of them.
-/// In a learned map the robot may be anywhere, but a person who says where it is means that place.
+/// A lost robot does not know its heading either, so it has to try all of them. In a learned map the robot may be anywhere, but if
+/// a person sets its position, that place counts.
 #[test]
 fn a_place_that_was_told_counts_in_a_learned_map_too() {
     let (mut map, cells) = room();
@@ -364,8 +364,8 @@ fn a_place_that_was_told_survives_the_localizer() {
     assert_eq!((again, successor.particles()), expected);
 }
 
-/// An order has no effect without a drawing, if its place is outside the drawing, or if it is older than what the robot already
-/// knew. A localizer without a checkpoint receives old orders again.
+/// An order has no effect without a drawing, if its place is outside the drawing, or if it is older than the robot's own
+/// information. A localizer without a checkpoint receives old orders again.
 #[test]
 fn a_place_that_is_none_or_is_old_changes_nothing() {
     let nothing = MissionCommand { order: Order::Pause.code(), ..MissionCommand::zeroed() };
@@ -399,7 +399,7 @@ fn an_estimate_that_waits_is_no_place_to_begin_at() {
     assert!((out.pose.x_px - 50.0).abs() < 5.0, "{:?}", out.pose);
 }
 
-/// A scan without any reading used to fit best of all, so a robot with a covered lens was sure of its place, and even a lost one
+/// A scan without any reading used to fit best of all, so a robot with a covered lens was certain of its place, and even a lost one
 /// seemed to recover.
 #[test]
 fn a_robot_that_sees_nothing_is_lost_and_one_that_sees_again_is_not() {

@@ -45,8 +45,8 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static COUNTING: Counting = Counting;
 
-/// Creates a pool in which every thread has called `warm`. A thread that begins to work late would otherwise allocate its slot in
-/// the pool and its buffers in the middle of a step.
+/// Creates a pool whose threads have all called `warm`. A thread that begins to work late would otherwise allocate its slot in the
+/// pool and its buffers in the middle of a step.
 fn pool(threads: usize, warm: impl Fn() + Sync) -> Arc<ThreadPool> {
     let counted = |_| IS_COUNTED.set(true);
     let pool = ThreadPoolBuilder::new().num_threads(threads).start_handler(counted).build().unwrap();

@@ -1,5 +1,5 @@
-//! What the robot has learned on drives from the page: offered to a person once it has come to rest, until the person accepts or
-//! rejects it or lets the robot drive again.
+//! What the robot has learned on drives from the page. It is offered to a person once the robot has stopped, until the person
+//! accepts or rejects it or lets the robot drive again.
 
 use std::time::Duration;
 
@@ -16,21 +16,21 @@ use crate::walls;
 /// What was learned, and when to learn more.
 #[derive(Default)]
 pub(super) struct Lessons {
-    /// Whether the robot drove at the last look.
+    /// Whether the robot was driving at the last check.
     drove: bool,
     /// When the end of the last drive will have been recorded.
     due: Option<Duration>,
-    /// Number of changes that make what is being learned out of date.
+    /// Number of changes that invalidate what is being learned.
     changes: u64,
     offered: Option<Learned>,
-    /// What the robot drives in.
+    /// The learned map that the robot drives in.
     pub(super) accepted: Option<Learned>,
     /// Number of the picture on the board.
     picture: u64,
 }
 
 impl Lessons {
-    /// Returns what pages should know, or `None` if nothing was learned.
+    /// Returns the information for pages, or `None` if nothing was learned.
     pub(super) fn view(&self) -> Option<LearnedView> {
         let is_accepted = self.accepted.is_some();
         let is_shown = is_accepted || self.offered.is_some();
@@ -45,7 +45,7 @@ impl Bridge<'_> {
         lessons.filter(|_| self.run.pad.draws() && self.study.is_none())
     }
 
-    /// Shows again what the predecessor's robot drove in.
+    /// Restores the learned map that the robot drove in before the restart.
     pub(super) fn resume_lessons(&mut self) {
         self.lessons.drove = self.machine.memory().ordered;
         self.lessons.accepted = self.remembered();
@@ -54,14 +54,14 @@ impl Bridge<'_> {
         }
     }
 
-    /// Reads what the robot drives in from the machine's memory, which survives the pad.
+    /// Reads the learned map that the robot drives in from the machine's memory, which survives restarts of the pad.
     fn remembered(&self) -> Option<Learned> {
         let memory = self.machine.memory();
         let (ways, sketch, file) = (self.ways()?, memory.sketch.as_ref()?, memory.learned.as_ref()?);
         Learned::of_file(self.run, ways, (&sketch.bytes, file.clone())).ok()
     }
 
-    /// Learns from the last drive if that is due, in a thread of its own.
+    /// Learns from the last drive if that is due, in a separate thread.
     pub(super) fn learn(&mut self, now: Duration) {
         let Some(ways) = self.ways() else { return };
         let drives = self.machine.state() == State::Driving;
@@ -95,7 +95,7 @@ impl Bridge<'_> {
         }
     }
 
-    /// Lets the robot drive in what was learned from now on. The sketcher has to answer.
+    /// Lets the robot drive in the learned map from now on. The sketcher has to answer.
     pub(super) fn accept(&mut self, drives: bool, now: Duration) -> anyhow::Result<Option<Answer>> {
         let file = self.lessons.offered.as_ref().map(|learned| learned.file.clone());
         match self.machine.accept(file.unwrap_or_default(), drives, now) {
@@ -104,7 +104,7 @@ impl Bridge<'_> {
         }
     }
 
-    /// Forgets what is offered, or else what the robot drives in, in which case the sketcher has to answer.
+    /// Discards what is offered, or else the learned map that the robot drives in, in which case the sketcher has to answer.
     pub(super) fn reject(&mut self, drives: bool, now: Duration) -> anyhow::Result<Option<Answer>> {
         match self.machine.reject(drives, now) {
             Ok(true) => self.submit(None),
@@ -117,7 +117,7 @@ impl Bridge<'_> {
         }
     }
 
-    /// Keeps what the sketcher has taken over, and forgets what belongs to another drawing.
+    /// Keeps what the sketcher has accepted, and discards what belongs to another drawing.
     pub(super) fn settle_lessons(&mut self) {
         let memory = self.machine.memory();
         match &memory.learned {

@@ -8,7 +8,7 @@ use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::lookout::{Lookout, Picture, Sensors, Sheet, Walls};
 use sketchnav_stage::{Access, Incoming, Navigator};
 
-/// The channels that lookouts hear, and the lookouts, lowest layer first: one or two.
+/// The channels that lookouts receive, and the one or two lookouts, lowest layer first.
 pub(super) struct Watch {
     access: Access,
     readers: Vec<RawReader>,
@@ -31,7 +31,7 @@ impl Watch {
         Ok(Self { access: Access::new(Process::Pad, navigator.kind), readers, layers })
     }
 
-    /// Passes what has arrived to the lookouts. Returns whether there is anything new.
+    /// Passes what has arrived to the lookouts. Returns true if there is anything new.
     pub(super) fn receive(&mut self) -> anyhow::Result<bool> {
         let mut is_new = false;
         for reader in &mut self.readers {

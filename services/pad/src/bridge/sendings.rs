@@ -16,7 +16,7 @@ pub(super) struct Sendings {
 }
 
 impl Sendings {
-    /// The answer to a sending that is repeated: `None` if it is a new one, `Some(None)` if there is no answer yet.
+    /// Returns the answer to a repeated sending: `None` if the sending is new, `Some(None)` if there is no answer yet.
     pub(super) fn again(&self, name: Option<&str>) -> Option<Option<Answer>> {
         let name = name?;
         if self.pending.as_deref() == Some(name) {

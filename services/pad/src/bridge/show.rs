@@ -16,15 +16,15 @@ use crate::protocol::{Hello, HereBody, Limits, Refusal, SketchType};
 use crate::study::Sitting;
 use crate::walls;
 
-/// Least time between two feeds.
+/// Minimum time between two feeds.
 const FEED_EVERY: Duration = Duration::from_millis(90);
-/// Most time between two feeds, so that pages notice when nothing arrives from the navigation.
+/// Maximum time between two feeds, so that pages notice when nothing arrives from the navigation.
 const FEED_AT_LEAST: Duration = Duration::from_millis(500);
 /// The canvas of Boniardi et al. 2016, section IV.
 const CANVAS: [u32; 2] = [2540, 1252];
 
 impl Bridge<'_> {
-    /// Paints the walls of the current drawing in a thread of their own, unless they have been painted.
+    /// Paints the walls of the current drawing in a separate thread, unless they have been painted.
     pub(super) fn paint(&mut self) {
         let memory = self.machine.memory();
         let sketch = memory.sketch.as_ref().filter(|_| memory.path.is_none() || self.painting == 0);
@@ -98,7 +98,7 @@ impl Bridge<'_> {
         self.is_new = true;
     }
 
-    /// Updates the welcome for a page that has just connected; the others know all of it.
+    /// Updates the welcome for a page that has just connected. The other pages are already up to date.
     pub(super) fn freshen_welcome(&self) {
         let greeting = Some(Arc::new(self.greeting()));
         self.caller.board.welcome.send_if_modified(|welcome| {
@@ -155,7 +155,7 @@ impl Bridge<'_> {
 
     fn look_at(&mut self, now: Duration) -> Feed {
         self.services.settle(self.stamp_ns);
-        // Until a path has placed the robot in a new sketch, everything known refers to the previous one.
+        // Until a path has placed the robot in a new sketch, all information refers to the previous one.
         let is_placed = !self.run.pad.draws() || self.machine.memory().path.is_some();
         let view = self.view().filter(|_| is_placed);
         let view = view.as_ref();

@@ -21,7 +21,7 @@ impl Bridge<'_> {
         Ok(())
     }
 
-    /// Whether the study, if there is one, allows a step. A drive is recorded before its order is sent.
+    /// Checks whether the study, if there is one, allows a step. A drive is recorded before its order is sent.
     pub(super) fn allow_by_study(&mut self, step: Step, drives: bool, now: Duration) -> Result<(), Refusal> {
         let Some(study) = &mut self.study else { return Ok(()) };
         study.check(step)?;
@@ -43,7 +43,7 @@ impl Bridge<'_> {
         self.study.as_ref().map_or(Ok(()), |study| study.keep(self.machine.memory()))
     }
 
-    /// Takes what the participant tells.
+    /// Processes a message about the participant.
     pub(super) fn hear_participant(&mut self, told: Told) -> Answer {
         let is_moving = matches!(self.machine.state(), State::Driving | State::Paused);
         let Some(study) = &mut self.study else {

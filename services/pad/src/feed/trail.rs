@@ -38,7 +38,7 @@ impl Trail {
         self.points.iter().copied().collect()
     }
 
-    /// The newest point.
+    /// The latest point.
     pub fn last(&self) -> Option<[f64; 2]> {
         self.points.back().copied()
     }

@@ -17,14 +17,14 @@ pub struct Warning {
     pub text: String,
 }
 
-/// How those tasks of the current drive ended that did not reach their goal.
+/// How the failed tasks of the current drive ended.
 #[derive(Debug, Clone, Default)]
 pub struct Ends {
     failed: Vec<(u32, Warning)>,
 }
 
 impl Ends {
-    /// Takes a status of the planner.
+    /// Processes a status of the planner.
     pub fn on_status(&mut self, status: &MissionStatus) {
         let kind = match TaskState::from_code(status.state) {
             Some(TaskState::Blocked) => "blocked",

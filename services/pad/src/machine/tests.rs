@@ -187,9 +187,9 @@ fn a_mission_from_a_file_can_be_stopped_and_gone_on_with() {
     assert_eq!(scene.machine.check(Step::Sketch, true, scene.now).unwrap_err().status(), 409);
 }
 
-/// The supervisor gives the order to start such a mission. The planner was waiting for the sketcher, which was reading
-/// a large photo; or it had sent nothing yet, in lockstep or to a pad that had just been restarted. The pad took the
-/// mission for one that had not been ordered, ignored an abort with the answer `ok`, and the robot drove off.
+/// The supervisor gives the order to start such a mission. The planner was waiting for the sketcher, which was reading a large
+/// photo; or it had sent nothing yet, in lockstep or to a pad that had just been restarted. The pad assumed that the mission had
+/// not been ordered and ignored an abort with the answer `ok`, and the robot drove off.
 #[test]
 fn a_mission_from_a_file_can_be_aborted_before_the_robot_drives() {
     let mut scene = Scene { machine: Machine::new(false), now: s(1) };
@@ -206,8 +206,8 @@ fn a_mission_from_a_file_can_be_aborted_before_the_robot_drives() {
     assert_eq!(scene.machine.state(), State::Aborted);
 }
 
-/// At many times real time, more statuses are in transit than the pad waits for. The robot had been ordered to go on,
-/// and an abort was refused because it had not confirmed that yet.
+/// At many times real time, more statuses are in transit than the pad waits for. The robot had been ordered to continue, and an
+/// abort was refused because it had not confirmed that yet.
 #[test]
 fn what_was_ordered_to_go_on_can_be_aborted_before_the_planner_says_so() {
     let mut scene = Scene::new(false);
@@ -275,7 +275,7 @@ fn a_successor_is_where_its_predecessor_was() {
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Whatever happens in whatever order, allowed steps are taken, others are refused, and a driving robot can be stopped.
+    /// For any sequence of events, allowed steps are taken, others are refused, and a driving robot can be stopped.
     #[test]
     fn a_robot_that_drives_can_always_be_stopped(events in prop::collection::vec(0..14_u32, 0..60)) {
         let mut scene = Scene::new(true);
@@ -307,7 +307,7 @@ proptest! {
     }
 }
 
-/// A navigator without a drawing was once never ready, because nothing says where in a drawing the robot is.
+/// A navigator without a drawing was once never ready, because it has no position in a drawing.
 #[test]
 fn a_navigator_without_a_drawing_is_ready_when_it_answers() {
     let mut machine = Machine::new(false);
@@ -318,7 +318,7 @@ fn a_navigator_without_a_drawing_is_ready_when_it_answers() {
     assert!(machine.allowed(false, s(1)).contains(&Step::Abort));
 }
 
-/// Only the page that drives may say where the robot is, and only while the robot asks.
+/// Only the page that drives may set the robot's position, and only while the robot asks.
 #[test]
 fn a_place_is_an_answer() {
     let mut scene = Scene::new(false);

@@ -1,9 +1,9 @@
 //! The listener, which accepts connections, gives each a time limit for its request, and limits how long it
 //! stays open.
 //!
-//! A connection carries one request. It is closed after the response, and none stays open to wait for another
-//! request. The head must arrive soon, and the rest within some time. A WebSocket has limits of its own from
-//! then on. A connection that is closed before its head has arrived receives the reason (408, 431, 503).
+//! A connection carries one request. It is closed after the response, and none stays open to wait for another request. Both the
+//! head and the rest must arrive within time limits. A WebSocket has its own limits from then on. A connection that is closed
+//! before its head has arrived receives the reason (408, 431, 503).
 
 use std::io::{Cursor, ErrorKind};
 use std::net::{IpAddr, SocketAddr};
@@ -22,15 +22,15 @@ use tokio::time::{sleep, timeout};
 
 use crate::doors::Doors;
 
-/// Longest that the head of a request may take to arrive.
+/// Maximum time for the head of a request to arrive.
 const HEAD_WITHIN: Duration = Duration::from_secs(10);
-/// Longest head, bytes.
+/// Maximum length of a head, in bytes.
 const MAX_HEAD: usize = 16 * 1024;
-/// Longest that a request may take from its head to the end of its answer: the body, the sketcher, and the way back.
+/// Maximum time of a request from its head to the end of its response, including the body and the sketcher.
 const DONE_WITHIN: Duration = Duration::from_secs(180);
-/// Longest that the last answer to a connection may take.
+/// Maximum time for sending the final response.
 const LAST_WORDS: Duration = Duration::from_secs(1);
-/// The pause before the next attempt if the system has no connections left.
+/// Delay before the next attempt if the system is out of connections.
 const PAUSE: Duration = Duration::from_millis(200);
 
 /// The connections whose session is not known yet.
@@ -43,7 +43,7 @@ pub(super) struct Place {
 }
 
 impl Place {
-    /// Takes a place; the bell rings when the connection has to be closed in favour of another.
+    /// Registers a connection. The bell rings when it must be closed in favour of another.
     fn enter(lobby: &Lobby, from: IpAddr) -> (Arc<Self>, oneshot::Receiver<()>) {
         let (sender, bell) = oneshot::channel();
         let (id, goes) = lobby.lock().unwrap_or_else(PoisonError::into_inner).enter(from, sender);
@@ -54,7 +54,7 @@ impl Place {
         (Arc::new(Self { lobby: lobby.clone(), id }), bell)
     }
 
-    /// Its session is known: from now on the bell does not ring.
+    /// Removes the connection, because its session is known. The bell no longer rings.
     pub(super) fn leave(&self) {
         self.lobby.lock().unwrap_or_else(PoisonError::into_inner).leave(self.id);
     }
@@ -74,7 +74,7 @@ pub(super) async fn listen(listener: TcpListener, router: Router) -> std::io::Er
             Ok((stream, from)) => drop(tokio::spawn(attend(stream, from, lobby.clone(), router.clone()))),
             // A connection that ended before it was accepted does not affect the next ones.
             Err(error) if is_about_one_connection(error.kind()) => {}
-            // No connections left, for example; some will end.
+            // The system may be out of connections until some end.
             Err(error) if error.raw_os_error().is_some() => sleep(PAUSE).await,
             Err(error) => return error,
         }
@@ -106,28 +106,28 @@ async fn attend(stream: TcpStream, from: SocketAddr, lobby: Lobby, router: Route
     let service = TowerToHyperService::new(router.layer(Extension(place)));
     let serving = http1::Builder::new().serve_connection(io, service).with_upgrades();
     tokio::select! {
-        // Whatever went wrong, the connection has ended.
+        // In any case, the connection has ended.
         _ = serving => {}
         _ = sleep(DONE_WITHIN) => {}
         _ = rings(&mut bell) => {}
     }
 }
 
-/// Waits until the bell rings; forever if it no longer can.
+/// Waits until the bell rings, or forever if it was removed.
 async fn rings(bell: &mut oneshot::Receiver<()>) {
     if bell.await.is_err() {
         std::future::pending().await
     }
 }
 
-/// Why a connection is closed before it has made its request.
+/// Why a connection is closed before its request is complete.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Dismissal {
-    /// It takes too long.
+    /// The request takes too long.
     Late,
-    /// Its head is too long.
+    /// The head is too long.
     Long,
-    /// Other connections need the place.
+    /// Its place is needed for other connections.
     Crowd,
     /// It has ended by itself.
     Gone,
@@ -159,7 +159,7 @@ impl Dismissal {
     }
 }
 
-/// What has arrived up to the end of the head, and anything that came with it.
+/// Returns what has arrived up to the end of the head, and anything after it.
 async fn head(reader: &mut (impl AsyncRead + Unpin)) -> Result<Vec<u8>, Dismissal> {
     let mut come = Vec::with_capacity(1024);
     loop {
@@ -209,8 +209,8 @@ mod tests {
         assert!(head_end(b"GET / HTTP/1.1\r\nhost: x\r\n\r", 0).is_none() && head_end(b"", 0).is_none());
     }
 
-    /// The length was once only checked as long as the end had not arrived. A head of 20 kB whose end came with the
-    /// last read was accepted.
+    /// The length was once only checked before the end had arrived, so a head of 20 kB whose end came with the last read was
+    /// accepted.
     #[test]
     fn a_head_is_too_long_also_when_all_of_it_has_come() {
         let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();

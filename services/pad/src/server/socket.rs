@@ -1,4 +1,4 @@
-//! A page's WebSocket, which sends the newest pictures and receives short messages.
+//! A page's WebSocket, which sends the latest pictures and receives short messages.
 //!
 //! Messages are received even while sending waits for a slow link, so an abort never has to wait.
 
@@ -17,34 +17,33 @@ use crate::protocol::{Hello, Said};
 
 /// Feeds that may be in transit unseen.
 const MAX_UNSEEN: u64 = 2;
-/// How often a page that does not confirm what it has seen gets a feed.
+/// Interval of feeds to a page that does not confirm them.
 const UNSEEN_EVERY: Duration = Duration::from_secs(1);
-/// How often the page's browser is asked for a sign of life.
+/// Interval of pings to the page's browser.
 const PING_EVERY: Duration = Duration::from_millis(500);
-/// Messages of the page that wait for the answering task; more are dropped.
+/// Maximum number of a page's messages that wait for the answering task. Any more are dropped.
 const MAX_WORDS: usize = 32;
 
-/// Time without any data after which a page counts as gone, even if the operating system still considers it
-/// connected. Its browser answers every ping. While the page is still receiving older data, it pings the pad
-/// itself.
+/// Time without any data after which a page counts as disconnected, even if the operating system still considers it connected. Its
+/// browser answers every ping. While the page is still receiving older data, it pings the pad itself.
 const SILENT: Duration = Duration::from_secs(20);
-/// Messages of a page that are handled at once, and per second after that; the rest waits on its own link.
+/// Number of a page's messages that are handled immediately, and per second after that. The rest wait on the page's link.
 const WORDS: [f64; 2] = [200.0, 60.0];
-/// How often the bridge is notified that a page was heard.
+/// How often the bridge is notified that data has arrived from a page.
 const HEARD_EVERY: Duration = Duration::from_millis(100);
 
 /// Serves a page until it disconnects.
 pub(super) async fn serve(socket: WebSocket, session: &str, caller: &Caller) {
     let (sink, stream) = socket.split();
     let (words, said) = mpsc::channel(MAX_WORDS);
-    // Each ends with the other: a link on which nothing can be sent any more may wait for a long time.
+    // If one ends, so does the other: a link that can no longer send may wait for a long time.
     tokio::select! {
         () = listen(stream, session, caller, words) => {}
         () = talk(sink, session, caller, said) => {}
     }
 }
 
-/// Sends the page the newest state, and answers it.
+/// Sends the page the latest state, and answers it.
 async fn talk(
     mut sink: SplitSink<WebSocket, Message>,
     session: &str,
@@ -85,7 +84,7 @@ fn text(text: String) -> Message {
     Message::Text(Utf8Bytes::from(text))
 }
 
-/// Receives the page's messages until it disconnects or falls silent.
+/// Receives the page's messages until it disconnects or becomes silent.
 async fn listen(
     mut stream: SplitStream<WebSocket>,
     session: &str,
@@ -103,7 +102,7 @@ async fn listen(
         }
         if let Message::Text(text) = message {
             match Said::parse(&text) {
-                // Its result is shown by the feed.
+                // The feed shows its result.
                 Some(Said::Abort) => drop(caller.abort()),
                 Some(word) => drop(words.try_send(word)),
                 None => {}
@@ -115,7 +114,7 @@ async fn listen(
     }
 }
 
-/// What a page has been sent and has seen.
+/// The feeds that a page has been sent and has displayed.
 struct Talk {
     session: String,
     sent: u64,

@@ -259,7 +259,7 @@ pub fn check_own(path: &Path) -> Result<(), StudyError> {
     }
 }
 
-/// What a kill may leave of something that was being written.
+/// Returns true for files that a kill may leave unfinished.
 fn is_unfinished(name: &OsStr) -> bool {
     let name = name.to_string_lossy();
     name.starts_with('.') || name.contains(".unfinished")
@@ -353,7 +353,7 @@ pub(super) mod tests {
         assert_eq!(left.len(), 2, "no draft is left: {left:?}");
     }
 
-    /// Whoever names the wrong folder loses nothing in it.
+    /// If the wrong folder is given, nothing in it is lost.
     #[test]
     fn a_folder_with_anything_else_in_it_is_refused() {
         let place = tempfile::tempdir().unwrap();

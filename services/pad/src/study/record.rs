@@ -13,11 +13,11 @@ pub const VERSION: u32 = 1;
 pub const MAX_CODE: usize = 32;
 /// Maximum length of a participant's suggestions, in characters.
 pub const MAX_SUGGESTIONS: usize = 2000;
-/// Ages that people may have, years.
+/// Range of valid ages, in years.
 const AGES: [u8; 2] = [1, 120];
-/// Longest time that drawing may take, seconds: a day.
+/// Maximum drawing time, in seconds: a day.
 const MAX_S: f64 = 86_400.0;
-/// Most strokes, undone steps or uses of the eraser.
+/// Maximum number of strokes, undone steps or uses of the eraser.
 const MAX_COUNT: u32 = 1_000_000;
 
 /// A statement for participants to rate.
@@ -32,7 +32,7 @@ pub struct Statement {
     pub published: &'static str,
 }
 
-/// The statements, in the order in which they are asked.
+/// The statements, in the order of the questions.
 pub const STATEMENTS: [Statement; 6] = [
     Statement {
         key: "intuitive",
@@ -132,7 +132,7 @@ pub struct Facts {
     pub version: u32,
     /// The mission that provides the world, the robot and the start.
     pub mission: String,
-    /// The method by which the robot drives.
+    /// The robot's method.
     pub method: String,
     /// The robot's true heading at its start, in degrees counter-clockwise from the world's x axis.
     pub start_heading_deg: f64,
@@ -196,7 +196,7 @@ pub struct Participant {
     /// Age in years, if the participant gives it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub age: Option<u8>,
-    /// The group: how the sheet lies.
+    /// The group: the orientation of the sheet.
     pub sheet: Orientation,
 }
 
@@ -210,7 +210,7 @@ impl Record for Participant {
             && self.code.chars().all(known)
             && !self.code.starts_with('-');
         if !is_code || super::folder::OWN.contains(&self.code.as_str()) {
-            let expected = format!("1 to {MAX_CODE} lower-case letters, digits and hyphens, as p-07");
+            let expected = format!("1 to {MAX_CODE} lower-case letters, digits and hyphens, such as p-07");
             return Err(RecordError::value("code", expected, format!("{:?}", self.code)));
         }
         match self.age.filter(|age| !(AGES[0]..=AGES[1]).contains(age)) {
@@ -325,7 +325,7 @@ impl Record for Answers {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Outcome {
-    /// Whether the robot reported that it had arrived and, if the goal is known, truly was there.
+    /// Whether the robot reported that it had arrived and, if the goal is known, was in fact there.
     pub success: bool,
     /// The last state reported by the planner.
     pub state: String,
@@ -382,7 +382,7 @@ pub(super) mod tests {
         Measures { drawing_s, path_s: 4.5, strokes: 12, undone: 2, erased: 1, screen }
     }
 
-    /// The same answer to everything.
+    /// The same answer to every statement.
     pub fn answers(rating: u8, suggestions: &str) -> Answers {
         let ratings = STATEMENTS.iter().map(|statement| (statement.key.to_owned(), rating)).collect();
         Answers { ratings, suggestions: suggestions.into() }

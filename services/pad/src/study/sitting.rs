@@ -1,4 +1,4 @@
-//! The participant at the page: how far they have come, what they may do next, and what is recorded of it.
+//! The participant at the page: how far they have come, what they may do next, and what is recorded about it.
 
 use serde::{Deserialize, Serialize};
 
@@ -18,7 +18,7 @@ const PATHS: &str = "path";
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Stage {
-    /// Nobody has begun.
+    /// No participant has begun.
     Welcome,
     /// The participant draws.
     Draw,
@@ -58,7 +58,7 @@ pub struct View {
     pub stage: Stage,
     /// The participant's code, starting with [`Stage::Draw`].
     pub code: Option<String>,
-    /// How the participant's sheet lies.
+    /// The orientation of the participant's sheet.
     pub sheet: Option<Orientation>,
     /// Whether `/api/place.svg` shows the floor.
     pub place: bool,

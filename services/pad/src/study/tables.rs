@@ -1,18 +1,17 @@
 //! The figures of a study: those that Boniardi et al. 2016, V, report, next to the same figures of the
 //! participants here. Figures without any data yet are shown as a dash.
 //!
-//! The paper does not say what its ± stands for, and reports neither strokes nor by how much drawings were
-//! rotated. In the paper, a drive counts as successful if the robot's path in the drawing is homotopic to the
-//! drawn one and ends near the goal. Here, it counts if the robot reports that it has arrived and, if the
-//! goal is known, truly is there.
+//! The paper does not define its ±, and reports neither strokes nor the rotation of drawings. In the paper, a drive counts as
+//! successful if the robot's path in the drawing is homotopic to the drawn one and ends near the goal. Here, it counts if the robot
+//! reports that it has arrived and, if the goal is known, is in fact there.
 //!
-//! Pure: records in, text out.
+//! This module is pure: it takes records and returns text.
 
 use sketchnav_schemas::statistics::{incomplete_beta, interval_of_mean, mean, variance, wilson};
 
 use super::record::{Kept, Measures, Orientation, Outcome, SCALE, STATEMENTS, Statement};
 
-/// A table, the first column of which names the line.
+/// A table whose first column names the line.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
     /// What it shows.
@@ -21,7 +20,7 @@ pub struct Table {
     pub header: Vec<String>,
     /// Lines, each as long as the header.
     pub rows: Vec<Vec<String>>,
-    /// What has to be said about it.
+    /// A note about it.
     pub note: &'static str,
 }
 
@@ -115,7 +114,7 @@ fn by_sheet(all: &[Kept]) -> Table {
     Table { title: "Orientation of the sheet", header, rows: Orientation::ALL.map(row).to_vec(), note }
 }
 
-/// How a drawing lies against the floor: the nearest of four quarter turns.
+/// The rotation of drawings relative to the floor, to the nearest of four quarter turns.
 fn by_rotation(all: &[Kept]) -> Table {
     const TURNS: [&str; 4] =
         ["as the floor", "a quarter turn to the left", "upside down", "a quarter turn to the right"];
@@ -330,7 +329,7 @@ mod tests {
         row.iter().map(String::as_str).collect()
     }
 
-    /// Nobody has taken part yet: whatever stands in the column of the participants would be made up.
+    /// Without participants, their column must be empty.
     #[test]
     fn without_participants_only_the_paper_has_figures() {
         for table in tables(&[]) {
@@ -380,7 +379,7 @@ mod tests {
         );
     }
 
-    /// Someone who went home before the drive counts as a participant and in nothing else.
+    /// A participant who left before the drive is counted as a participant, but in no other figure.
     #[test]
     fn who_has_not_finished_counts_as_far_as_they_came() {
         let half = Kept {
@@ -409,7 +408,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-        /// Whatever people write into their suggestions.
+        /// Tests arbitrary text in the suggestions.
         #[test]
         fn a_table_in_csv_is_read_as_it_was_written(all in prop::collection::vec(any_kept(), 0..4)) {
             let text = csv(&all).unwrap();

@@ -1,4 +1,4 @@
-//! Shared by the tests of the recorder: a run, a system of its own with all channels, and the world's headers.
+//! Shared by the tests of the recorder: a run, a separate system with all channels, and the world's headers.
 
 use std::path::Path;
 use std::rc::Rc;
@@ -21,7 +21,7 @@ pub fn header(seq: u64) -> Header {
     Header { seq: 0, stamp_ns: seq * 100_000_000, source_seq: seq }
 }
 
-/// A system with all its channels, in which all processes are nodes of the test.
+/// A system with all its channels, whose processes are all nodes of the test.
 pub struct TestSystem {
     system: Rc<System>,
     supervisor: Node,

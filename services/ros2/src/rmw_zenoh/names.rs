@@ -31,7 +31,7 @@ pub struct Node {
     pub name: String,
 }
 
-/// The end of a topic to which an endpoint belongs.
+/// The end of a topic that an endpoint belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
     /// A publisher.

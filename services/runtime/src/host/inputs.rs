@@ -290,7 +290,7 @@ impl Queue {
     }
 }
 
-/// The channel of a sensor, read no further than the tick says.
+/// The channel of a sensor, read only up to the message that the tick refers to.
 struct Sensor {
     reader: RawReader,
     /// Index of the sensor in [`Tick::newest`].

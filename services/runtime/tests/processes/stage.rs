@@ -127,7 +127,7 @@ impl Player {
         assert_eq!(self.tell(order), answer, "{order}");
     }
 
-    /// Returns the exit code with which the player ends instead of answering.
+    /// Returns the player's exit code if it ends instead of answering.
     pub fn exit_code(&mut self) -> Option<i32> {
         let mut line = String::new();
         while self.answers.read_line(&mut line).unwrap() > 0 {

@@ -13,8 +13,8 @@ use crate::recordings::args::ImportOptions;
 /// Maximum number of reasons, and of lines for each reason, that are shown to people. Programs get more of them.
 const MAX_SHOWN: usize = 5;
 
-/// Logs written with a coarse clock contain some scans with equal times. If more than one scan in this many repeats the
-/// time of the scan before it, the user is warned.
+/// Logs written with a coarse clock contain some scans with equal times. If more than one in this number of scans repeats the time
+/// of the previous scan, the user is warned.
 const STANDING_SHARE: f64 = 10.0;
 
 /// What became of a log.

@@ -76,7 +76,7 @@ fn a_truncated_compressed_log_is_imported_up_to_the_cut() {
     assert!((odometry[10].pose().x - odometry[0].pose().x - 1.0).abs() < 1e-9, "the scans' own poses");
 }
 
-/// Lines without a pose do not say where the robot is, and a guessed position must not pass for a fact.
+/// Lines without a pose do not contain the robot's position, and a guess must not be presented as a fact.
 #[test]
 fn a_log_without_poses_needs_a_start() {
     let line = |x: f64| {

@@ -10,10 +10,10 @@ const RATES: std::ops::RangeInclusive<f64> = 1.0 / 64.0..=64.0;
 /// Relates recorded time to the wall clock.
 pub struct Clock {
     rate: Rate,
-    /// A recorded time, in nanoseconds, and the moment at which it was played.
+    /// A recorded time, in nanoseconds, and the time when it was played.
     anchor: Option<(u64, Instant)>,
     is_paused: bool,
-    /// The stamp of the instant that is being stepped through, in nanoseconds.
+    /// The timestamp of the instant that is being stepped through, in nanoseconds.
     stepping_ns: Option<u64>,
 }
 
@@ -22,7 +22,7 @@ impl Clock {
         Self { rate, anchor: None, is_paused, stepping_ns: None }
     }
 
-    /// Returns the time until a message with this stamp is due, or `None` while paused.
+    /// Returns the time until a message with this timestamp is due, or `None` while paused.
     pub fn until(&mut self, stamp_ns: u64) -> Option<Duration> {
         if self.stepping_ns == Some(stamp_ns) {
             return Some(Duration::ZERO);
@@ -41,7 +41,7 @@ impl Clock {
         due.saturating_sub(since.elapsed())
     }
 
-    /// Makes the next message due at once, after a pause, a seek or a change of the rate.
+    /// Makes the next message due immediately, after a pause, a seek or a change of the rate.
     pub fn restart(&mut self) {
         (self.anchor, self.stepping_ns) = (None, None);
     }
@@ -50,7 +50,7 @@ impl Clock {
         self.is_paused = !self.is_paused;
     }
 
-    /// Makes all messages of the instant with this stamp due, and none after it.
+    /// Makes all messages of the instant with this timestamp due, and none after it.
     pub fn step(&mut self, stamp_ns: u64) {
         (self.is_paused, self.stepping_ns) = (true, Some(stamp_ns));
     }

@@ -52,7 +52,7 @@ pub struct Player<'a> {
     shift: Shift,
     /// The number of the last tick that was played.
     tick: u64,
-    /// The latest stamp that was sent, in nanoseconds.
+    /// The latest timestamp that was sent, in nanoseconds.
     sent_ns: u64,
 }
 
@@ -185,8 +185,8 @@ impl<'a> Player<'a> {
         Ok(())
     }
 
-    /// Prepares playing from `from_ns`. After a jump back, stamps and ticks keep increasing, and latched messages are
-    /// sent again.
+    /// Prepares playing from `from_ns`. After a jump back, timestamps and ticks keep increasing, and latched messages are sent
+    /// again.
     fn begin_at(
         &mut self,
         from_ns: u64,
@@ -296,7 +296,7 @@ struct Answers {
 struct Answer {
     process: Process,
     reader: RawReader,
-    /// The newest tick to which the process has responded.
+    /// The latest tick that the process has responded to.
     newest: u64,
     /// How many ticks the process may lag behind.
     window: u64,

@@ -16,12 +16,12 @@ use sketchnav_supervisor::Supervisor;
 
 use super::plan::{Plan, speaker};
 
-/// Offsets for numbers and stamps, so that they keep increasing after a jump back.
+/// Offsets for numbers and timestamps, so that they keep increasing after a jump back.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Shift {
     /// Added to the number of the tick that caused a message.
     pub ticks: u64,
-    /// Added to the stamp, in nanoseconds.
+    /// Added to the timestamp, in nanoseconds.
     pub ns: u64,
 }
 

@@ -154,7 +154,7 @@ fn a_damaged_message_in_a_bag_counts_as_lost() {
     }
 }
 
-/// An error used to name a temporary file, which was gone by the time anyone read the error.
+/// An error used to name a temporary file, which no longer existed when the error was read.
 #[test]
 fn errors_name_the_path_that_was_given() {
     let folder = tempfile::tempdir().unwrap();

@@ -88,14 +88,14 @@ impl Shown {
 /// Columns with the number of cases that a share or mean is based on.
 const COUNTS: [&str; 2] = ["worlds", "journeys"];
 
-/// The style of a figure, and the judgement by which a task counts as reached.
+/// The style of a figure, and the criterion for reaching a task.
 #[derive(Clone, Copy)]
 pub struct Form {
     style: Style,
     judgement: Judgement,
 }
 
-/// The judgement by which a task counts as reached.
+/// The criterion for reaching a task.
 #[derive(Clone, Copy, PartialEq)]
 enum Judgement {
     /// By the true final position and the true path.
@@ -118,7 +118,7 @@ enum Style {
     Rated,
     /// `55`.
     Attempts,
-    /// `80.9 %`, the share of failures that the robot knows about.
+    /// `80.9 %`, the share of failures that the robot is aware of.
     Known,
     /// `9 of 12`, the number of lines of which most tasks were reached.
     Majority,

@@ -1,8 +1,8 @@
-//! The `directions-buildings` suite drives journeys from pole to pole through buildings by a custom map, with a noisy laser, and
-//! on half of the journeys among people who walk about.
+//! The `directions-buildings` suite drives journeys from pole to pole through buildings by a custom map, with a noisy laser, and on
+//! half of the journeys among people who walk around.
 //!
-//! The poles are put up so that a robot can find its way: one on either side of each door, and others where there is room. The
-//! map-maker knows the floor plan with its poles, but not the people.
+//! The poles are placed so that a robot can find its way: one on either side of each door, and others where there is space. The
+//! map-maker is given the floor plan with its poles, but not the people.
 
 use std::f64::consts::{FRAC_PI_4, TAU};
 use std::iter;
@@ -39,9 +39,9 @@ const LEAST_M: f64 = 8.0;
 const FROM_WALLS_M: f64 = 0.65;
 const APART_M: f64 = 2.4;
 const FROM_DOORS_M: f64 = 1.2;
-/// Place of a pole at a door, in metres: how far from the wall, and how far beside the middle of the door. A robot that stands
-/// in the corner of the pole is then opposite the door. The distance from the wall differs from door to door: of poles in line,
-/// a robot that is turned by a little cannot tell whether they are in a quadrant. The pole may be moved by a little to fit.
+/// Place of a pole at a door, in metres: how far from the wall, and how far beside the middle of the door. A robot that stands in
+/// the corner of the pole is then opposite the door. The distance from the wall differs from door to door: if poles are in line, a
+/// robot whose heading is slightly off cannot tell in which quadrant they are. The pole may be moved slightly to fit.
 const BESIDE_DOORS_M: [f64; 2] = [1.1, 1.6];
 const ASIDE_M: f64 = 0.55;
 const MOVED_M: f64 = 0.15;
@@ -49,14 +49,14 @@ const MOVED_M: f64 = 0.15;
 const AREA_M2: f64 = 25.0;
 /// Distance of the robot's body from walls and furniture at the start, in metres.
 const BERTH_M: f64 = 0.15;
-/// Size of the cells into which a floor is divided to find places and paths, in metres.
+/// Size of the cells of a floor for finding places and paths, in metres.
 const CELL_M: f64 = 0.1;
 /// Number of people who walk on a floor, their speeds in metres per second, and the smallest distance of their paths from the
 /// start, in metres.
 const PEOPLE: usize = 2;
 const WALKS_MPS: [f64; 2] = [0.6, 1.2];
 const AWAY_M: f64 = 1.5;
-/// Number of paths of which those of people are chosen.
+/// Number of paths from which those of people are chosen.
 const WALKS: usize = 40;
 /// Distance between the waypoints of a person, in cells.
 const STRIDE: usize = 8;
@@ -92,12 +92,12 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     })
 }
 
-/// A floor on which poles have been put up.
+/// A floor with poles.
 struct Site<'a> {
     folders: &'a Folders,
     name: &'static str,
     path: PathBuf,
-    /// The floor with its poles, as the map-maker knows it.
+    /// The floor with its poles, as given to the map-maker.
     plan: FloorPlan,
     /// People of the floor plan, who walk on every journey.
     inhabitants: Vec<Person>,
@@ -116,7 +116,7 @@ impl<'a> Site<'a> {
         let furniture = poles::furniture(&poles);
         world.add_furniture(&furniture)?;
         plan.furniture.extend(furniture);
-        // The map-maker does not know who walks there.
+        // The map-maker does not take the people into account.
         let inhabitants = std::mem::take(&mut plan.person);
         let robot = files::robot(&super::robot(folders))?;
         let ground = Ground::of_world(&world, CELL_M, robot.radius_m + BERTH_M);
@@ -124,7 +124,7 @@ impl<'a> Site<'a> {
         Ok(Self { folders, name, path, plan, inhabitants, poles, ground, pavement })
     }
 
-    /// Returns the journeys, without people and among them, and how many further pairs of poles no path joins.
+    /// Returns the journeys, without people and among them, and the number of further pairs of poles without a path.
     fn journeys(&self) -> Result<(Vec<Trial>, usize), EvalError> {
         let mut rng = seed::stream(1, &format!("eval/buildings/journeys/{}", self.name));
         let (mut calm, mut among_people, mut unjoined) = (Vec::new(), Vec::new(), 0);
@@ -175,7 +175,7 @@ impl<'a> Site<'a> {
         self.ground.way(start, beside).map(|way| length_m(&way))
     }
 
-    /// Creates a journey, on which people walk about if there are any.
+    /// Creates a journey, with people walking around if there are any.
     fn journey(
         &self,
         number: usize,
@@ -217,7 +217,7 @@ impl<'a> Site<'a> {
         (0..WALKS).filter_map(|_| walk(rng)).collect()
     }
 
-    /// Returns what the map-maker knows about the floor, or `None` if it has no poles.
+    /// Returns the map-maker's information about the floor, or `None` if it has no poles.
     fn atlas(&self) -> Result<Option<Atlas>, EvalError> {
         let Some(&pole) = self.poles.first() else { return Ok(None) };
         let trial = self.journey(0, pole, pole, 0.0, Vec::new())?;
@@ -231,7 +231,7 @@ impl<'a> Site<'a> {
     }
 }
 
-/// Returns poles on either side of each door, and further ones at random. `free` says where one fits.
+/// Returns poles on either side of each door, and further ones at random. `free` determines where one fits.
 fn put_up(plan: &FloorPlan, free: &Ground, rng: &mut Pcg64Mcg) -> Vec<[f64; 2]> {
     let mut poles: Vec<[f64; 2]> = Vec::new();
     let fits = |poles: &[[f64; 2]], at: [f64; 2]| {
@@ -264,7 +264,7 @@ fn to_centimetres(at: [f64; 2]) -> [f64; 2] {
     at.map(|along| (along * 100.0).round() / 100.0)
 }
 
-/// Returns true if the map-maker knows a path.
+/// Returns true if the map-maker finds a path.
 fn joins(atlas: &Atlas, start: [f64; 2], goal: [f64; 2]) -> bool {
     let point = |[x, y]: [f64; 2]| Point::new(x, y);
     let path = || {
@@ -304,8 +304,8 @@ mod tests {
         }
     }
 
-    /// The map-maker plans with what it believes that the robot sees. Once, every seventh landmark that the robot found was a part
-    /// of a wall behind a door, which no plan survives.
+    /// The map-maker plans with the landmarks that it expects the robot to see. Every seventh landmark that the robot found was
+    /// once a part of a wall behind a door, so that no plan could succeed.
     #[test]
     fn the_robot_finds_the_poles_that_the_map_maker_expects_it_to_see_and_nothing_else() {
         let folders = Folders::of_checkout();
@@ -326,7 +326,7 @@ mod tests {
         missed: u32,
         /// Found, although the map-maker does not expect it.
         unexpected: u32,
-        /// Found where no pole is.
+        /// Found without a pole there.
         other: u32,
     }
 

@@ -7,7 +7,7 @@ use crate::experiments::section::Section;
 use crate::experiments::table::Table;
 use crate::judge::directions::JourneyVerdict;
 
-/// Number of parts into which stated probabilities are divided.
+/// Number of bins for stated probabilities.
 const BINS: usize = 10;
 
 /// Returns both tables.
@@ -59,7 +59,7 @@ fn stated_and_reached(outcomes: &[TaskOutcome]) -> Table {
     table(&["stated", "mean", "reached", "journeys"], rows)
 }
 
-/// Returns a row for each way in which journeys failed, from the most frequent one.
+/// Returns a row for each kind of failure, from the most frequent one.
 fn failures(outcomes: &[TaskOutcome]) -> Table {
     let mut counts: Vec<(String, bool, usize)> = Vec::new();
     for ended in outcomes.iter().filter(|ended| !ended.is_success()) {
@@ -80,7 +80,7 @@ fn failures(outcomes: &[TaskOutcome]) -> Table {
     table(&["failure", "known", "journeys"], rows)
 }
 
-/// Returns whether the robot itself reports such a failure.
+/// Returns true if the robot itself reports failures of this kind.
 fn is_known(kind: Kind) -> bool {
     matches!(kind, Kind::Lost | Kind::Blocked | Kind::TimedOut)
 }

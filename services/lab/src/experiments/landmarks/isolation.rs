@@ -12,7 +12,7 @@ use crate::experiments::run;
 use crate::experiments::suite::{Folders, Published, Suite};
 use crate::experiments::trial::{Page, Trial};
 
-/// Returns a sketch file that shows a scene truly, with the given route.
+/// Returns a sketch file that shows a scene without errors, with the given route.
 fn true_sketch(scene: &Scene, route: &[At]) -> Page {
     const SIDE: f64 = 1000.0;
     const ORIGIN: At = [100.0, 600.0];
@@ -121,7 +121,7 @@ fn driven_way(folders: &Folders, scene: &Scene, seed: u64) -> Result<Page, EvalE
     }))
 }
 
-/// Sets up a robot to know its pose exactly and to follow the path closely.
+/// Sets up a robot with an exact pose that follows the path closely.
 fn guide_exactly(guided: &mut Trial) {
     guided.robot.odometry = guided.robot.odometry.map(|odometry| OdometryNoise {
         rate_hz: odometry.rate_hz,

@@ -28,7 +28,7 @@ pub const STRICT: Reading = Reading { suffix: "", words: "" };
 /// Objects after the first one only have their direction (table 4.1).
 pub const DIRECTION_ONLY: Reading =
     Reading { suffix: "/direction-only", words: ", objects after the first by direction alone" };
-/// Shown in place of a number that does not exist.
+/// Placeholder for a number that does not exist.
 const NONE: &str = "–";
 
 /// Returns the measure P of a run, which is the share of states that were matched correctly, weighing earlier ones more
@@ -236,7 +236,7 @@ fn runs(driven: &Driven<'_>, number: &str) -> Section {
     }
 }
 
-/// Returns what table 5.2 or 5.3 says, and how the results here differ.
+/// Returns a summary of table 5.2 or 5.3, and how the results here differ.
 fn said_of_runs(driven: &Driven<'_>) -> String {
     let published = driven.scene.sketches;
     let of = |counts: &dyn Fn(&Row<'_>) -> f64| {

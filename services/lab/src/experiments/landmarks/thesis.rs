@@ -3,10 +3,9 @@
 //! - The robot has the dimensions and limits given in the thesis: 20 inches wide (4.3.2), 25 inches and up to 105 degrees
 //!   per second (4.7), and sonars from 17 to 255 inches (4.2).
 //! - Sketches are drawn on a PDA, in 160 × 160 whole pixels of 5 inches (4.3.2).
-//! - A sketch yields as many states as the sketch with its number in tables 5.2 and 5.3, and turns widely
-//!   enough for additional states if table 5.4 gives a different P with them. A program draws sketches of the
-//!   scene, like people in more or less of a hurry, until one has these counts. None of them is driven before
-//!   that.
+//! - A sketch yields as many states as the sketch with its number in tables 5.2 and 5.3, and turns widely enough for additional
+//!   states if table 5.4 gives a different P with them. A program draws sketches of the scene, like people in more or less of a
+//!   hurry, until one has these counts. They are only driven afterwards.
 //! - Each sketch is driven five times, with and without additional states, and according to both readings of
 //!   the objects after the first.
 

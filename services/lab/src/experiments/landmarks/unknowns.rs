@@ -1,10 +1,9 @@
 //! The `landmark-unknowns` suite varies what Chronis 2007 leaves open, one reading at a time, using sketches
 //! without errors.
 //!
-//! Both scenes of the thesis are lost. Here, each is rebuilt 30 times: once as in the other suites, and then
-//! with every object except the goal moved at random by up to the tolerance of the relations from which the
-//! scenes were rebuilt. The sketch is the scene itself, in whole pixels of a PDA, with the exact route.
-//! Failures are therefore not due to how people draw.
+//! Both scenes of the thesis are lost. Here, each is rebuilt 30 times: once as in the other suites, and then with every object
+//! except the goal moved at random by up to the tolerance of the relations that the scenes were rebuilt from. The sketch is the
+//! scene itself, in whole pixels of a PDA, with the exact route. Failures are therefore not due to how people draw.
 
 use rand::RngExt;
 use sketchnav_deform::scenes::sketch;
@@ -39,9 +38,9 @@ struct Reading {
     step_in: f64,
     /// True if objects after the first only have their direction (table 4.1).
     is_by_direction: bool,
-    /// Multiple of the estimated time after which the robot is lost (4.8).
+    /// The robot is lost after this multiple of the estimated time (4.8).
     patience: f64,
-    /// Maximum factor by which the last leg may change the estimate (4.8).
+    /// Maximum factor that the last leg may apply to the estimate (4.8).
     most_stretch: f64,
     /// Tolerance of a proximity, in inches (4.3.2).
     proximity_in: f64,

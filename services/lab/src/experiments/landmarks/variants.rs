@@ -38,7 +38,7 @@ impl Variant {
         format!("{}{}", reading.suffix, if self.is_additional { "" } else { tables::BASE })
     }
 
-    /// Returns the trial with states extracted in this way and with the same seeds, as part of a line of its own.
+    /// Returns the trial with states extracted in this way and with the same seeds, as part of a separate line.
     fn of(self, trial: &Trial) -> Trial {
         let mut one = trial.clone();
         one.name += &self.suffix();

@@ -1,4 +1,4 @@
-//! Why a robot failed at a task in what was learned.
+//! Why a robot failed at a task in a learned map.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_mapping::outline::distance;
@@ -13,7 +13,7 @@ use crate::judge;
 /// Difference of distances in the map and in the true world, in metres, above which the map counts as drifted.
 const DRIFT_M: f64 = 1.0;
 
-/// The first of these that holds.
+/// The first of these that applies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Cause {
@@ -23,16 +23,16 @@ pub enum Cause {
     WrongCorrespondence,
     /// The goal's distance from where the task began differs by more than 1 m.
     Drift,
-    /// The robot was sure to be where it was not.
+    /// The robot was certain of a wrong place.
     WrongPlace,
-    /// The robot did not know where it was.
+    /// The robot was uncertain of its place.
     Unsure,
-    /// The robot knew where it was.
+    /// The robot's estimate was right.
     Driving,
 }
 
 impl Cause {
-    /// All causes, in the order in which they are considered.
+    /// All causes, in the order of consideration.
     pub const ALL: [Self; 6] = [
         Self::WrongArrival,
         Self::WrongCorrespondence,

@@ -1,4 +1,4 @@
-//! A series of drives, of which the first is by a drawing, and the others in what was learned on it.
+//! A series of drives: the first one by a drawing, and the others in the map learned on it.
 
 use std::borrow::Cow;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -27,17 +27,17 @@ use crate::experiments::run::{self, Driven};
 use crate::experiments::trial::{Trial, time_limit_s};
 use crate::judge;
 
-/// The name by which a mission names what was learned, which is in no file.
+/// The file name that missions use for a learned map, which is not stored in a file.
 pub const LEARNED_FILE: &str = "first.learned";
-/// Distance, in metres, from the middle of a goal's place within which something must have been seen.
+/// Maximum distance, in metres, of something that was seen from the middle of a goal's place.
 const SEEN_WITHIN_M: f64 = 0.5;
-/// Distance, in metres, of a start from where people begin to walk.
+/// Minimum distance, in metres, of a start from the places where people begin to walk.
 const OFF_PEOPLE_M: f64 = 1.0;
 /// Distance, in metres, between the poses of the first drive that are kept.
 const POSE_EVERY_M: f64 = 0.2;
-/// Number of starts that are tried.
+/// Maximum number of starts to try.
 const ATTEMPTS: usize = 10_000;
-/// Maximum distance, in metres, of the estimate from the truth for the robot to have found its place.
+/// Maximum distance, in metres, of the estimate from the truth for the robot to count as localized.
 pub(super) const FOUND_WITHIN_M: f64 = 0.5;
 
 /// A drive of a series.
@@ -60,13 +60,13 @@ pub struct First {
     made: Mutex<Option<Arc<Made>>>,
 }
 
-/// The first drive as it was driven, and what was learned on it.
+/// The first drive, with its result and what was learned on it.
 #[derive(Debug)]
 struct Made {
     method: String,
     seed: u64,
     outcomes: Vec<TaskOutcome>,
-    /// What was learned, or `None` if that was nothing.
+    /// What was learned, or `None` if nothing was.
     learned: Option<Lesson>,
 }
 
@@ -76,22 +76,22 @@ pub(super) struct Lesson {
     pub(super) learned: Learned,
     /// The robot's poses on the first drive, in the world and in the map.
     poses: Vec<(Pose<World>, Pose<Map>)>,
-    /// Where the robot believes the goal of each task, in metres of the true world, or `None` if it refuses the task.
+    /// The robot's estimate of each task's goal, in metres of the true world, or `None` if it refuses the task.
     pub(super) goals: Vec<Option<[f64; 2]>>,
 }
 
-/// What is known of a task of a series.
+/// What is known about a task of a series.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct InSeries {
     /// Number of the drive, from 0.
     pub drive: usize,
     /// Length of the shortest path to the goal, in metres, from the goal before it or from the start.
     pub way_m: f64,
-    /// True if the goal's place truly was seen on the first drive.
+    /// True if the goal's true place was seen on the first drive.
     pub is_seen: bool,
     /// True if the robot accepts the task in what was learned.
     pub is_accepted: bool,
-    /// How the robot found its place, if it had to, which is in the first task of a later drive.
+    /// How the robot localized itself at the start. `None` except for the first task of a later drive.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub search: Option<Search>,
     /// Why the robot failed at the task, on a later drive.
@@ -99,19 +99,19 @@ pub struct InSeries {
     pub cause: Option<Cause>,
 }
 
-/// How a robot without a mark found its place.
+/// How a robot without a mark localized itself.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Search {
-    /// The robot knew its place at the end of the task, after this time in seconds.
+    /// The robot's estimate was right at the end of the task, and the search took this time, in seconds.
     Found(f64),
     /// The robot reported that it is lost.
     Lost,
-    /// The robot did not report that it is lost, but did not know its place either.
+    /// The robot did not report that it is lost, but its estimate was wrong.
     Wrong,
 }
 
 impl Trial {
-    /// Returns the trial as it is driven with a seed. For a later drive of a series, the first one is driven for this.
+    /// Returns the trial as it is driven with a seed. For a later drive of a series, this requires driving the first one.
     ///
     /// # Errors
     /// Those of the first drive.
@@ -152,8 +152,8 @@ impl Series {
         Ok(outcomes)
     }
 
-    /// Returns a trial with those tasks that the robot accepts, which starts anywhere in what was learned. It has no tasks if there
-    /// are none.
+    /// Returns a trial with the tasks that the robot accepts, which starts anywhere in the learned map. The trial may have no
+    /// tasks.
     fn prepare(&self, trial: &Trial, method: &str, seed: u64) -> Result<Trial, EvalError> {
         let made = self.first.made(method, seed)?;
         let mut trial = Trial { series: None, ..trial.clone() };
@@ -199,7 +199,7 @@ impl First {
         Ok(kept.insert(made).clone())
     }
 
-    /// Returns what a drive teaches, or `None` if that is nothing.
+    /// Returns what can be learned from a drive, or `None` if nothing can.
     fn learn(&self, driven: &Driven) -> Result<Option<Lesson>, EvalError> {
         let Some(Attended { learner, poses }) = &driven.lesson else { return Ok(None) };
         let mission = SketchMission::of(&driven.run.mission).map_err(sketchnav_sim::SimError::from)?;
@@ -217,7 +217,7 @@ impl First {
         Ok(Some(lesson))
     }
 
-    /// Returns a place in what was learned from which there is a path to the goal, with any heading.
+    /// Returns a place in the learned map, with any heading, such that there is a path to the goal.
     fn start(&self, lesson: &Lesson, goal: [f64; 2], seed: u64, drive: usize) -> Option<Start> {
         let mut rng = seed::stream(seed, &format!("eval/drive {drive}"));
         let free = lesson.free_places();
@@ -245,7 +245,7 @@ impl First {
         tasks.iter().map(&mut way).collect()
     }
 
-    /// Adds what is known of the tasks of a drive to their outcomes. `driven` is the drive, unless it is the first.
+    /// Adds what is known about the tasks of a drive to their outcomes. `driven` is the drive, unless it is the first.
     fn describe(
         &self,
         outcomes: &mut [TaskOutcome],
@@ -274,8 +274,8 @@ impl First {
     }
 }
 
-/// Converts a place from one frame to another. The frames are joined at the pose of the drive that is nearest to the place, because
-/// the map drifts.
+/// Converts a place from one frame to another. The frames are aligned at the pose of the drive that is nearest to the place,
+/// because the map drifts.
 fn carried<'a, A: 'a, B: 'a>(
     [x, y]: [f64; 2],
     poses: impl Iterator<Item = (&'a Pose<A>, &'a Pose<B>)>,
@@ -299,7 +299,7 @@ impl Lesson {
         free.map(|index| self.in_world(middle(index))).collect()
     }
 
-    /// Returns where the robot believes the goal of a task, in metres of the true world, or `None` if it refuses the task.
+    /// Returns the robot's estimate of a task's goal, in metres of the true world, or `None` if it refuses the task.
     fn goal(&self, task: ImageTask, options: &Options) -> Option<[f64; 2]> {
         let intent = Intent { tasks: vec![task], ..Intent::default() };
         let (_, places) = self.learned.place(LEARNED_FILE, &intent, options).ok()?;
@@ -315,7 +315,7 @@ impl Lesson {
         carried(at, self.poses.iter().map(|(truth, seen)| (truth, seen)))
     }
 
-    /// Returns true if free floor was seen about a place of the true world.
+    /// Returns true if free floor was seen around a place in the true world.
     fn has_seen(&self, at: [f64; 2]) -> bool {
         let [x, y] = self.in_map(at);
         let reach = (SEEN_WITHIN_M * CELLS_PER_M) as i64;
@@ -334,7 +334,7 @@ impl Lesson {
         truth.pose().position().distance(&Point::new(at[0], at[1]))
     }
 
-    /// Returns how the robot found its place in the first task of a drive.
+    /// Returns how the robot localized itself in the first task of a drive.
     fn search(&self, driven: &Driven) -> Search {
         let spans = judge::spans(driven.run.mission.task.len(), &driven.log.status);
         let Some(span) = spans.first().copied().flatten() else { return Search::Wrong };
@@ -354,8 +354,8 @@ impl Lesson {
     }
 }
 
-/// A learner during a drive, with the robot's true poses beside those in its map. Maps drift, by metres along a featureless corridor,
-/// so a place of the map corresponds to the place that lay as far from the robot when it was near.
+/// A learner during a drive, with the robot's true poses beside those in its map. Maps drift, by metres along a featureless
+/// corridor, so places of the map are related to places of the world through the robot's poses nearby.
 #[derive(Debug)]
 pub struct Attended {
     learner: Learner,
@@ -372,7 +372,7 @@ impl Attended {
         Ok(learner.map(|learner| Self { learner, poses: Vec::new() }))
     }
 
-    /// Takes in a message. `truth` is where the robot truly is.
+    /// Takes in a message. `truth` is where the robot actually is.
     pub fn see(&mut self, channel: &ChannelSpec, message: &[u8], truth: Option<&GroundTruth>) {
         self.learner.see(channel, message);
         let Some(truth) = truth.filter(|_| ESTIMATE.message(channel, message).is_some()) else { return };

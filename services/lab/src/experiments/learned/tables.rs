@@ -17,7 +17,7 @@ struct Ended<'a> {
 }
 
 impl<'a> Ended<'a> {
-    /// Returns what the drives of a series have in common.
+    /// Returns what identifies the task in all drives of its series.
     fn task(&self) -> (&'a str, &'a str, &'a str, u64) {
         let outcome = self.outcome;
         let of_series = outcome.id.rsplit_once('/').map_or("", |(series, _)| series);
@@ -81,7 +81,7 @@ fn drives(all: &[Ended<'_>]) -> Section {
         ]
     };
     let words = format!(
-        "Of the {} tasks of the first drives, {seen} have a goal whose place was truly seen, which the robot refuses for {refused} of \
+        "Of the {} tasks of the first drives, {seen} have a goal whose place was actually seen, which the robot refuses for {refused} of \
          them. Times are those of tasks that were reached on both drives; per metre means per metre of the shortest path, \
          since later drives begin elsewhere.",
         first.len()
@@ -186,7 +186,7 @@ mod tests {
         let found: Vec<_> = drives.table.rows[0].iter().map(String::as_str).collect();
         let expected = ["second", "66.7 % (21 to 94) of 3", "50.0 % (15 to 85) of 4", "1.50", "0.75"];
         assert_eq!(found, expected);
-        assert!(drives.words[0].starts_with("Of the 4 tasks of the first drives, 4 have a goal whose place was truly seen, which the robot refuses for 1"));
+        assert!(drives.words[0].starts_with("Of the 4 tasks of the first drives, 4 have a goal whose place was actually seen, which the robot refuses for 1"));
         assert_eq!(searches.table.rows[0], ["second", "100.0 % (21 to 100) of 1", "0", "0", "12 s", "12 s"]);
         assert_eq!(causes.table.rows[0], ["second", "0", "0", "0", "0", "1", "0"]);
         assert_eq!(drives.table.rows[1], ["third", "–", "0.0 % (0 to 49) of 4", "–", "–"]);

@@ -83,7 +83,7 @@ pub struct Reading {
 }
 
 impl Reading {
-    /// Fits the orientation in which the annotator holds the drawing.
+    /// Fits the orientation of the drawing as the annotator held it.
     pub fn new(matches: Vec<Match>) -> Self {
         let (worlds, sketches): (Vec<_>, Vec<_>) = matches
             .iter()
@@ -104,9 +104,9 @@ impl Reading {
         (self.turn.arg().to_degrees() / 90.0).round() * 90.0
     }
 
-    /// Returns the likeliest pair of places of a match, which may contain several on either side: the place
-    /// in the drawing and the place in the world (one accepted by `counts`) that agree best with all other
-    /// matches. The units are those of [`Match::sketch`] and [`Match::world`].
+    /// Returns the most likely pair of places of a match, which may contain several on either side: the place in the drawing and
+    /// the place in the world (one accepted by `counts`) that agree best with all other matches. The units are those of
+    /// [`Match::sketch`] and [`Match::world`].
     pub fn likeliest_pair(
         &self,
         index: usize,

@@ -7,7 +7,7 @@ use sketchnav_schemas::mission::Place;
 use crate::error::EvalError;
 use crate::experiments::ground::to_outline_m;
 
-/// Maximum distance from the nearest region, in metres, at which a mark still belongs to it.
+/// Maximum distance of a mark from its region, in metres.
 const NEAR_M: f64 = 1.0;
 
 /// The regions of the environment. If several contain a position, it belongs to the first.

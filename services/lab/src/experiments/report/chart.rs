@@ -178,7 +178,7 @@ pub fn marks(plot: &Plot) -> Markup {
     let x = |at: f64| left + (at - 0.5) * width;
     let y = |value: f64| top + (1.0 - value / highest) * (SIZE[1] - top - below);
     let base = SIZE[1] - below;
-    // Show no more numbers than there is room for.
+    // Show no more numbers than fit.
     let each = (count / 8.0).ceil().max(1.0);
     let numbers = (1..=count as usize).filter(|number| (*number as f64 - 1.0) % each == 0.0);
     let class = |mark: &Mark| if mark.is_success { "m0" } else { "wrong-arrival" };

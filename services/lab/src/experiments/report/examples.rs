@@ -17,7 +17,7 @@ pub struct Example {
     pub title: String,
     /// The robot's report and the figures.
     pub text: String,
-    /// SVG of the drawing with the path that the robot believed it took, and of the floor with its true path.
+    /// SVG of the drawing with the estimated path, and of the floor with the true path.
     pub pictures: Vec<String>,
 }
 

@@ -1,5 +1,5 @@
-//! The interval of a success rate over drawings. Drives with the same drawing mostly end alike and are not
-//! independent trials, so the sample consists of drawings, each with several drives.
+//! The interval of a success rate over drawings. Drives with the same drawing mostly have the same outcome and are not independent
+//! trials, so the sample consists of drawings, each with several drives.
 //!
 //! The drawings are resampled with replacement, each with all of its drives, and the interval contains the middle 95 % of
 //! the resulting success rates (A. C. Davison and D. V. Hinkley, Bootstrap Methods and their Application, 1997, section
@@ -16,7 +16,7 @@ use sketchnav_schemas::statistics::wilson;
 const RESAMPLES: usize = 2_000;
 /// Share of resamples beyond each end of the interval.
 const TAIL: f64 = 0.025;
-/// Seed of the resampling. It is fixed, so that the same counts yield the same interval whatever the seed of the suite.
+/// Seed of the resampling. It is fixed, so that the same counts yield the same interval regardless of the suite's seed.
 const SEED: u64 = 1;
 
 /// A 95 % interval over drawings.
@@ -49,8 +49,8 @@ impl OverDrawings {
 
 /// Computes the interval from the successes and attempts of each drawing, or returns `None` if there are no drawings.
 ///
-/// If all drives end alike, every resample is the same, although other drawings might differ. Each drawing then counts as
-/// one trial for Wilson's interval.
+/// If all drives have the same outcome, every resample is the same, although other drawings might differ. Each drawing then counts
+/// as one trial for Wilson's interval.
 fn interval(counts: &[[usize; 2]]) -> Option<[f64; 2]> {
     let [reached, attempts] = counts.iter().fold([0, 0], |[a, b], [c, d]| [a + c, b + d]);
     match counts.len() {
@@ -126,7 +126,7 @@ mod tests {
             prop_assert_eq!(interval(&counts), Some([low, high]));
         }
 
-        /// Driving each drawing twice says nothing more about other drawings.
+        /// Driving each drawing twice yields no more information about other drawings.
         #[test]
         fn more_drives_of_the_same_drawings_do_not_narrow_the_interval(counts in drives()) {
             prop_assume!(counts.len() > 1);

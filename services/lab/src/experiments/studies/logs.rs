@@ -43,7 +43,7 @@ pub static STUDY: Study = Study {
     run: Run::WithFiles(run),
 };
 
-/// The methods with localizers of their own. `outline` has that of `beam`.
+/// The methods with their own localizers. `outline` has that of `beam`.
 const METHODS: [Method; 4] =
     [Method::Beam, Method::Boniardi2015, Method::Boniardi2015FixedScale, Method::Behzadian2015];
 /// Degrees of deformation. At degree 1, drawings are deformed as much as people's.
@@ -52,7 +52,7 @@ const DEGREES: [f64; 3] = [0.0, 0.5, 1.0];
 const LOGS: &str = "logs";
 /// Size, in metres, of the cells of the map that is built of a log.
 const MAP_CELL_M: f64 = 0.1;
-/// Distance, in metres, between the points of the floor by which an estimate in the drawing is found on the floor.
+/// Spacing, in metres, of the points of the floor that are used to convert estimates in the drawing to the floor.
 const LATTICE_M: f64 = 0.2;
 
 /// A drive through a building.
@@ -61,7 +61,7 @@ struct Driven {
     scans: Vec<Scan>,
 }
 
-/// A scan with the odometry and the true pose of the same moment.
+/// A scan with the odometry and the true pose at the same time.
 struct Scan {
     odometry: Pose<Odom>,
     truth: Pose<World>,
@@ -75,7 +75,7 @@ struct Located {
     error_m: f64,
 }
 
-/// A drawing in which a drive is localized by a method.
+/// A drawing, and the method that localizes a drive in it.
 struct Job<'a> {
     driven: &'a Driven,
     degree: f64,
@@ -199,7 +199,7 @@ fn floor(scans: &[Scan], name: &str) -> Result<Floor, EvalError> {
 }
 
 impl Job<'_> {
-    /// Localizes the drive in the drawing. Scans at places that the drawing does not have are not compared.
+    /// Localizes the drive in the drawing. Scans at places that are missing from the drawing are not compared.
     fn locate(&self) -> Result<Vec<Located>, EvalError> {
         let Driven { floor, scans, .. } = self.driven;
         let drawing = sketchnav_deform::deform(floor, self.degree, self.seed)?;
@@ -292,7 +292,7 @@ impl Lattice {
 mod tests {
     use super::*;
 
-    /// By an exact drawing of the building, the robot of a real log is where the corrected log says.
+    /// With an exact drawing of the building, the estimates for a real log agree with its corrected poses.
     #[test]
     fn a_real_robot_is_found_in_an_exact_drawing() {
         let folders = Folders { suite: "logs", data: Some(needs::data()), ..Folders::of_checkout() };

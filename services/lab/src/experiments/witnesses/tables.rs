@@ -1,4 +1,4 @@
-//! What the witnesses say about arrivals, as tables.
+//! Tables of the witnesses' answers about arrivals.
 
 use crate::experiments::logistic::{Logistic, area_under_curve, losses};
 use crate::experiments::outcome::{Kind, TaskOutcome};
@@ -11,7 +11,7 @@ const MOST_MARGIN: f64 = 15.0;
 /// Number of bins of stated probabilities.
 const BINS: usize = 5;
 
-/// An arrival and what the witnesses say about it.
+/// An arrival and the answers of the witnesses about it.
 struct Arrival<'a> {
     outcome: &'a TaskOutcome,
     rooms: RoomsSaid,
@@ -19,7 +19,7 @@ struct Arrival<'a> {
     outline: Option<[f64; 2]>,
 }
 
-/// Signs that may tell right arrivals from wrong ones.
+/// Signs that may distinguish right arrivals from wrong ones.
 struct Signs {
     name: &'static str,
     of: fn(&Arrival<'_>) -> Vec<f64>,
@@ -54,7 +54,7 @@ impl Arrival<'_> {
         self.outcome.kind == Kind::Reached
     }
 
-    /// Returns 1 if regions and doors agree, 0 if they do not, and a half if they are silent.
+    /// Returns 1 if regions and doors agree, 0 if they do not, and a half if they have no answer.
     fn agreement(&self) -> f64 {
         if self.rooms.has_answer { f64::from(u8::from(self.rooms.agrees())) } else { 0.5 }
     }
@@ -106,15 +106,15 @@ fn section(title: &str, header: &[&str], rows: Vec<Vec<String>>, words: &str) ->
 
 /// Names of the witnesses, in the order of [`RoomsSaid::claims`].
 const NAMES: [&str; 3] = ["filter", "outline", "rooms and doors"];
-/// Distances between an arrival and where regions and doors have the goal, in metres, at which the bins of the curve end.
+/// Ends of the curve's bins: distances, in metres, between an arrival and where regions and doors locate the goal.
 const BIN_ENDS_M: [f64; 5] = [1.0, AGREE_M, 5.0, 10.0, f64::INFINITY];
 
-/// Returns true if two witnesses have the goal at about the same place.
+/// Returns true if two witnesses locate the goal at about the same place.
 fn agree(a: &Claim, b: &Claim) -> bool {
     (a.at[0] - b.at[0]).hypot(a.at[1] - b.at[1]) <= AGREE_M
 }
 
-/// Counts how often each witness knows where the goal is, and each pair, and all three.
+/// Counts how often each witness, each pair and all three are right about the goal.
 fn together(outcomes: &[&TaskOutcome]) -> Section {
     let claims: Vec<_> = outcomes.iter().filter_map(|outcome| Some(outcome.rooms?.claims)).collect();
     let row = |members: &[usize]| {
@@ -161,7 +161,7 @@ fn together(outcomes: &[&TaskOutcome]) -> Section {
     )
 }
 
-/// Counts right arrivals by how far away regions and doors have the goal.
+/// Counts right arrivals by the distance of the goal according to regions and doors.
 fn disagreement(arrivals: &[&Arrival<'_>]) -> Section {
     let row = |name: String, is: &dyn Fn(&RoomsSaid) -> bool| {
         let own: Vec<_> = arrivals.iter().filter(|arrival| is(&arrival.rooms)).collect();
@@ -197,7 +197,8 @@ fn number(value: Option<f64>) -> String {
     value.map_or_else(|| "–".to_owned(), |value| format!("{value:.2}"))
 }
 
-/// Returns what a regression on signs that was fitted to the first floor of each kind states about the others, and its coefficients.
+/// Returns the predictions for the other floors by a regression on signs, fitted to the first floor of each kind, and its
+/// coefficients.
 fn checked(signs: &Signs, arrivals: &[Arrival<'_>]) -> (Vec<(f64, bool)>, Logistic) {
     let example = |arrival: &Arrival<'_>| ((signs.of)(arrival), arrival.is_right());
     let (fitted, rest): (Vec<_>, Vec<_>) = arrivals.iter().partition(|arrival| is_fitted(arrival.outcome));
@@ -278,7 +279,7 @@ mod tests {
         assert_eq!(of_outline("0.20 m from the goal"), None);
     }
 
-    /// Regions that disagree with every wrong arrival and with no right one know everything.
+    /// Tests regions that disagree with every wrong arrival and with no right one, which separate the two perfectly.
     #[test]
     fn witnesses_who_know_the_failures_are_seen_to() {
         let right = (0..30).map(|k| outcome(1 + k % 2, Kind::Reached, 0.3, 8.0));

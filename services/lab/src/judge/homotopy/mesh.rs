@@ -140,7 +140,7 @@ impl Mesh {
     }
 }
 
-/// Returns the triangles between the edges that have the same orientation in both planes and contain no corner.
+/// Returns the triangles between the edges that have the same orientation in both planes and do not contain any corner.
 fn triangles<F: Copy, G: Copy>(
     edges: &[[usize; 2]],
     floor: &Plane<F>,

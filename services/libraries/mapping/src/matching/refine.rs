@@ -9,7 +9,7 @@ use super::field::Field;
 use super::{Fit, Prior};
 use crate::Map;
 
-/// Distance over which slopes and curvatures are measured in each step, in cells.
+/// Baseline for slopes and curvatures in each step, in cells.
 const STENCILS: [f64; 5] = [1.0, 1.0, 0.5, 0.5, 0.5];
 /// Maximum length of a step, in cells.
 const LONGEST_CELLS: f64 = 1.0;
@@ -172,7 +172,8 @@ mod tests {
         }
     }
 
-    /// Two long walls say nothing about the position along them, so the prior decides, and the covariance shows the uncertainty.
+    /// Two long walls provide no information about the position along them, so the prior decides, and the covariance shows the
+    /// uncertainty.
     #[test]
     fn along_a_corridor_the_odometry_decides() {
         let field = room();

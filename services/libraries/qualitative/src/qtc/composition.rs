@@ -37,7 +37,7 @@ const AWAY: [Sign; 2] = SIGNS[4];
 /// The motion of one point with respect to the other.
 type Part = [Sign; 2];
 
-/// Returns the segments in which a point may see the other one. A point at rest has any heading.
+/// Returns the segments where a point may see the other one. A point at rest has any heading.
 fn segments(part: Part) -> impl Iterator<Item = usize> + Clone {
     (0..AROUND).filter(move |segment| part == AT_REST || SIGNS[*segment] == part)
 }

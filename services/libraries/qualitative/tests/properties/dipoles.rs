@@ -122,7 +122,7 @@ fn letters_say_where_the_ends_are() {
     );
 }
 
-/// A polygon whose dipoles follow each other and turn left has no room for a last one that turns right everywhere.
+/// A polygon whose dipoles follow each other and turn left cannot contain a last one that turns right everywhere.
 #[test]
 fn a_network_of_dipoles_is_closed() {
     let table = Table::<DraC>::default();

@@ -52,7 +52,7 @@ fn curve() -> impl Strategy<Value = Curve> {
 /// instants are never sampled, so the relations before and after one must have a neighbour in common.
 fn passes_instants_only<R: Relation>(relation: impl Fn(f64) -> R) -> Result<(), TestCaseError> {
     let mut last = relation(0.0);
-    // Two instants that follow each other within such a step are taken for one, and must be one that limits both.
+    // Two instants that follow each other within one step are treated as one, which must limit both.
     for i in 1..=30_000 {
         let now = relation(f64::from(i) * 1e-4);
         let shares = || R::all().any(|instant| last.limits_to(instant) && now.limits_to(instant));

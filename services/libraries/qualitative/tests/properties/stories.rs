@@ -106,7 +106,7 @@ fn leaving_a_common_place_is_moving_away() {
 
 #[test]
 fn touching_boxes_touch_within_a_tolerance() {
-    // With a quantisation of 1, QSRlib says that the regions overlap, and that regions with a gap of 1.5 touch.
+    // With a quantisation of 1, QSRlib reports that the regions overlap, and that regions with a gap of 1.5 touch.
     let bounds = |gap: f64| ([0.0, 0.0, 4.0, 4.0], [4.0 + gap, 0.0, 8.0 + gap, 4.0]);
     let rect = |[x0, y0, x1, y1]: [f64; 4]| Rect::new([x0, y0], [x1, y1]).unwrap();
     let ours = |gap: f64| {
@@ -169,7 +169,7 @@ fn crossing_the_threshold_of_qtc_bc_inserts_the_relation_at_it() {
 
 #[test]
 fn thresholds_of_distance_are_upper_or_lower_bounds() {
-    // In Patil 2019, 3.1.2, a distance of 3.7 m is Medium. With the same thresholds, QSRlib says Far.
+    // In Patil 2019, 3.1.2, a distance of 3.7 m is Medium. With the same thresholds, QSRlib returns Far.
     let labels = [("Far", 4.0), ("Near", 3.0), ("Medium", 3.5)];
     let [upper, lower] = [Bound::Upper, Bound::Lower].map(|bound| Scale::new(labels, bound).unwrap());
     let label = |scale: &Scale, distance: f64| scale.label(scale.rank(distance)).unwrap().to_owned();

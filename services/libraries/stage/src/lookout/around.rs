@@ -63,7 +63,7 @@ impl Sensors {
         Self { robot: robot.clone(), around: Around::robot(robot), scan: None, sonar: None }
     }
 
-    /// Returns the points at which the laser's beams end.
+    /// Returns the end points of the laser's beams.
     fn hits(&self) -> Option<Shape> {
         let scan = self.scan.as_ref()?;
         let mount: Pose<_> = self.robot.laser.as_ref()?.mount();

@@ -69,7 +69,7 @@ pub enum Stroke {
     Bold,
 }
 
-/// A colour of the page's theme, named after what it stands for.
+/// A colour of the page's theme, named after its meaning.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Color {

@@ -1,9 +1,9 @@
-//! Times the hot loop, which weighs every particle by every beam, as well as resampling and the preparation of a drawing, on a map
-//! of 400 × 400 cells with 180 beams.
+//! Times the hot loop, which weighs every particle against every beam, as well as resampling and the preparation of a drawing, on a
+//! map of 400 × 400 cells with 180 beams.
 //!
-//! The yardsticks are, on one core of such a machine and in particle-beams per second, the 441 to 457 million that beluga 2.1.1
-//! weighs with its likelihood field and three-dimensional state, and the 27 to 34 million of nav2's filter. beluga resamples
-//! 100,000 particles in 12.8 ms. The group `scalar` has this crate's own plain loops, for ratios within one run.
+//! For comparison, on one core of such a machine, beluga 2.1.1 weighs 441 to 457 million particle-beams per second with its
+//! likelihood field and three-dimensional state, and nav2's filter 27 to 34 million. beluga resamples 100,000 particles in 12.8 ms.
+//! The group `scalar` times this crate's own plain loops, for ratios within one run.
 
 use std::hint::black_box;
 use std::sync::Arc;
@@ -198,8 +198,8 @@ pub fn resampling(criterion: &mut Criterion) {
     }
 }
 
-/// Times the work that a filter does on a drawing before the first scan. The yardstick is the memory's speed, as the time of
-/// writing the bytes of the table of ranges once.
+/// Times the work that a filter does on a drawing before the first scan. For comparison, it also times writing the bytes of the
+/// table of ranges once, which shows the speed of the memory.
 pub fn preparing(criterion: &mut Criterion) {
     let scene = Scene::new();
     let sketch = DRAWING.sketch();

@@ -12,7 +12,7 @@ use crate::reading::DrawnMap;
 use crate::reading::desk::{Change, Desk};
 use crate::sketcher;
 
-/// Returns what a drive teaches, and the drawing that it was by. `replay` passes the drive's messages on.
+/// Returns what was learned on a drive, and the drawing that it used. `replay` supplies the drive's messages.
 ///
 /// # Errors
 /// If the drive's files cannot be read, or if nothing can be learned from it.
@@ -37,7 +37,8 @@ pub fn of_drive(
     }
 }
 
-/// Returns what the drives by the last drawing that people made on the pad teach. The goals are those that were marked last.
+/// Returns what was learned on the drives by the last drawing that people made on the pad. The goals are those that were marked
+/// last.
 fn of_people(run: &RunConfig, replay: &mut Replay<'_>) -> Result<(Learned, DrawnMap), StageError> {
     let mut desk = Desk::new(run)?;
     let fresh = || Learner::new(&run.robot);
@@ -50,7 +51,7 @@ fn of_people(run: &RunConfig, replay: &mut Replay<'_>) -> Result<(Learned, Drawn
             return;
         };
         let Some(kind) = DrawingKind::from_code(about.kind) else { return };
-        // A drawing that is rejected now was rejected then.
+        // A drawing that is rejected now was also rejected during the drive.
         match (desk.take(kind, cells), &mut learner) {
             (Ok(Change::Start), _) => learner = fresh(),
             (Ok(Change::Tasks), Ok(learner)) => learner.begin_tasks(),
@@ -60,7 +61,7 @@ fn of_people(run: &RunConfig, replay: &mut Replay<'_>) -> Result<(Learned, Drawn
     desk.learned_by(&learner?)
 }
 
-/// Returns the content of the file of what a drive teaches.
+/// Returns the content of a file with what was learned on a drive.
 ///
 /// # Errors
 /// Same as [`of_drive`].

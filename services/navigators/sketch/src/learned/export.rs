@@ -1,4 +1,4 @@
-//! Writes what was learned for other programs: as a map of map_server, and as a picture in which the drawing is corrected.
+//! Exports what was learned for other programs: as a map of map_server, and as a picture with the corrected drawing.
 
 use std::fmt::Write;
 
@@ -17,8 +17,8 @@ const MARGIN: i64 = 10;
 const SEEN_AROUND: usize = 12;
 /// Distance, in metres, between places that are converted to the drawing exactly.
 const MESH_M: f64 = 0.4;
-/// How far the picture extends beyond what was seen on each side, compared with the size of what was seen. A drawing that extends
-/// farther is cut.
+/// How far the picture extends beyond the area seen on each side, relative to the size of that area. A drawing that extends farther
+/// is cut off.
 const LARGEST: i64 = 3;
 
 /// A map in the format of map_server.
@@ -97,8 +97,8 @@ impl Sheet {
     }
 }
 
-/// Returns a picture of the drawing, corrected by what was seen: walls that were seen where they are, the others as drawn and
-/// lighter, and the goals. A unit is a cell of 0.05 m.
+/// Returns a picture of the drawing, corrected by what was seen. Walls that were seen are at their true positions, the others are
+/// as drawn and lighter, and the goals are marked. A unit is a cell of 0.05 m.
 pub fn svg(learned: &Learned, drawing: &DrawnMap) -> String {
     let map = &learned.map;
     let sheet = Sheet::of(learned, drawing);

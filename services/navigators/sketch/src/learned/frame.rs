@@ -1,4 +1,4 @@
-//! What was learned, as it lies in the drawing.
+//! Shows what was learned in the frame of the drawing.
 
 use std::sync::Arc;
 
@@ -69,7 +69,7 @@ impl Frame for DrawingFrame {
     }
 }
 
-/// Returns what was seen as cells of the drawing, which are unknown where nothing was.
+/// Returns what was seen as cells of the drawing, which are unknown where nothing was seen.
 fn overlay(learned: &Learned, drawing: &DrawnMap) -> Walls {
     let size_px = [drawing.width_px, drawing.height_px];
     let at_px = |index: usize| {

@@ -1,5 +1,5 @@
-//! Learns from the messages of a drive by a drawing, or in what was learned before, whether they come from a recording or from a run
-//! under way.
+//! Learns from the messages of a drive by a drawing or in a learned map, whether they come from a recording or from a running
+//! mission.
 //!
 //! The planner's own map is not part of any message, but follows from the scans and the odometry: the learner runs the same mapper
 //! on the same readings. Where the drawing corresponds to the map follows from the outline if the robot drove by it, and otherwise
@@ -31,7 +31,7 @@ const GOAL_WITHIN_M: f64 = 1.0;
 /// Margin around what was seen, in cells.
 const MARGIN: i64 = 2;
 
-/// The reason that nothing can be learned from a drive.
+/// Why nothing can be learned from a drive.
 #[derive(Debug, thiserror::Error)]
 pub enum LearnError {
     /// The robot has no laser.
@@ -46,12 +46,12 @@ pub enum LearnError {
     /// There were no estimates.
     #[error("expected estimates of where the robot is in the drawing, found fewer than two places")]
     NowhereInTheDrawing,
-    /// The robot was not sure of its place in what was learned before.
+    /// The robot was not certain of its place in the earlier map.
     #[error(
         "expected a drive on which the robot found its place in what was learned before, found fewer than two places"
     )]
     NowhereInTheMap,
-    /// What was seen is larger than a map may be.
+    /// The area seen is larger than a map may be.
     #[error("expected a map of at most {MAX_SKETCH_CELLS} cells of 0.05 m, found {0}")]
     TooLarge(usize),
 }
@@ -64,11 +64,11 @@ pub struct Learner {
     radius_m: f64,
     odometry: Option<Pose<Odom>>,
     scan: Option<Box<LaserScan>>,
-    /// Where the robot was at each scan that was entered or matched, which is free, although the laser does not see it.
+    /// The robot's positions at the scans that were added or matched. They are free, although the laser does not see them.
     way: Vec<Place>,
-    /// Poses in the drawing, or in what was learned before, and in the map, along the way.
+    /// Poses in the drawing, or in the earlier map, and in the new map, along the way.
     driven: Vec<(Pose<Sketch>, Pose<Map>)>,
-    /// The same for the outline, from the last alignment, which also says where the goal is.
+    /// The same for the outline, from the last alignment, which also locates the goal.
     aligned: Vec<(Place, Place)>,
     aligned_goal: Option<Place>,
     /// The alignment that led to the last arrival by the outline.
@@ -85,7 +85,7 @@ struct Arrived {
     task: u32,
     robot: Pose<Map>,
     estimate: Option<PoseEstimate>,
-    /// Where the outline has the goal, if the robot drove by it.
+    /// Where the outline locates the goal, if the robot drove by it.
     goal: Option<Place>,
 }
 
@@ -113,8 +113,8 @@ impl Learner {
         })
     }
 
-    /// Takes in a message that the planner has received or sent; others are ignored. Those of an instant must come in the order
-    /// of the table of channels.
+    /// Processes a message that the planner has received or sent, and ignores all others. The messages of an instant must arrive in
+    /// the order of the table of channels.
     pub fn see(&mut self, channel: &ChannelSpec, message: &[u8]) {
         if let Some(odometry) = ODOMETRY.message(channel, message) {
             self.odometry = Some(odometry.pose());
@@ -130,7 +130,7 @@ impl Learner {
         }
     }
 
-    /// Enters the instant's scan, as the explorer does when the planner answers an estimate.
+    /// Adds the instant's scan, as the explorer does when the planner answers an estimate.
     fn map(&mut self) {
         let (Some(robot), Some(scan)) = (self.odometry, self.scan.take()) else { return };
         let base_from_laser = robot.motion_to(&robot.compose(&self.base_from_laser));
@@ -178,7 +178,7 @@ impl Learner {
             Some(TaskState::Driving) => match status.reason.as_str() {
                 ROOMS => self.is_among_rooms = true,
                 "" => self.is_among_rooms = false,
-                // Detours and recoveries say nothing about how the robot finds its way.
+                // Detours and recoveries do not show how the robot finds its way.
                 _ => {}
             },
             Some(TaskState::Reached) if self.arrived.iter().all(|arrived| arrived.task != status.task) => {
@@ -205,7 +205,7 @@ impl Learner {
         (self.aligned_goal, self.is_among_rooms) = (None, false);
     }
 
-    /// Begins with other tasks in the same drawing, whose goals then are those that are learned.
+    /// Begins other tasks in the same drawing. From then on, their goals are learned.
     pub fn begin_tasks(&mut self) {
         self.arrived.clear();
         self.forget_alignment();
@@ -214,7 +214,7 @@ impl Learner {
     /// Returns what was learned. `drawing` is the drawing of the drive with the places marked in it, and `file` describes its file.
     ///
     /// # Errors
-    /// [`LearnError`] if nothing was seen, or nothing that could be placed in the drawing.
+    /// [`LearnError`] if nothing was seen, or if it could not be located in the drawing.
     pub fn learned(
         &self,
         file: DrawingFile,
@@ -245,11 +245,11 @@ impl Learner {
         Ok(Learned::new(file, map, LearnedStart { at: start, heading_deg }, goals, pairs))
     }
 
-    /// Returns what was known before with what was seen on this drive, which was driven in it. `intent` has the tasks in pixels of the
-    /// drawing's file, and `places` in the map.
+    /// Returns the earlier map that was used on this drive, updated by what was seen on the drive. `intent` contains the tasks in
+    /// pixels of the drawing's file, and `places` those in the map.
     ///
     /// # Errors
-    /// [`LearnError`] if nothing was seen, or if the robot did not find its place in what was known.
+    /// [`LearnError`] if nothing was seen, or if the robot was not localized in the earlier map.
     pub fn merged(&self, before: &Learned, intent: &Intent, places: &Places) -> Result<Learned, LearnError> {
         let in_m = |at: Point<Sketch>| before.map.of_drawn([at.x, at.y]);
         let pairs = self.driven.iter().map(|(known, seen)| {
@@ -267,8 +267,8 @@ impl Learner {
         Ok(before.with(map, goals))
     }
 
-    /// Returns the map, cut to what was seen. Only space that is connected to the robot's way counts as free, slits between beams
-    /// are closed, and so is the ground that the robot has covered.
+    /// Returns the map, cropped to what was seen. Only space that is connected to the robot's path counts as free. Slits between
+    /// beams are filled, and the ground that the robot has covered is free.
     fn map_of_free_space(&self) -> Result<LearnedMap, LearnError> {
         if self.way.is_empty() {
             return Err(LearnError::Blind);
@@ -305,8 +305,8 @@ impl Learner {
 }
 
 impl Arrived {
-    /// Returns where the goal is in the map, by what the robot believed when it arrived. If that is not free floor nearby, the
-    /// robot's own place counts, because the robot could drive there.
+    /// Returns where the goal is in the map, as estimated by the robot when it arrived. If there is no free floor nearby, the
+    /// robot's own position is used, because the robot could drive there.
     fn goal_m(&self, goal: Point<Sketch>, drawing: &DrawnMap, map: &LearnedMap) -> Place {
         let by_estimate = || {
             let estimate = self.estimate.as_ref()?;

@@ -1,5 +1,5 @@
-//! Merges what was learned before with what was seen on a drive in it. Both maps have the same scale, so that a single motion leads
-//! from one to the other. Where both know a cell, the newer one counts.
+//! Merges a learned map with what was seen on a drive in it. Both maps have the same scale, so a single motion transforms one into
+//! the other. If a cell is known in both, that of the newer map is used.
 
 use sketchnav_mapping::{Cell, Map};
 use sketchnav_schemas::geometry::Pose;
@@ -9,13 +9,14 @@ use super::learner::LearnError;
 use super::{CELL_M, CELLS_PER_M, Goal, Learned, LearnedMap, MAX_PAIRS};
 use crate::messages::MAX_SKETCH_CELLS;
 
-/// Distance, in metres, within which two poses of the robot agree.
+/// Maximum distance, in metres, between two poses of the robot that agree.
 const AGREE_M: f64 = 0.4;
-/// Difference of headings, in radians, within which they agree.
+/// Maximum difference between their headings, in radians.
 const AGREE_RAD: f64 = 0.2;
 
-/// Returns the origin of the newer map in the older one, from the robot's poses in both. A robot that is looking for its place may be
-/// wrong for a while, so the motion is the mean of the largest number of poses that agree. Returns `None` if fewer than two do.
+/// Returns the origin of the newer map in the older one, from the robot's poses in both. A robot that is still localizing itself
+/// may be wrong for a while, so the motion is the mean over the largest set of poses that agree. Returns `None` if fewer than two
+/// do.
 pub fn motion(poses: &[(Pose<Map>, Pose<Map>)]) -> Option<Pose<Map>> {
     let agree = |motion: &Pose<Map>, (seen, known): &(Pose<Map>, Pose<Map>)| {
         let off = known.motion_to(&motion.compose(seen));
@@ -28,14 +29,14 @@ pub fn motion(poses: &[(Pose<Map>, Pose<Map>)]) -> Option<Pose<Map>> {
     (agreed.len() >= 2).then(|| mean_motion(&agreed))
 }
 
-/// Returns the motion that takes the pose `seen` to `known`.
+/// Returns the motion from the pose `seen` to `known`.
 fn motion_between(seen: &Pose<Map>, known: &Pose<Map>) -> Pose<Map> {
     let back = seen.motion_to(&Pose::new(0.0, 0.0, 0.0));
     known.compose(&back)
 }
 
-/// Returns the motion that takes the places of one map to those of the other with the least squared error (Arun, Huang, Blostein
-/// 1987, in the plane).
+/// Returns the motion from the places of one map to those of the other with the least squared error (Arun, Huang, Blostein 1987, in
+/// the plane).
 fn mean_motion(pairs: &[&(Pose<Map>, Pose<Map>)]) -> Pose<Map> {
     let count = pairs.len() as f64;
     let mean =
@@ -53,8 +54,8 @@ fn mean_motion(pairs: &[&(Pose<Map>, Pose<Map>)]) -> Pose<Map> {
 }
 
 impl Learned {
-    /// Returns the same with another map in the same frame, and with the goals of a later drive. What is known of a goal stays, unless
-    /// the robot had not arrived there.
+    /// Returns the same with another map in the same frame, and with the goals of a later drive. Known goals are kept unless the
+    /// robot had not arrived there.
     pub fn with(&self, map: LearnedMap, later: impl IntoIterator<Item = Goal>) -> Self {
         let mut goals = self.goals.clone();
         for goal in later {
@@ -83,7 +84,7 @@ impl LearnedMap {
         [0, 1].map(|axis| (at_m[axis] - self.origin_m[axis]) * CELLS_PER_M)
     }
 
-    /// Returns this map with the cells that `newer` knows. `motion` is the origin of `newer` in this map.
+    /// Returns this map with the known cells of `newer`. `motion` is the origin of `newer` in this map.
     ///
     /// # Errors
     /// [`LearnError::TooLarge`] if the map would have too many cells.

@@ -1,5 +1,4 @@
-//! Uses what was learned in place of the drawing: the map becomes the sketch, in which every pixel is a cell, and the tasks are
-//! placed in it.
+//! Uses a learned map in place of the drawing. The map becomes the sketch, with one pixel per cell, and the tasks are placed in it.
 
 use image::{GrayImage, Luma};
 use sketchnav_mapping::Cell;
@@ -12,9 +11,9 @@ use super::{Goal, Learned, LearnedMap, Warp};
 use crate::messages::SketchMap;
 use crate::reading::{self, DrawnMap, ImageTask, Intent, Kind, Marks, Options, Places, SketchError};
 
-/// Distance in the drawing, in pixels of the file, within which a goal is the same as one of the drive that was learned from.
+/// Maximum distance in the drawing, in pixels of the file, between a goal and the same goal on the drive that was learned from.
 const SAME_GOAL_PX: f64 = 1.0;
-/// Distance, in cells, within which a place that was not driven to must have been seen.
+/// Maximum distance, in cells, from a place that was not driven to, to the nearest place that was seen.
 const SEEN_WITHIN: f64 = 10.0;
 
 impl LearnedMap {
@@ -56,8 +55,8 @@ impl Goal {
 }
 
 impl Learned {
-    /// Returns the map as a drawing, with the tasks of a mission placed in it. `intent` has the tasks in pixels of the drawing's
-    /// file. The robot may start anywhere in what was seen, with any heading.
+    /// Returns the map as a drawing, with the tasks of a mission placed in it. `intent` contains the tasks in pixels of the
+    /// drawing's file. The robot may start anywhere in the area that was seen, with any heading.
     ///
     /// # Errors
     /// [`SketchError::Unseen`] if a task leads to a place that was not seen.
@@ -96,8 +95,8 @@ impl Learned {
         Ok((drawing, anywhere))
     }
 
-    /// Returns the place in the map, in pixels of the map as a picture, of a place in the drawing, in pixels of its file. Where the
-    /// robot has arrived, it is where it stood. Returns `None` if the place was not seen.
+    /// Returns the place in the map, in pixels of the map as a picture, of a place in the drawing, in pixels of its file. For a
+    /// goal at which the robot has arrived, this is where the robot stood. Returns `None` if the place was not seen.
     fn seen(&self, at: [f64; 2], warp: &Warp, drawing: &DrawnMap) -> Option<[f64; 2]> {
         let arrived = self.goals.iter().filter(|goal| goal.is_at(at)).find_map(|goal| goal.at_m);
         let at_m = arrived.or_else(|| warp.apply([at[0], -at[1]]))?;

@@ -173,7 +173,7 @@ proptest! {
     }
 }
 
-/// The robot took another place for its own at first, for a third of the drive.
+/// For the first third of the drive, the robot was localized at a wrong place.
 #[test]
 fn maps_are_merged_by_the_poses_that_agree() {
     let truth = Pose::<Map>::new(4.0, -2.0, 2.0);

@@ -1,5 +1,5 @@
-//! Converts places between a drawing and a map by corresponding places. Near each place, the conversion is the similarity that fits
-//! the pairs best if near ones count more (moving least squares; Schaefer, McPhail and Warren 2006, section 2.2).
+//! Converts places between a drawing and a map by corresponding places. Near each place, the conversion is the similarity transform
+//! that best fits the pairs, with more weight on near ones (moving least squares; Schaefer, McPhail and Warren 2006, section 2.2).
 
 /// Squared distance, in the unit of the places, that is added so that a place at a pair has a finite weight.
 const SOFTENING: f64 = 1e-6;
@@ -11,7 +11,7 @@ pub struct Warp {
 }
 
 impl Warp {
-    /// Creates the conversion by which each pair's first place corresponds to its second one.
+    /// Creates the conversion from the first place of each pair to the second one.
     pub fn new(pairs: Vec<([f64; 2], [f64; 2])>) -> Self {
         Self { pairs }
     }
@@ -54,8 +54,8 @@ impl Warp {
     }
 }
 
-/// A conversion at the nodes of a square lattice, in between which it is interpolated. It saves time where many places are converted
-/// by many pairs.
+/// A conversion at the nodes of a square lattice, in between which it is interpolated. It saves time if there are many places and
+/// many pairs.
 #[derive(Debug, Clone)]
 pub struct Lattice {
     low: [f64; 2],

@@ -30,7 +30,7 @@ pub struct SketchMapForm {
 const SKETCH_MAP: &str = include_str!("SketchMap.msg");
 
 impl SketchMap {
-    /// Width of the pen of a sketch that nobody drew, because it is a map that a robot has learned. It has
+    /// Pen width that marks a sketch as a map learned by a robot rather than a drawing. It has
     /// [`CELLS_PER_M`](crate::learned::CELLS_PER_M) pixels per metre, and the robot may start anywhere in it.
     pub const NO_PEN_PX: f64 = -1.0;
 

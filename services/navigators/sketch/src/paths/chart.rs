@@ -130,7 +130,7 @@ mod tests {
             prop_assert!((back.x - x).abs() < 1e-9 && (back.y - y).abs() < 1e-9);
         }
 
-        /// A step of the motion model, x += R(φ)·diag(a, b)·R(−φ)·R(θ)·u, ends where the chart says.
+        /// A step of the motion model, x += R(φ)·diag(a, b)·R(−φ)·R(θ)·u, agrees with the chart.
         #[test]
         fn the_chart_is_the_motion_model(yaw in -3.0..3.0, phi in -0.7..0.7, ux in -1.0..1.0, uy in -1.0..1.0) {
             let (a, b) = (20.0, 35.0);

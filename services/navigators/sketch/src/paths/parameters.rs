@@ -44,8 +44,8 @@ pub struct Parameters {
     /// Time without getting closer to the goal, in seconds, after which the robot is stuck. It is longer for a slow robot, like
     /// `stuck_time_s`.
     pub no_progress_time_s: f64,
-    /// Length of a path, in metres. A robot that has driven around one place for as long as this path takes
-    /// at its top speed is stuck, regardless of the estimate.
+    /// Length of a path, in metres. A robot counts as stuck, regardless of the estimate, if it has driven around one place for as
+    /// long as this path takes at its top speed.
     pub circling_path_m: f64,
     /// Distance from where it started, in metres, within which the robot counts as driving around one place.
     pub circling_radius_m: f64,
@@ -53,9 +53,8 @@ pub struct Parameters {
     pub recoveries: u32,
     /// Maximum number of recoveries during one task.
     pub recoveries_per_task: u32,
-    /// Multiple of the time that the drawn path plus `astray_m` takes, at half a metre per second or the
-    /// robot's speed limit if that is lower. A robot that is under way for longer counts as lost, because it
-    /// cannot be where the estimate says.
+    /// Multiple of the time that the drawn path plus `astray_m` takes, at half a metre per second or the robot's speed limit if
+    /// that is lower. A robot that drives for longer counts as lost, because its estimate must be wrong.
     pub astray_factor: f64,
     /// Length, in metres, that is added to the drawn path before it is multiplied by `astray_factor`.
     pub astray_m: f64,
@@ -73,21 +72,21 @@ pub struct Parameters {
     /// doors are closed, for each assumed width of doors. Below this share, the floor consists of rooms, and
     /// the robot drives by the filter instead of by the outline.
     pub least_open_share: f64,
-    /// Typical size of a building, in metres, from which the initial scale of the drawing's outline follows.
+    /// Typical size of a building, in metres, which determines the initial scale of the drawing's outline.
     pub building_size_m: f64,
     /// Share of a goal's outline hidden behind gaps, below which the goal counts as seen.
     pub goal_hidden_share: f64,
     /// Additional weight of the walls around the goal when outlines are aligned, as a multiple of the ordinary weight.
     pub goal_emphasis: f64,
-    /// Amount by which the best alignment with the goal elsewhere must cost more than the best alignment for
-    /// an arrival to be accepted. With 0, every arrival is accepted.
+    /// Minimum additional cost of the best alignment with the goal elsewhere, compared with the best alignment, for an arrival to
+    /// be accepted. With 0, every arrival is accepted.
     pub rival_margin: f64,
     /// Minimum distance, in metres, at which a goal counts as elsewhere.
     pub rival_away_m: f64,
-    /// Maximum number of times to look at the place where a rival puts the goal.
+    /// Maximum number of times to look at the place where a rival locates the goal.
     pub rival_looks: u32,
-    /// Maximum amount by which the best rival may cost more for a person to be asked where the robot is, once
-    /// the rival's place was looked at. With 0, or without a pad, nobody is asked.
+    /// Maximum additional cost of the best rival at which the robot asks a person where it is, once it has looked at the rival's
+    /// place. With 0, or without a pad, it does not ask.
     pub ask_margin: f64,
     /// Time, in seconds, that the robot waits for an answer before it accepts the arrival.
     pub ask_patience_s: f64,

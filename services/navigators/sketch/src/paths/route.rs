@@ -41,7 +41,7 @@ impl DrawnRoute {
         resample(points, self.spacing_px, &mut self.waypoints);
     }
 
-    /// Reserves room for the longest route, after a route was restored from a checkpoint.
+    /// Reserves memory for the longest route, after a route was restored from a checkpoint.
     pub fn reserve(&mut self) {
         self.waypoints.reserve(MAX_WAYPOINTS.saturating_sub(self.waypoints.len()));
     }

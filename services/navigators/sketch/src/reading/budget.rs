@@ -1,9 +1,8 @@
 //! Limits on the work that a drawing may cause.
 //!
-//! Drawings come from strangers, and files of a few lines have kept the sketcher busy for hours or exhausted
-//! the memory: a filter with a billion octaves, nested masks, or half a million strokes. All work is
-//! therefore counted before it is done, in *steps* of about a nanosecond. Since no clock is involved, a
-//! drawing is accepted on every machine or on none.
+//! Drawings are untrusted input, and files of a few lines have kept the sketcher busy for hours or exhausted the memory: a filter
+//! with a billion octaves, nested masks, or half a million strokes. All work is therefore estimated in advance, in *steps* of about
+//! a nanosecond. Since no clock is involved, a drawing is either accepted on every machine or on none.
 
 /// Maximum number of steps for painting a drawing. A plan of 20,000 strokes takes less than a twentieth of this.
 pub(crate) const MOST_STEPS: f64 = 3e9;
@@ -18,7 +17,7 @@ pub(crate) const PIECE_CORNERS: usize = 1024;
 pub(crate) const MOST_ELEMENTS: f64 = 200_000.0;
 /// Maximum nesting depth of elements, including references. Each level takes space on the stack.
 pub(crate) const MOST_DEPTH: usize = 100;
-/// Maximum nesting depth of masks, patterns and clip paths, each of which holds a page of its own.
+/// Maximum nesting depth of masks, patterns and clip paths, each of which requires its own page.
 pub(crate) const MOST_NESTED: usize = 8;
 /// Maximum number of pixels of pages held at the same time: half a gigabyte, as much as a photograph may take.
 pub(crate) const MOST_HELD_PX: f64 = 128e6;

@@ -33,7 +33,7 @@ pub struct Sheet {
     pub pen: f64,
     pub paper: u8,
     pub ink: u8,
-    /// Maximum distance by which the hand strays from a line, in pixels.
+    /// Maximum deviation of the hand from a line, in pixels.
     pub wobble: f64,
 }
 

@@ -4,8 +4,8 @@
 //! robot: it starts where the route starts and faces along it (Boniardi et al. 2016, IV). Later marks leave
 //! the robot where it is, unless they contain a start. A rejected drawing changes nothing.
 //!
-//! What was learned on drives by a sketch may follow it. Marks are then placed in what was learned, although
-//! they refer to the sketch as before, and the robot may be anywhere. The same sketch again ends that.
+//! A sketch may be followed by a map learned on drives by it. Marks are then placed in the learned map, although they refer to the
+//! sketch as before, and the robot may be anywhere. Sending the same sketch again ends this.
 //!
 //! Drawings are parsed and checked just like files. This module does not open channels or files.
 
@@ -25,17 +25,17 @@ use crate::learned::{DrawingFile, Learned, Learner};
 
 /// Name that error messages use for a drawing that does not come from a file.
 pub const NAME: &str = "the drawing";
-/// The same for what was learned.
+/// The same for a learned map.
 const LEARNED_NAME: &str = "what was learned";
 /// Time limit for a task from the pad, in seconds of simulation time. It is generous because a person is watching and can abort
 /// the task.
 const TIME_LIMIT_S: f64 = 1800.0;
 
-/// The accepted drawings, byte for byte, from which another [`Desk`] can be restored.
+/// The accepted drawings, byte for byte, which are sufficient to restore another [`Desk`].
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct State {
     sketch: Vec<u8>,
-    /// What was learned by the sketch.
+    /// The map learned by the sketch.
     learned: Vec<u8>,
     /// The marks that placed the robot.
     placing: Vec<u8>,
@@ -59,7 +59,7 @@ pub enum Change {
 pub struct Desk {
     options: Options,
     drawing: Option<DrawnMap>,
-    /// What was learned by the drawing, with the map as a sketch once there are marks in it.
+    /// The map learned by the drawing, and as a sketch once there are marks in it.
     learned: Option<(Learned, Option<DrawnMap>)>,
     places: Option<Places>,
     state: State,
@@ -102,7 +102,7 @@ impl Desk {
     /// Processes a drawing and returns what it changes.
     ///
     /// # Errors
-    /// [`SketchError`], which says what was expected and what was found. In this case, nothing changes.
+    /// [`SketchError`] with what was expected and what was found. In this case, nothing changes.
     pub fn take(&mut self, kind: DrawingKind, bytes: &[u8]) -> Result<Change, SketchError> {
         match kind {
             DrawingKind::Sketch if Learned::is_one(bytes) => self.take_learned(bytes),
@@ -116,7 +116,7 @@ impl Desk {
         self.drawing.as_ref()
     }
 
-    /// Returns the current sketch with its start and tasks, or `None` if there are none yet. If it was learned, this is the map.
+    /// Returns the current sketch with its start and tasks, or `None` if there are none yet. For a learned map, this is the map.
     pub fn placed(&self) -> Option<(&DrawnMap, &Places)> {
         let sketch = match &self.learned {
             Some((_, map)) => map.as_ref(),
@@ -125,7 +125,7 @@ impl Desk {
         sketch.zip(self.places.as_ref())
     }
 
-    /// Returns what a drive by the current sketch and its marks teaches, and the drawing.
+    /// Returns what was learned on a drive by the current sketch and its marks, and the drawing.
     ///
     /// # Errors
     /// If there are no marks, or those of [`Learner`].
@@ -190,7 +190,7 @@ impl Desk {
             intent.heading_deg = Some(before.start.yaw_rad.to_degrees());
         }
         let places = match &mut self.learned {
-            // What is doubted about a drawing by hand does not concern what a laser has seen.
+            // Doubts about a hand drawing do not apply to a map made by laser.
             Some((learned, map)) => {
                 let (seen, places) = learned.place(LEARNED_NAME, &intent, &self.options)?;
                 *map = Some(seen);

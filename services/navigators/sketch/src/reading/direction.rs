@@ -82,7 +82,7 @@ fn apart(a: f64, b: f64) -> f64 {
     turn.min(2.0 * PI - turn)
 }
 
-/// Returns the circular mean of weighted directions, or `None` if the weights add up to nothing.
+/// Returns the circular mean of weighted directions, or `None` if the weights add up to zero.
 fn centroid<'a>(lines: impl Iterator<Item = &'a Line>) -> Option<Line> {
     let (mut x, mut y, mut weight) = (0.0, 0.0, 0.0);
     for line in lines {

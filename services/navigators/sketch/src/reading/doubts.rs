@@ -1,10 +1,10 @@
 //! Checks whether a robot can drive by a drawing at all, and reports what is doubtful about it, with
 //! positions in image pixels.
 //!
-//! A drawing does not say how large it is. Like the localizer, these checks assume that what is drawn is 25 m
-//! long. With walls all around the start, it may just as well be a single room, in which case 6 m are enough.
-//! The laser is therefore only expected to see nothing if that is so at every likely scale. A doubt is a
-//! warning, whereas [`hopeless`] rejects drawings that cannot possibly work.
+//! The true size of a drawing is not known. Like the localizer, these checks assume that the drawn floor is 25 m long. With walls
+//! all around the start, it may just as well be a single room, in which case 6 m are enough. The laser is therefore only expected
+//! to see nothing if this is the case at every likely scale. A doubt is a warning, whereas [`hopeless`] rejects drawings that
+//! cannot possibly work.
 
 use std::fmt;
 
@@ -18,16 +18,16 @@ use super::left_out::LeftOut;
 use super::places::{Places, flood};
 use super::walls::Kind;
 
-/// Assumed length of what is drawn, in metres: for a building, and for a single room.
+/// Assumed length of the drawn floor, in metres: for a building, and for a single room.
 const BUILDING_M: f64 = 25.0;
 const ROOM_M: f64 = 6.0;
 /// Walls count as all around a position if at least this share of the directions leads to one.
 const ENCLOSED_SHARE: f64 = 0.5;
 /// Number of directions in which to look for walls.
 const DIRECTIONS: u32 = 72;
-/// Minimum share of the page that strokes must cover. Less is hardly a drawing.
+/// Minimum share of the page that strokes must cover.
 const LEAST_INK_SHARE: f64 = 0.002;
-/// Minimum area of the free space around the start, in square metres. Less leads nowhere.
+/// Minimum area of the free space around the start, in square metres.
 const LEAST_ROOM_M2: f64 = 1.0;
 /// Maximum width of a door, in metres, in a building as small as a room.
 const DOOR_M: f64 = 1.0;
@@ -299,7 +299,7 @@ fn along(from: &Point<Sketch>, to: &Point<Sketch>, step_px: f64) -> impl Iterato
     })
 }
 
-/// A summed-area table of the walls, which can tell in constant time whether a box of any size contains any.
+/// A summed-area table of the walls, which determines in constant time whether a box of any size contains a wall.
 struct Walls<'a> {
     drawing: &'a DrawnMap,
     /// For each corner of a cell, the number of wall cells below and to the left of it.
@@ -327,7 +327,7 @@ impl<'a> Walls<'a> {
         Self { drawing, sums, extent }
     }
 
-    /// Returns the longer side of what is drawn, in sketch pixels. For a filled drawing, which is solid outside, this is the
+    /// Returns the longer side of the drawn floor, in sketch pixels. For a filled drawing, which is solid outside, this is the
     /// longer side of the page.
     fn length_px(&self) -> f64 {
         let sides = self.extent.map(|[low, high]| high.saturating_sub(low) + 1);

@@ -10,7 +10,7 @@ const SIGMA: f32 = 1.4;
 /// Radius of the blur, in pixels.
 const REACH: usize = 3;
 const TAPS: usize = 2 * REACH + 1;
-/// Squared gradient magnitudes from which a pixel starts an edge, and from which it continues one.
+/// Minimum squared gradient magnitudes of a pixel that starts an edge, and of one that continues an edge.
 const STRONG: i32 = 160 * 160;
 const WEAK: i32 = 80 * 80;
 

@@ -1,4 +1,4 @@
-//! Unpacks compressed files and decodes text in whatever encoding it has.
+//! Unpacks compressed files and decodes text of any encoding.
 
 use std::borrow::Cow;
 use std::io::Read;
@@ -39,7 +39,8 @@ pub(crate) fn text<'a>(bytes: &'a [u8], broken: &Broken) -> Result<Cow<'a, str>,
         })?,
         (None, None, None) => UTF_8,
     };
-    // A declaration that reads as ASCII is not UTF-16, whatever it says: some programs declare UTF-16 and then write UTF-8.
+    // A declaration that is readable as ASCII is not UTF-16, even if it claims to be: some programs declare UTF-16 and then write
+    // UTF-8.
     let is_ascii = [UTF_16LE, UTF_16BE].contains(&encoding) && bytes.starts_with(b"<?xml");
     let encoding = if is_ascii { UTF_8 } else { encoding };
     let (text, encoding, is_garbled) = encoding.decode(bytes);

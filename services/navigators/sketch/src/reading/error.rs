@@ -1,4 +1,4 @@
-//! Errors in drawings. Each says what was expected, what was found, and where.
+//! Errors in drawings. Each states what was expected, what was found, and where.
 
 use sketchnav_schemas::mission::MissionError;
 
@@ -102,7 +102,7 @@ pub enum SketchError {
         /// Number of attempts to read the drawing.
         attempts: u32,
     },
-    /// Neither the mission nor the drawing says where the robot starts.
+    /// Neither the mission nor the drawing specifies where the robot starts.
     #[error(
         "navigator.start: expected the start in image pixels of {file}, found none in the mission or the drawing"
     )]
@@ -170,8 +170,8 @@ pub enum SketchError {
         /// The position.
         place: [f64; 2],
     },
-    /// There are no walls near the start or the tasks, so nothing shows how large the drawing is, or where in
-    /// it the robot is.
+    /// There are no walls near the start or the tasks, so neither the scale of the drawing nor the robot's position in it can be
+    /// determined.
     #[error("navigator.start at ({:.0}, {:.0}) of {file}: expected walls around the start or on the way, found none within the laser's reach (about {reach_px:.0} px). Draw the walls around them", start[0], start[1])]
     OpenField {
         /// The start.
@@ -181,17 +181,17 @@ pub enum SketchError {
         /// Estimated range of the laser, in image pixels.
         reach_px: f64,
     },
-    /// A goal is a name that no place has.
+    /// A goal is an unknown name.
     #[error("{what}: expected the name of a place, found {name:?}; {hint}")]
     UnknownName {
         /// The task.
         what: String,
         /// The name.
         name: String,
-        /// The names that the places have, or how to name one.
+        /// The names of the places, or how to name one.
         hint: String,
     },
-    /// A goal is a name that several places have.
+    /// A goal is a name of several places.
     #[error("{what}: expected the name of one place of {file}, found {name:?} at ({:.0}, {:.0}) and at ({:.0}, {:.0}); rename one, or say which in navigator.places", places[0][0], places[0][1], places[1][0], places[1][1])]
     AmbiguousName {
         /// The task.
@@ -203,7 +203,7 @@ pub enum SketchError {
         /// The first two places.
         places: [[f64; 2]; 2],
     },
-    /// There are no tasks or points, or more than a route message holds.
+    /// There are no tasks or points, or more than a route message can contain.
     #[error("{key}: expected {expected}, found {found}")]
     Count {
         /// What was counted: tasks or points.

@@ -1,4 +1,4 @@
-//! Separates ink from paper, which decides which pixels of a picture are walls.
+//! Separates ink from paper, which determines which pixels of a picture are walls.
 //!
 //! Pictures come in three kinds. A *clean* picture has two tones that are far apart and little else, and is
 //! separated by Otsu's threshold. Anything else is treated as a *photograph* of strokes on paper under uneven
@@ -31,8 +31,8 @@ const CLEAN_CONTRAST: usize = 64;
 const LEAST_CONTRAST: f64 = 24.0;
 /// Depth, as a share of the diagonal, beyond which a pixel lies too far from the edge of its area to be part of a stroke.
 const DEEP_SHARE: f64 = 0.02;
-/// Maximum share of a tone's area that may be deeper than [`DEEP_SHARE`] if the tone is strokes. With more,
-/// it is free space. Some pillars and tables may be filled in, but not most of a drawing.
+/// Maximum share of a tone's area that may be deeper than [`DEEP_SHARE`] for the tone to count as strokes. With more, it is free
+/// space. Some pillars and tables may be filled in, but not most of a drawing.
 const DEEP_AREA_SHARE: f64 = 0.3;
 /// Width of the window whose mean is the paper's brightness, as a share of the longer side.
 const PAPER_WINDOW_SHARE: f64 = 0.125;
@@ -60,7 +60,7 @@ pub(crate) fn find(tones: &Tones, tone: WallTone) -> Option<Ink> {
     match &tones.cover {
         None => on_black(),
         Some(cover) if !is_light_pen(&tones.ink, cover) => on_white().or_else(on_black),
-        // The mission says that walls are dark, so they are drawn on light paper.
+        // The mission specifies dark walls, so they are drawn on light paper.
         Some(_) if tone == WallTone::Dark => on_white(),
         Some(_) => on_black(),
     }
@@ -247,8 +247,8 @@ fn photograph(picture: &GrayImage, tone: WallTone) -> Option<Ink> {
     Some(Ink { walls, kind: Kind::Photograph, faint: 0.0 })
 }
 
-/// Returns true if the strokes are darker than the paper. Strokes are few and stand out from their surroundings, whereas paper
-/// is plentiful and hardly does. The skew of the differences therefore tells on which side the strokes are.
+/// Returns true if the strokes are darker than the paper. Strokes are few and stand out from their surroundings, whereas paper is
+/// plentiful and hardly does. The skew of the differences therefore shows on which side the strokes are.
 fn strokes_are_dark(picture: &GrayImage, around: &GrayImage) -> bool {
     let pairs = picture.iter().zip(around.iter()).map(|(&v, &m)| (f64::from(v), f64::from(m).max(1.0)));
     pairs.map(|(v, m)| ((v - m) / m).powi(3)).sum::<f64>() <= 0.0

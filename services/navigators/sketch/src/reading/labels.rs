@@ -1,8 +1,7 @@
 //! Texts on a drawing. They are not walls, but name the places where they are written.
 //!
-//! A goal may be given by name. Names in the mission (`navigator.places`) take precedence over the goals
-//! marked in a strokes file, and these over texts, so that a mission can always settle what a drawing leaves
-//! open.
+//! A goal may be given by name. Names in the mission (`navigator.places`) take precedence over the goals marked in a strokes file,
+//! and these over texts, so that a mission can always resolve what a drawing leaves open.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::nearest::{folded, nearest_name};
@@ -29,7 +28,7 @@ pub struct Label {
 }
 
 impl Label {
-    /// Returns the label with single spaces between its words, or `None` if it is no name.
+    /// Returns the label with single spaces between its words, or `None` if it is not a name.
     pub(crate) fn tidied(&self) -> Option<Self> {
         Some(Self { text: tidied(&self.text)?, at: self.at })
     }
@@ -94,7 +93,7 @@ impl<'a> Names<'a> {
         }
     }
 
-    /// Returns what a person may have meant by an unknown name.
+    /// Returns suggestions for an unknown name.
     fn hint(&self, wanted: &str) -> String {
         let mut names: Vec<_> = self.by_precedence.iter().flatten().map(|(name, _)| *name).collect();
         names.sort_unstable();

@@ -1,7 +1,7 @@
 //! Measures the width of the pen, and repairs small slips of the hand.
 //!
-//! A gap narrower than the stroke is a slip of the hand rather than a door, so it is filled by a
-//! morphological closing with a disc as wide as the stroke. Distances are Euclidean and exact.
+//! A gap narrower than the stroke is a slip of the hand rather than a door and is therefore filled by a morphological closing with
+//! a disc as wide as the stroke. Distances are Euclidean and exact.
 
 use std::ops::Range;
 
@@ -94,8 +94,8 @@ fn column_depths(mask: &GrayImage) -> Vec<u16> {
     depths
 }
 
-/// The lower envelope of the parabolas over one stretch. For each parabola it holds the apex, the height there, and the
-/// position from which the parabola is the lowest.
+/// The lower envelope of the parabolas over one stretch. Each parabola is stored with its apex, the height there, and the position
+/// from which it is the lowest.
 #[derive(Default)]
 struct Envelope {
     parabolas: Vec<[i32; 3]>,

@@ -21,13 +21,13 @@ use super::labels::Names;
 use super::settings::Settings;
 use crate::task::Task;
 
-/// Time limit for a task that only the drawing names, in seconds of simulation time.
+/// Time limit for a task that is only defined in the drawing, in seconds of simulation time.
 const MARKED_TIME_LIMIT_S: f64 = 180.0;
 
 /// The start and tasks requested by a person, in image pixels.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Intent {
-    /// Position at which the robot starts.
+    /// The robot's start position.
     pub start: Option<[f64; 2]>,
     /// Heading at the start, in degrees counter-clockwise from "to the right".
     pub heading_deg: Option<f64>,
@@ -52,7 +52,7 @@ pub struct ImageTask {
 /// A start and tasks that are valid in the drawing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Places {
-    /// Pose at which the robot starts.
+    /// The robot's start pose.
     pub start: Pose<Sketch>,
     /// Standard deviation of the start position, in pixels.
     pub start_spread_px: f64,
@@ -234,7 +234,8 @@ pub(crate) fn nearest_free(drawing: &DrawnMap, point: &Point<Sketch>) -> Option<
     nearest(drawing, point, |cell| drawing.cell(cell) == Some(FREE))
 }
 
-/// Returns the centre of the nearest cell for which `is_meant` holds, searching growing square rings around the point.
+/// Returns the centre of the nearest cell for which `is_meant` holds, searching in square rings of increasing size around the
+/// point.
 fn nearest(
     drawing: &DrawnMap,
     point: &Point<Sketch>,

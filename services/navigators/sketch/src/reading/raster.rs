@@ -53,7 +53,7 @@ impl Tones {
     }
 }
 
-/// Returns the size on the canvas of a drawing of `width` x `height`, and the scale that leads to it, at most `scale_max`.
+/// Returns the size on the canvas of a drawing of `width` x `height`, and the corresponding scale, at most `scale_max`.
 pub(crate) fn fit(width: f64, height: f64, scale_max: f64) -> (u32, u32, f64) {
     let by_cells = (MAX_SKETCH_CELLS as f64 / (width * height)).sqrt();
     let by_side = f64::from(MAX_CANVAS_SIDE) / width.max(height);

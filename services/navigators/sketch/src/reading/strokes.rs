@@ -33,7 +33,7 @@ use super::{GoalMark, Marks, StartMark};
 const MAX_BYTES: usize = 32 << 20;
 /// Maximum side length of a canvas, in pixels.
 const MAX_CANVAS_PX: u32 = 30_000;
-/// Maximum absolute value of a coordinate, in pixels. A pen may slip off the canvas, but not out of the room.
+/// Maximum absolute value of a coordinate, in pixels. A pen may slip off the canvas, but not this far.
 const MAX_COORDINATE_PX: f64 = 100_000.0;
 
 #[derive(Deserialize)]

@@ -97,7 +97,7 @@ pub(super) fn too_large(bytes: &[u8]) -> String {
 pub(super) const ROOMS: [&str; 4] =
     ["M100 100 H1900", "M1900 100 V1100 H100", "M100 1100 V100", "M1000 100 V700 M1000 900 V1100"];
 
-/// Returns an SVG of the rooms. `paint` holds the attributes of the strokes, and `before` is drawn before the rooms.
+/// Returns an SVG of the rooms. `paint` contains the attributes of the strokes, and `before` is drawn before the rooms.
 pub(super) fn rooms(before: &str, paint: &str) -> Vec<u8> {
     let walls: String =
         ROOMS.iter().map(|d| format!("<path d='{d}' fill='none' stroke-width='9' {paint}/>")).collect();
@@ -227,7 +227,7 @@ fn what_cannot_be_is_refused_with_its_name_and_place() {
             placed(start, far),
             "task 2 (kitchen): goal at (10, 10) of pad.json: expected a free path from the start at (100, 100)",
         ),
-        // The goal was once blamed for a start in metres instead of pixels.
+        // A start in metres instead of pixels was once reported as an error in the goal.
         (
             placed(
                 Some([0.9, 6.15]),

@@ -2,8 +2,8 @@
 //! not walls, but it names the place where it is. No other file is opened. Anything that is left out is
 //! reported.
 //!
-//! First, [`styles`] works out the styles. Then costs are counted before they are incurred: those of
-//! references before any is followed, and those of painting before anything is painted.
+//! First, [`styles`] computes the styles. Then the costs are estimated before they are incurred: those of references before any is
+//! followed, and those of painting before anything is painted.
 
 mod pictures;
 mod references;
@@ -144,8 +144,8 @@ fn languages(document: &Document) -> Vec<String> {
     all.into_iter().take(MOST_LANGUAGES).chain(["en".to_owned()]).collect()
 }
 
-/// Records what the renderer has made of the watched elements. The renderer silently drops what it cannot paint: a straight
-/// line along an axis, for example, has no box to which a gradient, a filter, a mask or a clip path could be fitted.
+/// Records how the renderer has drawn the watched elements. The renderer silently drops what it cannot paint: a straight line along
+/// an axis, for example, has no box for a gradient, a filter, a mask or a clip path.
 struct Seen<'a> {
     served: &'a BTreeMap<String, String>,
     unscaled: &'a BTreeMap<String, String>,

@@ -12,9 +12,9 @@ use super::pairing::{Pair, Step, drawn};
 
 /// Number of alignments that are drawn.
 const SAMPLES: usize = 40;
-/// State of the random numbers, so that the same floors give the same answer.
+/// State of the random number generator, so that the same floors give the same answer.
 const SEED: u128 = 0x2545_f491_4f6c_dd1d;
-/// Share of the weight around the goal whose partners a rival must not have.
+/// Share of the weight around the goal that must have different partners in a rival.
 const DECIDING: f64 = 0.7;
 /// Distance, in metres, within which pieces of wall around the goal have about the same weight.
 const AROUND_M: f64 = 0.3;
@@ -32,7 +32,7 @@ pub struct Hypothesis {
     pub place: Option<Place>,
     /// The middle of the gap beyond which the goal lies, in metres, or `None` if it does not lie beyond one.
     pub gap: Option<Place>,
-    /// Share of the alignments that have the goal here, from 0 to 1.
+    /// Share of the alignments that locate the goal here, from 0 to 1.
     pub share: f64,
     /// Standard deviation of the place over these alignments, in metres.
     pub spread_m: f64,
@@ -43,7 +43,7 @@ pub struct Hypothesis {
 pub struct Doors {
     /// Doors of the drawing that have a partner in the map.
     pub matched: u32,
-    /// Doors of the drawing that have none, though the map was seen where they would be.
+    /// Doors of the drawing that have none, although their position was seen in the map.
     pub only_drawn: u32,
     /// Doors of the map that have none.
     pub only_seen: u32,
@@ -60,20 +60,20 @@ impl Doors {
 /// Where the goal lies.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Answer {
-    /// Where the goal may lie, the likeliest first.
+    /// Where the goal may lie, the most likely first.
     pub hypotheses: Vec<Hypothesis>,
-    /// Amount by which the best alignment that has the goal elsewhere costs more. `None` if the goal has no place.
+    /// Additional cost of the best alignment that locates the goal elsewhere. `None` if the goal is not located.
     pub margin: Option<f64>,
-    /// The doors in one alignment, whose outlines of the first regions are aligned best and whose rest is drawn at random.
+    /// The doors in one alignment, with the best alignment of the first regions' outlines and the rest drawn at random.
     pub doors: Doors,
     /// Pairs of regions of the drawing and of the map in the same alignment. A region of the drawing has at most one partner.
     pub regions: Vec<[u16; 2]>,
-    /// The goal's place in the map according to each of the alignments that have one, in metres.
+    /// The goal's place in the map according to each alignment that locates it, in metres.
     pub places: Vec<Place>,
 }
 
 impl Answer {
-    /// Returns the share of all alignments that have the goal within a distance of a place of the map, both in metres.
+    /// Returns the share of all alignments that locate the goal within a distance of a place of the map, both in metres.
     pub fn share_near(&self, place: Place, within_m: f64) -> f64 {
         let is_near = |other: &&Place| {
             let off = minus(**other, place);
@@ -89,7 +89,7 @@ enum Found {
     Gap { room: u16, gap: Place },
 }
 
-/// Aligns a map with a drawing and says where a goal of the drawing, given in its pixels, lies in the map. `None` if the goal
+/// Aligns a map with a drawing and locates a goal of the drawing, given in its pixels, in the map. Returns `None` if the goal
 /// cannot be reached through doors of the drawing.
 pub fn locate(drawing: &Floor, map: &Floor, goal: Place) -> Option<Answer> {
     let room = drawing.room_at(goal)?;
@@ -116,7 +116,7 @@ pub fn locate(drawing: &Floor, map: &Floor, goal: Place) -> Option<Answer> {
     Some(answer)
 }
 
-/// Groups the alignments by where they have the goal.
+/// Groups the alignments by where they locate the goal.
 fn summary(map: &Floor, found: &[Found]) -> Answer {
     let mut groups: BTreeMap<(u16, Option<[i64; 2]>), Vec<&Found>> = BTreeMap::new();
     for one in found {
@@ -170,7 +170,7 @@ fn deviation(values: impl Iterator<Item = f64> + Clone) -> f64 {
     (values.map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt()
 }
 
-/// A goal and an alignment that is asked about it.
+/// A goal and the alignment that locates it.
 struct Asked<'a> {
     joint: &'a Joint<'a>,
     /// The goal in the frame of the drawing's floor.
@@ -344,7 +344,7 @@ impl Around {
         }))
     }
 
-    /// Returns the partners that decide where the goal lies, which are those with most of the weight.
+    /// Returns the partners that determine where the goal lies, which are those with most of the weight.
     fn deciding(&self, a: &Lattice) -> Forbidden {
         let mut order: Vec<_> = self.known.iter().collect();
         order.sort_by(|x, y| y.2.total_cmp(&x.2));

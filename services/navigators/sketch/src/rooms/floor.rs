@@ -14,7 +14,7 @@ const LEAST_CELLS: usize = 30;
 /// Maximum number of holes of a region that are joined to its outline.
 const MOST_HOLES: usize = 4;
 
-/// What a stretch of a region's outline is.
+/// The kind of a stretch of a region's outline.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// A piece of wall.
@@ -67,8 +67,8 @@ pub struct Door {
     pub width: f64,
 }
 
-/// Converts positions to the frame of a [`Floor`], which is turned such that its walls are parallel to those of the drawing and
-/// whose unit is a metre, as far as that is known of a drawing.
+/// Converts positions to the frame of a [`Floor`], which is rotated such that its walls are parallel to those of the drawing and
+/// whose unit is a metre, as far as the scale of a drawing is known.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frame {
     /// Length of a cell, in the unit of the drawing or the map.
@@ -77,7 +77,7 @@ pub struct Frame {
     pub origin: Place,
     /// Length of the drawing's or the map's unit, in metres.
     pub unit_m: f64,
-    /// Angle by which positions are turned, in radians.
+    /// Rotation of positions, in radians.
     pub turn_rad: f64,
 }
 
@@ -110,15 +110,15 @@ fn turned([x, y]: [f64; 2], angle_rad: f64) -> [f64; 2] {
 /// What a floor is made from.
 #[derive(Debug, Clone, Copy)]
 pub struct Ground<'a> {
-    /// Cells at which an outline is wall. If this is `None`, it is wall everywhere except at doors.
+    /// Cells where an outline is wall. If this is `None`, it is wall everywhere except at doors.
     pub walls: Option<&'a Region>,
     /// The robot's start, in cells.
     pub start: Place,
     /// Length of a piece of wall, in cells.
     pub piece: f64,
-    /// Area, in cells, from which on a hole of a region is joined to its outline.
+    /// Minimum area, in cells, of a hole that is joined to the outline of its region.
     pub least_hole: usize,
-    /// Length, in cells, up to which a gap is narrow.
+    /// Maximum length, in cells, of a narrow gap.
     pub narrow: f64,
 }
 
@@ -285,7 +285,7 @@ fn connected(first: usize, cells: &mut Vec<usize>, width: usize) -> Vec<usize> {
     found
 }
 
-/// The outline of a region, with the cells at which holes were joined to it.
+/// The outline of a region, with the cells where holes were joined to it.
 pub struct Outline {
     pub cells: Vec<[i64; 2]>,
     pub cuts: Region,

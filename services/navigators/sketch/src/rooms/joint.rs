@@ -1,5 +1,5 @@
 //! The joint alignment of two floors. The outline of the region with the start is aligned with that of the drawing's, and a pair of
-//! doors costs what the regions beyond them cost, and so on.
+//! doors costs as much as the regions beyond them, and so on.
 
 use std::collections::BTreeMap;
 
@@ -9,20 +9,20 @@ use super::floor::{Floor, Kind};
 use super::lattice::{Lattice, Opening};
 use super::pairing::{self, NEVER, Pairing, Problem, misfit, passages};
 
-/// Number of doors that are passed one after the other.
+/// Maximum number of doors that are passed one after the other.
 const DEPTH: u32 = 7;
-/// Number of ways in which the outlines of the two first regions are turned against each other.
+/// Number of relative rotations that are tried for the outlines of the two first regions.
 const TURNS: usize = 8;
-/// Number of energies after which no further regions are aligned. What is beyond them costs nothing. The first regions are always
+/// Number of energies after which no further regions are aligned. Anything beyond them has no cost. The first regions are always
 /// aligned.
 pub const MOST_ENERGIES: usize = 4_000_000;
-/// Difference in direction of two doors, as 1 − cos, up to which they may be the same.
+/// Maximum difference in direction, as 1 − cos, of two doors that may be the same.
 const MOST_TURNED: f32 = 0.6;
 /// Gain of a pair of doors, and of a door whose partner is a gap as narrow as a door.
 const GAIN: [f32; 2] = [1.0, 0.7];
 /// Cost of a door without a partner, in the drawing and in the map, if there is a whole room beyond it.
 const ALONE: [f64; 2] = [3.0, 2.5];
-/// Area, in square metres, from which on a room is whole.
+/// Minimum area, in square metres, of a whole room.
 const WHOLE_M2: f64 = 4.0;
 /// Additional cost of a door of the drawing without a partner on the way to the goal.
 const ON_WAY: f32 = 5.0;
@@ -51,7 +51,7 @@ pub struct Joint<'a> {
     known: BTreeMap<(usize, u16, Opening), usize>,
     aligned: Vec<Aligned>,
     beyond: BTreeMap<Beyond, usize>,
-    /// The first regions, turned against each other in several ways, as indices of `aligned`.
+    /// The first regions in several relative rotations, as indices of `aligned`.
     pub roots: Vec<usize>,
     /// Doors that are being passed.
     passing: Vec<Beyond>,
@@ -77,12 +77,12 @@ impl<'a> Joint<'a> {
         joint
     }
 
-    /// Returns the free energy of the best turn, or infinity if there is none.
+    /// Returns the free energy of the best rotation, or infinity if there is none.
     pub fn energy(&self) -> f32 {
         self.root_energies().fold(f32::INFINITY, f32::min)
     }
 
-    /// Returns the number of energies that are kept.
+    /// Returns the number of stored energies.
     #[cfg(test)]
     pub fn size(&self) -> usize {
         self.energies
@@ -132,8 +132,8 @@ impl<'a> Joint<'a> {
         index
     }
 
-    /// Returns the energy of the regions beyond two doors. It is kept as it was first needed, although it would be another one if
-    /// fewer doors had been passed before, or others.
+    /// Returns the energy of the regions beyond two doors. The first value computed is stored and reused, although it would be
+    /// different after fewer or other doors.
     fn pass(&mut self, doors: Beyond, depth: u32) -> f32 {
         if let Some(index) = self.beyond.get(&doors) {
             return self.aligned[*index].pairing.energy();

@@ -1,5 +1,5 @@
 //! The outline of a region, cut open, as a lattice: a door that is hardly narrower than the regions beside it may be a door in one
-//! floor and open in the other, so it is one stretch or, at a price, the whole outline of the region beyond it.
+//! floor and open in the other, so it is one stretch or, at a cost, the whole outline of the region beyond it.
 
 use sketchnav_mapping::outline::Place;
 
@@ -11,7 +11,7 @@ const MOST_NODES: usize = 300;
 const MOST_BEFORE: usize = 4;
 /// Maximum number of regions that are entered one through the other.
 const MOST_ENTERED: usize = 2;
-/// Share of a door's width below which the region beyond it is always one of its own.
+/// Share of a door's width below which the region beyond it is always separate.
 const WEAK: f64 = 0.45;
 
 /// A stretch in a lattice.
@@ -22,7 +22,7 @@ pub struct Node {
     pub room: u16,
     /// Index of the stretch in that outline.
     pub index: u16,
-    /// Price of passing the node, which is that of the door through which its region was entered.
+    /// Cost of passing the node, which is that of the door through which its region was entered.
     pub price: f32,
 }
 
@@ -119,7 +119,7 @@ impl Lattice {
     }
 }
 
-/// Returns the price of taking a door for open, or `None` if it is too narrow for that.
+/// Returns the cost of treating a door as open, or `None` if it is too narrow for that.
 fn price_of(share: f64) -> Option<f32> {
     const LEAST: f64 = 0.3;
     const MOST: f64 = 2.0;

@@ -1,5 +1,5 @@
-//! The alignment of two lattices by dynamic programming, with the free energy of all alignments instead of the cost of the best,
-//! so that alignments can be drawn at random in proportion to their weight.
+//! The alignment of two lattices by dynamic programming. It computes the free energy of all alignments instead of the cost of the
+//! best one, so that alignments can be drawn at random in proportion to their weight.
 
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
@@ -8,9 +8,9 @@ use sketchnav_mapping::outline::{Place, minus, unit};
 use super::floor::{Kind, Token};
 use super::lattice::{Lattice, Node};
 
-/// Energy of what is impossible.
+/// Energy of impossible alignments.
 pub const NEVER: f32 = 1e9;
-/// Energy difference by which the weight of an alignment falls by a factor of e.
+/// Energy difference that reduces the weight of an alignment by a factor of e.
 const TEMPERATURE: f32 = 0.3;
 /// Gain of a piece of wall with a partner, in each of the floors.
 const GAIN_WALL: f32 = 0.3;
@@ -34,7 +34,7 @@ const SHARE_AFAR: f64 = 0.15;
 const NEAR_M: f64 = 0.3;
 /// Cost of a partner that is ruled out.
 const FORBIDDEN: f32 = 5.0;
-/// Distance, in metres, from a forbidden partner up to which others are forbidden, too.
+/// Distance, in metres, within which the partners around a forbidden one are forbidden, too.
 pub const AWAY_M: f64 = 2.5;
 
 /// How a step of an alignment advances.
@@ -48,7 +48,7 @@ pub enum Step {
     Seen,
 }
 
-/// A node of each lattice, and how the alignment came there.
+/// A node of each lattice, and how the alignment reached it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Pair {
     pub drawn: usize,
@@ -56,7 +56,7 @@ pub struct Pair {
     pub step: Step,
 }
 
-/// What a node contributes to costs.
+/// The contribution of a node to costs.
 #[derive(Debug, Clone, Copy)]
 struct Side {
     direction: [f32; 2],
@@ -107,10 +107,10 @@ pub struct Pairing {
     energies: Vec<f32>,
 }
 
-/// What is needed to align two lattices.
+/// The input for the alignment of two lattices.
 pub struct Problem<'a> {
     pub lattices: [&'a Lattice; 2],
-    /// Places at which the lattices begin, in their floors.
+    /// The first cells of the lattices, in their floors.
     pub origins: [Place; 2],
     /// The place that the partner of each node of the drawing must be away from.
     pub forbidden: Vec<Option<Place>>,
@@ -224,7 +224,7 @@ impl Pairing {
         self.cost(b, i, j) + SHARES
     }
 
-    /// Calls `each` with the energy of every way to come to a pair of nodes.
+    /// Calls `each` with the energy of every way to reach a pair of nodes.
     fn ways(
         &self,
         a: &Lattice,

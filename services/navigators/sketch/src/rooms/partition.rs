@@ -21,7 +21,7 @@ pub struct Dividing {
     pub ratio: f32,
     /// Clearance above which a saddle is never a passage, in cells.
     pub widest: f32,
-    /// Area, in cells, below which a region becomes part of the neighbour that it has most border with.
+    /// Area, in cells, below which a region becomes part of the neighbour with the longest common border.
     pub least_area: usize,
 }
 
@@ -34,13 +34,13 @@ pub struct Partition {
     pub labels: Vec<u16>,
     /// Distance of each cell to the nearest solid one, in cells.
     pub clearance: Vec<f32>,
-    /// The number of cells and the largest clearance of each region. The first entry stands for [`NONE`].
+    /// The number of cells and the largest clearance of each region. The first entry is for [`NONE`].
     pub regions: Vec<(usize, f32)>,
 }
 
 impl Partition {
-    /// Divides the cells of `free`. Clearance is measured to the cells of `solid`. A small region that has a cell in `open` is
-    /// not joined to a neighbour but left out, because it is what a glance shows of something larger.
+    /// Divides the cells of `free`. Clearance is measured to the cells of `solid`. A small region that has a cell in `open` is not
+    /// joined to a neighbour but left out, because it is the visible part of something larger.
     pub fn new(free: &Region, solid: &Region, open: &Region, dividing: &Dividing) -> Self {
         let width = free.width();
         let mut clearance = vec![0.0; free.cells()];
@@ -69,7 +69,7 @@ impl Partition {
             *borders[a as usize].entry(b).or_default() += 1;
             *borders[b as usize].entry(a).or_default() += 1;
         }
-        // The label that each label has become.
+        // The new label of each label.
         let mut now: Vec<u16> = (0..most as u16).collect();
         while let Some(small) =
             (1..most).filter(|k| (1..least_area).contains(&area[*k])).min_by_key(|k| area[*k])

@@ -84,7 +84,7 @@ fn in_plan([x, y]: [f64; 2], yaw_rad: f64) -> [f64; 2] {
     [START[0] + cos * x - sin * y, START[1] + sin * x + cos * y]
 }
 
-/// Returns the distance from where the answer has a goal to where it is, in metres, and the answer.
+/// Returns the distance between the goal according to the answer and the true goal, in metres, and the answer.
 fn asked(drawing: &Floor, map: &Floor, goal: [f64; 2], px: [f64; 2], yaw_rad: f64) -> (f64, Answer) {
     let answer = locate(drawing, map, [0, 1].map(|k| goal[k] * px[k])).unwrap();
     let place = answer.hypotheses[0].place.map_or([f64::INFINITY; 2], |place| in_plan(place, yaw_rad));
@@ -242,7 +242,7 @@ fn work_is_bounded() {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(6))]
-    /// Neither the size of the drawing nor the direction in which the robot set out matters.
+    /// Neither the size of the drawing nor the robot's initial direction matters.
     #[test]
     fn scale_and_heading_do_not_matter(px in 12.0..32.0, yaw_rad in -3.1..3.1_f64, goal in 0..5_usize) {
         let px = [px; 2];

@@ -12,7 +12,7 @@ const LEAST_OUTLINE: usize = 12;
 /// Number of cells below which a gap between walls, or a wall between two stretches of the same kind, is not counted.
 const LEAST_RUN: usize = 4;
 
-/// The outline of a region and what it may border on.
+/// The outline of a region and the kinds of cells that it may border on.
 pub struct Border<'a> {
     pub partition: &'a Partition,
     pub outline: &'a Outline,
@@ -60,7 +60,7 @@ pub fn tokens(border: &Border<'_>) -> Vec<Token> {
 }
 
 impl Border<'_> {
-    /// Returns what a cell of the outline is part of.
+    /// Returns the kind of stretch that a cell of the outline belongs to.
     fn kind(&self, at: [i64; 2]) -> Kind {
         let [column, row] = at.map(|part| part as usize);
         let cell = row * self.partition.width + column;

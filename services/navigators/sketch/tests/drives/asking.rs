@@ -1,4 +1,4 @@
-//! Tests of a robot that asks a person where it is, and of what it does with the answer.
+//! Tests of a robot that asks a person where it is, and of its response to the answer.
 
 use sketchnav_schemas::codes::{TaskState, Tracking};
 use sketchnav_schemas::message::MissionStatus;
@@ -105,7 +105,7 @@ fn a_place_far_from_all_of_them_anchors_what_is_compared_from_then_on() {
     drive.until("another word", |status| status.state != TaskState::Driving.code());
 }
 
-/// The arrival is believed by its own evidence, as without a pad.
+/// The arrival is accepted on its own evidence, as without a pad.
 #[test]
 fn where_nobody_answers_the_arrival_is_believed() {
     let mut drive = drive(Pad::Watches);
@@ -119,7 +119,7 @@ fn where_nobody_answers_the_arrival_is_believed() {
     assert!(alone.sent.get(QUESTION.spec).is_none());
 }
 
-/// The arrival is also believed if the person presses the button that resumes.
+/// The arrival is also accepted if the person resumes the mission.
 #[test]
 fn who_has_it_go_on_has_it_believe() {
     let mut drive = drive(Pad::Watches);
@@ -130,7 +130,7 @@ fn who_has_it_go_on_has_it_believe() {
     assert!(!status.reason.as_str().contains("agrees"), "{status:?}");
 }
 
-/// A planner that is stored and restored repeatedly asks the same question, and does the same with the answer.
+/// A planner that is stored and restored repeatedly asks the same question, and responds in the same way to the answer.
 #[test]
 fn a_question_survives_the_planner() {
     let (mut whole, mut broken) = (drive(Pad::Watches), drive(Pad::Watches));
@@ -156,8 +156,8 @@ fn a_question_survives_the_planner() {
     assert!(answered);
 }
 
-/// A robot that drives by the filter also waits for a person when it is lost, if there is a pad, and continues from where that
-/// person says.
+/// A robot that drives by the filter also waits for a person when it is lost, if there is a pad, and continues from the position
+/// that the person gives.
 #[test]
 fn a_lost_robot_waits_until_it_is_told_where_it_is() {
     let mut drive = Drive::with(

@@ -54,7 +54,7 @@ pub fn rooms() -> Vec<Line> {
 }
 
 /// The method used to be chosen beforehand from the drawing, and the choice was wrong for drawings that people had made of an open
-/// floor. Now the robot starts by the outline everywhere, and what it sees decides.
+/// floor. Now the robot always starts by the outline, and decides from what it sees.
 #[test]
 fn a_robot_that_has_seen_rooms_drives_by_the_filter() {
     let scene = Scene::faithful(rooms(), [13.0, 5.0], [1.5, 2.4, 0.0]);
@@ -64,7 +64,7 @@ fn a_robot_that_has_seen_rooms_drives_by_the_filter() {
     assert!(outcome.ends[0].1.ends_with("m from the goal"), "{:?}", outcome.ends);
 }
 
-/// A robot among rooms used to end a task as soon as the filter had lost its way, even if the map of its drive showed the goal.
+/// A robot among rooms used to end a task as soon as the filter had failed, even if the map of its drive showed the goal.
 #[test]
 fn the_outline_takes_over_when_the_filter_has_lost_its_way_among_rooms() {
     let scene = Scene::faithful(rooms(), [13.0, 5.0], [1.5, 2.4, 0.0]);
@@ -76,8 +76,8 @@ fn the_outline_takes_over_when_the_filter_has_lost_its_way_among_rooms() {
     assert!(outcome.ends[0].1.starts_with("the walls seen put the goal here"), "{:?}", outcome.ends);
 }
 
-/// Among rooms, the robot drives by the filter, which checks arrivals by looking around. Such a look used to be taken for one of
-/// the explorer's looks. Since the explorer had mapped nothing, the planner crashed.
+/// Among rooms, the robot drives by the filter, which checks arrivals by looking around. Such a look used to be mistaken for one of
+/// the explorer's looks. Since the explorer had not mapped anything, the planner crashed.
 #[test]
 fn a_look_of_the_filters_is_none_of_the_explorers() {
     let planner = "by_outline = true\nleast_open_share = 2.0\nlook_above = 0.1";

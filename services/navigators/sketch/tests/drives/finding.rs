@@ -1,4 +1,4 @@
-//! Drives in a map in which the robot may be anywhere. The estimate is always right here, and only how sure the localizer is of it
+//! Drives in a map where the robot may be anywhere. The estimate is always right here, and only the confidence of the localizer
 //! changes.
 
 use sketchnav_schemas::codes::TaskState::{self, Finished, Lost, Reached};
@@ -32,7 +32,7 @@ fn a_robot_that_finds_its_place_drives_to_its_goals() {
     assert_eq!(outcome.states(), [Reached, Reached, Finished], "{:?}", outcome.ends);
 }
 
-/// Each task begins a search of its own. The second one once began with the five looks of the first, and ended at once.
+/// Each task begins a new search. The second one once began with the five looks of the first, and ended immediately.
 #[test]
 fn a_search_that_failed_is_not_held_against_the_next_task() {
     let mut drive = drive();
@@ -44,7 +44,7 @@ fn a_search_that_failed_is_not_held_against_the_next_task() {
     assert!(outcome.seconds > 100.0, "{}", outcome.seconds);
 }
 
-/// Somebody carries the robot away, so that what it sees no longer fits where it believes to be.
+/// The robot is carried away, so its scans no longer fit its estimate.
 #[test]
 fn a_robot_that_loses_its_place_on_the_way_stops_to_look_for_it() {
     let mut drive = drive();

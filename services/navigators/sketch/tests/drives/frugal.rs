@@ -1,4 +1,4 @@
-//! Tests that a step does not allocate, whatever happens in it.
+//! Tests that a step never allocates.
 
 use sketchnav_runtime::{CountingAllocator, allocations_of_this_thread};
 use sketchnav_schemas::channels::{self, STATUS};
@@ -12,7 +12,7 @@ use crate::support::*;
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
-/// Makes the host reserve room for the newest and the next message of each channel before the first step.
+/// Makes the host reserve memory for the latest and the next message of each channel before the first step.
 fn make_room(drive: &mut Drive) {
     for spec in channels::written_by(Process::Planner, "sketch") {
         for _ in 0..2 {
@@ -54,7 +54,7 @@ fn a_step_allocates_nothing() {
     assert!(steps > 200);
 }
 
-/// Among rooms, the map keeps growing, the floor is judged again and again, and the next task begins.
+/// Among rooms, the map keeps growing, the floor is judged repeatedly, and the next task begins.
 #[test]
 fn a_step_among_rooms_allocates_nothing_either() {
     let scene = Scene::faithful(exploring::rooms(), [13.0, 5.0], [1.5, 2.4, 0.0]);

@@ -1,4 +1,4 @@
-//! Tests in which the planner drives a kinematic robot, with a perfect estimate, in small buildings.
+//! Tests of the planner with a kinematic robot, with a perfect estimate, in small buildings.
 
 mod asking;
 mod driving;

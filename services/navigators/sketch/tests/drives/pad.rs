@@ -1,4 +1,4 @@
-//! Tests of runs in which people draw, with what they send and order, and when.
+//! Tests of runs with people who draw, with various drawings, orders and times.
 
 use bytemuck::Zeroable;
 use sketchnav_schemas::channels::{ChannelSpec, STATUS};

@@ -1,5 +1,5 @@
 //! A small kinematic world of straight walls and round obstacles, in which the robot is a disc. The estimate of its pose in the
-//! drawing is perfect, so that a test of the planner tests only the planner.
+//! drawing is perfect, so that tests of the planner only depend on the planner.
 
 use bytemuck::Zeroable;
 use sketchnav_schemas::channels::{self, COMMAND, Channel, ChannelSpec, ODOMETRY, ORDERS, SCAN, STATUS};
@@ -43,7 +43,7 @@ pub struct Scene {
 /// The outcome of a drive.
 #[derive(Default)]
 pub struct Outcome {
-    /// Every state in which a task or the mission ended, in order, with the reason.
+    /// Every final state of a task or the mission, in order, with the reason.
     pub ends: Vec<(TaskState, String)>,
     /// The true path, one point per step.
     pub way: Vec<[f64; 2]>,
@@ -94,7 +94,7 @@ pub struct Drive {
 }
 
 impl Scene {
-    /// Creates a scene whose drawing shows every wall where it really is.
+    /// Creates a scene whose drawing shows every wall at its true position.
     pub fn faithful(walls: Vec<Line>, size_m: [f64; 2], start: [f64; 3]) -> Self {
         let start = Pose::new(start[0], start[1], start[2]);
         Self { drawn: walls.clone(), walls, discs: Vec::new(), warp: stretched, size_m, start }
@@ -283,7 +283,7 @@ impl Drive {
         said.map(|said| bytemuck::from_bytes(said.message))
     }
 
-    /// Moves the robot, which walls stop.
+    /// Moves the robot, which stops at walls.
     pub fn act(&mut self, twist: Twist) {
         self.twist = twist;
         let (sin, cos) = self.truth.yaw_rad.sin_cos();
@@ -308,7 +308,7 @@ impl Drive {
         found.unwrap_or_else(|| panic!("never {what}: {:?}", self.step()))
     }
 
-    /// Returns where the robot truly is.
+    /// Returns the true position of the robot.
     pub fn place(&self) -> [f64; 2] {
         [self.truth.x, self.truth.y]
     }

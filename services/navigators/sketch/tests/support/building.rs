@@ -65,7 +65,7 @@ pub struct Drawing {
     pub a: f64,
     /// Scale across the corridor, in pixels per metre.
     pub b: f64,
-    /// Angle by which the paper was turned, in radians.
+    /// Rotation of the paper, in radians.
     pub turn_rad: f64,
     /// Standard deviation of the corners' positions, in pixels.
     pub wobble_px: f64,

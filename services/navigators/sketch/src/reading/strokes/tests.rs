@@ -60,8 +60,8 @@ fn strokes_of(count: usize, points: &str, width: f64) -> Vec<u8> {
     format!("{{\"canvas\":[2540,1252],\"strokes\":[{}]}}", vec![stroke; count].join(",")).into_bytes()
 }
 
-/// Nobody draws 600,000 strokes, or a stroke with 500,000 corners. Some smaller drawings got past the pad but took 91 s to
-/// paint.
+/// People do not draw 600,000 strokes, or strokes with 500,000 corners. Some smaller drawings passed the checks of the pad but took
+/// 91 s to paint.
 #[test]
 fn more_strokes_than_people_draw_are_refused() {
     let error = too_large(&strokes_of(600_000, "[1,1],[9,9]", 5.0));

@@ -12,7 +12,7 @@ use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use crate::reading::error::{Broken, SketchError};
 use crate::reading::raster::{MAX_PIXELS, format_of, upright};
 
-/// URL scheme by which an `<image>` refers to a decoded picture.
+/// URL scheme for references from an `<image>` to a decoded picture.
 const SCHEME: &str = "picture:";
 
 /// The pictures of a drawing.
@@ -53,7 +53,7 @@ impl Pictures {
     }
 }
 
-/// Returns the picture that a reference returned by [`Pictures::add`] stands for.
+/// Returns the picture for a reference returned by [`Pictures::add`].
 pub(super) fn find<'a>(files: &'a [Arc<Vec<u8>>], reference: &str) -> Option<&'a Arc<Vec<u8>>> {
     files.get(reference.strip_prefix(SCHEME)?.parse::<usize>().ok()?)
 }

@@ -1,6 +1,5 @@
-//! Counts the elements of an SVG, with each reference counted as what it refers to. This has to happen before
-//! any reference is followed, since ten lines of `<use>` can expand to a billion elements. Style sheets have
-//! already been removed at this point.
+//! Counts the elements of an SVG, with each reference counted as its target. This has to happen before any reference is followed,
+//! since ten lines of `<use>` can expand to a billion elements. Style sheets have already been removed at this point.
 
 use std::collections::BTreeMap;
 
@@ -118,7 +117,7 @@ mod tests {
         checked(inside).unwrap_err().found
     }
 
-    /// Builds `levels` elements, each of which stands for ten of the previous one.
+    /// Builds `levels` elements, each of which expands to ten of the previous one.
     fn tenfold(
         levels: usize,
         element: impl Fn(usize, &str) -> String,

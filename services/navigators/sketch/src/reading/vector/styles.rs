@@ -1,15 +1,13 @@
-//! Works out the styles of an SVG before it is rendered. This is necessary because the renderer only knows
-//! the colours of CSS 3, and silently drops every line whose colour it cannot read. The result is the same
-//! drawing with plain attributes only, without style sheets, `var()` or colour functions.
+//! Computes the styles of an SVG before it is rendered. This is necessary because the renderer only supports the colours of CSS 3,
+//! and silently drops every line whose colour it cannot read. The result is the same drawing with plain attributes only, without
+//! style sheets, `var()` or colour functions.
 //!
-//! As in CSS, the valid declaration with the highest precedence wins. An invalid declaration is ignored in
-//! favour of the next one or the attribute. A declaration that may be valid but cannot be worked out is
-//! ignored as well, as in a browser that does not support it yet. If none is left, the drawing is rejected
-//! with an error that names the element, the property and the value.
+//! As in CSS, the valid declaration with the highest precedence wins. An invalid declaration is ignored in favour of the next one
+//! or the attribute. A declaration that may be valid but cannot be computed is ignored as well, as in a browser that does not
+//! support it yet. If none is left, the drawing is rejected with an error that names the element, the property and the value.
 //!
-//! Scripts, animations and descriptions are left out, and anything that may be missed is reported. A text is
-//! replaced by an invisible frame around it, which tells the renderer where the text is. Sources: CSS
-//! Cascading and Inheritance Level 4; SVG 2, 6.
+//! Scripts, animations and descriptions are left out, and anything that may be missed is reported. A text is replaced by an
+//! invisible frame around it, which marks its position for the renderer. Sources: CSS Cascading and Inheritance Level 4; SVG 2, 6.
 
 mod colours;
 mod labels;
@@ -65,7 +63,7 @@ const STYLE_ONLY: [&str; 3] = ["mix-blend-mode", "isolation", "image-rendering"]
 pub(crate) struct Flat {
     /// The SVG.
     pub text: String,
-    /// The pictures in the drawing, as PNG. [`Pictures::add`] returned the references by which an `<image>` refers to them.
+    /// The pictures in the drawing, as PNG. An `<image>` refers to them by the references that [`Pictures::add`] returned.
     pub pictures: Vec<Arc<Vec<u8>>>,
     /// Content that is left out and that a person may miss.
     pub left_out: Vec<LeftOut>,
@@ -79,7 +77,7 @@ pub(crate) struct Flat {
     pub unscaled: BTreeMap<String, String>,
 }
 
-/// Works out all styles of a drawing.
+/// Computes all styles of a drawing.
 ///
 /// # Errors
 /// [`SketchError`] if a colour or another value cannot be read, if there is too much of anything, or if an embedded picture is
@@ -175,7 +173,7 @@ impl<'a> Declared<'a> {
         longhands.iter().for_each(|name| self.add(name, value, false));
     }
 
-    /// Returns whether the colour scheme is dark with no other allowed, or `None` if no colour scheme is declared.
+    /// Returns true if the colour scheme is dark and no other is allowed. Returns `None` if no colour scheme is declared.
     fn is_dark(&self, variables: &Variables) -> Option<bool> {
         let value = self.properties.get("color-scheme")?.last()?.value;
         let value = variables.resolve(value).ok()?.to_ascii_lowercase();
@@ -360,7 +358,7 @@ struct Walk<'a, 'input> {
     unscaled: BTreeMap<String, String>,
     labels: Vec<(String, String)>,
     last_line: Option<LastLine>,
-    /// Number of texts that are left out and name no place.
+    /// Number of texts that are left out and do not name a place.
     nameless: usize,
 }
 

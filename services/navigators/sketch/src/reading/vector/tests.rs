@@ -44,7 +44,7 @@ fn a_filter_that_takes_hours_is_refused_by_its_name() {
     assert!(read(&svg(blurred), "d", &Options::default()).is_ok(), "a shadow is no crime");
 }
 
-/// Nested masks took 1.8 to 3 GB, since each has a page of its own. Nested patterns are painted again for every tile.
+/// Nested masks took 1.8 to 3 GB, since each has its own page. Nested patterns are painted again for every tile.
 #[test]
 fn masks_and_patterns_inside_each_other_are_few() {
     let masks: String = (0..24)
@@ -78,7 +78,7 @@ fn masks_and_patterns_inside_each_other_are_few() {
     assert!(error.contains("held at the same time") && error.contains("pattern \"h\""), "{error}");
 }
 
-/// A path with half a million corners may cross every row of pixels that many times, and the crossings in each row have to be
+/// A path with half a million corners may cross every row of pixels half a million times, and the crossings in each row have to be
 /// sorted. A dash counts as two corners.
 #[test]
 fn a_path_that_crosses_itself_without_end_is_refused() {
@@ -137,7 +137,7 @@ fn walls_are_drawn_however_their_colour_is_written() {
     }
 }
 
-/// A wall whose colour cannot be read is named in the error, whatever else is drawn.
+/// A wall whose colour cannot be read is named in the error, regardless of what else is drawn.
 #[test]
 fn a_wall_of_a_colour_that_cannot_be_read_is_named() {
     for paint in ["stroke='oklch(from red l c h)'", "style='stroke: var(--ink)'", "stroke='bananas'"] {
@@ -484,7 +484,7 @@ fn a_text_names_the_place_where_it_stands() {
     );
 }
 
-/// Outside of a switch, a text after HTML is a text of its own. It used to be read twice, so that its name was ambiguous.
+/// Outside a switch, a text after HTML is a separate text. It used to be read twice, so that its name was ambiguous.
 #[test]
 fn a_text_beside_html_is_read_once() {
     let html = "<foreignObject><p xmlns='http://www.w3.org/1999/xhtml'>note</p></foreignObject>";

@@ -35,13 +35,13 @@ struct Work {
     canvas: [f64; 2],
 }
 
-/// The context in which something is painted.
+/// The context for painting something.
 #[derive(Clone, Copy)]
 struct Place {
     transform: Transform,
     /// Width and height of the page, in pixels.
     page: [f64; 2],
-    /// Number of pixels in all pages that are held.
+    /// Number of pixels in all pages that are held in memory.
     held_px: f64,
     /// Number of masks, patterns and clip paths around it.
     nested: usize,

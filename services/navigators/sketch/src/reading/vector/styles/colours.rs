@@ -63,7 +63,7 @@ pub(super) enum Colour {
     Srgb(String),
     /// The value of the property `color`.
     Current,
-    /// A CSS colour that cannot be worked out here, with the reason.
+    /// A CSS colour that cannot be computed here, with the reason.
     Unreadable(String),
     /// Not a CSS colour.
     Invalid,

@@ -27,7 +27,7 @@ const UNITS_PX: [(&str, f64); 7] = [
     ("", 1.0),
 ];
 
-/// The properties of a font that say how much space a text takes.
+/// The properties of a font that determine how much space a text takes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Font {
     size: f64,
@@ -72,7 +72,7 @@ struct Line {
 }
 
 impl Walk<'_, '_> {
-    /// Writes an invisible frame in place of a text and records the text, or counts what names no place.
+    /// Writes an invisible frame in place of a text and records the text, or counts it if it does not name a place.
     pub(super) fn label(&mut self, label: Node, scope: &Scope) -> Result<(), SketchError> {
         // For programs that cannot show HTML, draw.io offers a text as the other case of a switch.
         let is_case = label.parent().is_some_and(|parent| parent.tag_name().name() == "switch");
@@ -164,7 +164,7 @@ impl LastLine {
     }
 }
 
-/// Returns the lines of a text, each of which begins at a position of its own.
+/// Returns the lines of a text, each with its own start position.
 fn lines(text: Node, size: f64) -> Vec<Line> {
     let mut lines = Vec::new();
     let mut pen = [0.0; 2];

@@ -130,8 +130,8 @@ impl Walk<'_, '_> {
         Ok(found)
     }
 
-    /// Records references that do not work. A paint or filter that is not in the drawing leaves nothing to be seen, and a clip
-    /// path or mask that cannot be worked out hides nothing.
+    /// Records references that do not work. If a paint or filter is missing from the drawing, nothing is visible, and if a clip
+    /// path or mask is missing, nothing is hidden.
     pub(super) fn check_reference(&mut self, node: Node, property: &str, value: &str, scope: &Scope) {
         let all: Vec<_> = words(value).collect();
         let is_own = |word: &&str| url(word).is_some() || ["none", "inherit"].contains(word);

@@ -126,7 +126,7 @@ impl Written {
     }
 }
 
-/// Returns whether a media query matches, or `None` if that depends on the screen.
+/// Returns true if a media query matches, or `None` if that depends on the screen.
 fn is_shown(query: &str) -> Option<bool> {
     let query = query.to_ascii_lowercase();
     let (inverted, query) = query.strip_prefix("not ").map_or((false, query.as_str()), |rest| (true, rest));

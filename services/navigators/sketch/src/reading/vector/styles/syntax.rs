@@ -1,5 +1,5 @@
-//! The syntax of CSS as used in drawings: rules, declarations and functions, with their strings, brackets and
-//! comments. The meaning of properties is not known here. (CSS Syntax Module Level 3.)
+//! The syntax of CSS as used in drawings: rules, declarations and functions, with their strings, brackets and comments. This module
+//! does not interpret properties. (CSS Syntax Module Level 3.)
 
 use std::borrow::Cow;
 
@@ -143,7 +143,7 @@ pub(super) fn without_comments(text: &str) -> Cow<'_, str> {
     kept.into()
 }
 
-/// Returns the index at which the first comment outside strings begins.
+/// Returns the index of the first comment outside strings.
 fn comment(text: &str) -> Option<usize> {
     let (bytes, mut quote) = (text.as_bytes(), None);
     let mut at = 0;

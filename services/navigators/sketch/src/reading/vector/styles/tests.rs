@@ -93,7 +93,7 @@ fn an_element_without_a_value_of_its_own_inherits() {
     );
 }
 
-/// CSS has a unit that the renderer does not know: Q, a quarter of a millimetre.
+/// CSS has a unit that the renderer does not support: Q, a quarter of a millimetre.
 #[test]
 fn quarters_of_a_millimetre_are_written_as_millimetres() {
     for inside in [
@@ -261,7 +261,7 @@ proptest! {
         let text = escaped(&parts.concat()).into_owned();
         let text: String = text.chars().filter(|c| !c.is_control() && !matches!(*c, '\u{fffe}' | '\u{ffff}' | '\'')).collect();
         let inside = format!("<style>{text}</style><g style='{text}'><path stroke='{text}' style='stroke:{text}'/></g>");
-        // The result is XML, and working out its styles again changes nothing.
+        // The result is XML, and computing its styles again changes nothing.
         if let Ok(flat) = flat(&inside) {
             let document = Document::parse(&flat.text).expect("XML");
             let again = flatten(&document, &Broken { file: "d" }).expect("plain attributes");

@@ -165,7 +165,7 @@ pub(super) fn check(kind: Kind, value: &str) -> Checked {
     }
 }
 
-/// The units that the renderer knows.
+/// The units that the renderer supports.
 const UNITS: [&str; 10] = ["", "px", "%", "em", "ex", "in", "cm", "mm", "pt", "pc"];
 /// CSS units that depend on a page or a font outside the drawing.
 const FOREIGN_UNITS: [&str; 13] =
@@ -240,7 +240,7 @@ fn number(value: &str, units: &[&str], shares: bool) -> Checked {
                 format!("{digits}{unit}")
             })
         }
-        // A quarter of a millimetre, which is the only absolute unit of CSS that the renderer does not know.
+        // A quarter of a millimetre, which is the only absolute unit of CSS that the renderer does not support.
         Ok(number) if number.is_finite() && unit == "q" && units.contains(&"mm") => {
             Checked::Valid(format!("{}mm", number / 4.0))
         }
@@ -251,7 +251,7 @@ fn number(value: &str, units: &[&str], shares: bool) -> Checked {
     }
 }
 
-/// Returns the index at which the number at the beginning of a text ends.
+/// Returns the end index of the number at the beginning of a text.
 fn number_end(text: &str) -> usize {
     let bytes = text.as_bytes();
     let digits = |from: usize| from + bytes[from..].iter().take_while(|byte| byte.is_ascii_digit()).count();

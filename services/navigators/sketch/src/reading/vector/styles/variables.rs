@@ -5,7 +5,7 @@ use std::rc::Rc;
 
 use super::syntax::{find, function};
 
-/// Maximum length of a value after substitution, in bytes, since ten lines of `var()` can stand for a billion words.
+/// Maximum length of a value after substitution, in bytes, since ten lines of `var()` can expand to a billion words.
 const MOST_BYTES: usize = 16 << 10;
 /// Maximum depth of properties that refer to each other.
 const MOST_DEPTH: usize = 32;
@@ -64,11 +64,11 @@ impl Variables {
     }
 }
 
-/// The custom properties of one element while they are being worked out. Each is worked out only once.
+/// The custom properties of one element while they are being computed. Each is computed only once.
 struct Element<'a> {
     own: &'a BTreeMap<&'a str, &'a str>,
     inherited: &'a Variables,
-    /// The element's own properties worked out so far, with `None` for those that are unset.
+    /// The element's own properties computed so far, with `None` for those that are unset.
     known: BTreeMap<String, Option<Result<String, Unresolved>>>,
 }
 
@@ -102,7 +102,7 @@ pub(super) fn refers(value: &str) -> bool {
     reference(value).is_some()
 }
 
-/// Returns the index at which the first `var(` begins.
+/// Returns the index of the first `var(`.
 fn reference(value: &str) -> Option<usize> {
     let bytes = value.as_bytes();
     bytes.windows(4).enumerate().map(|(at, four)| (at, four.eq_ignore_ascii_case(b"var("))).find_map(

@@ -562,24 +562,28 @@ struct LandmarkView {
     double stretch;
     double spread_m;
     double fit;
+    std::uint32_t sure_count;
+    std::uint32_t reserved;
     double sectors_m[16];
     std::uint32_t object_count;
     std::uint32_t place_count;
     SeenObject objects[16];
     float places_m[48][2];
 };
-static_assert(std::is_trivially_copyable_v<LandmarkView> && sizeof(LandmarkView) == 1144);
+static_assert(std::is_trivially_copyable_v<LandmarkView> && sizeof(LandmarkView) == 1152);
 static_assert(offsetof(LandmarkView, header) == 0);
 static_assert(offsetof(LandmarkView, odometry) == 24);
 static_assert(offsetof(LandmarkView, in_sketch) == 56);
 static_assert(offsetof(LandmarkView, stretch) == 88);
 static_assert(offsetof(LandmarkView, spread_m) == 96);
 static_assert(offsetof(LandmarkView, fit) == 104);
-static_assert(offsetof(LandmarkView, sectors_m) == 112);
-static_assert(offsetof(LandmarkView, object_count) == 240);
-static_assert(offsetof(LandmarkView, place_count) == 244);
-static_assert(offsetof(LandmarkView, objects) == 248);
-static_assert(offsetof(LandmarkView, places_m) == 760);
+static_assert(offsetof(LandmarkView, sure_count) == 112);
+static_assert(offsetof(LandmarkView, reserved) == 116);
+static_assert(offsetof(LandmarkView, sectors_m) == 120);
+static_assert(offsetof(LandmarkView, object_count) == 248);
+static_assert(offsetof(LandmarkView, place_count) == 252);
+static_assert(offsetof(LandmarkView, objects) == 256);
+static_assert(offsetof(LandmarkView, places_m) == 768);
 
 struct DescribedDot {
     float x_m;
@@ -979,7 +983,7 @@ inline constexpr std::array<Channel, 37> CHANNELS{{
     {"particles", "sketchnav/Particles/1/83328733bea235fe", sizeof(Particles), false},
     {"estimate", "sketchnav/PoseEstimate/1/6fe39940e3453396", sizeof(PoseEstimate), false},
     {"relations", "sketchnav/Relations/1/76abc44575759b47", sizeof(Relations), false},
-    {"landmark_view", "sketchnav/LandmarkView/1/52c9caa1ce85e6e1", sizeof(LandmarkView), false},
+    {"landmark_view", "sketchnav/LandmarkView/2/a335b22417b1e912", sizeof(LandmarkView), false},
     {"description", "sketchnav/Description/1/f6c6689657b8b137", sizeof(Description), false},
     {"plan", "sketchnav/Plan/1/948683b6daa21d2e", sizeof(Plan), false},
     {"correspondence", "sketchnav/Correspondence/1/04977d1d4f303caf", sizeof(Correspondence), false},

@@ -12,6 +12,7 @@ mod tables;
 pub mod thesis;
 pub mod unknowns;
 mod variants;
+mod warnings;
 
 use std::path::Path;
 
@@ -255,6 +256,7 @@ fn by_degrees(
         lines: Some("sketches"),
         repetitions: 1,
         curves: vec![Curve { title: "Deformation".into(), unit: "degree".into(), points }],
+        sections: Some(warnings::sections),
         ..Suite::default()
     })
 }
@@ -267,17 +269,18 @@ fn by_degrees(
 pub fn choice(folders: &Folders) -> Result<Suite, EvalError> {
     const FIRST: u64 = 101;
     let mut trials = Vec::new();
-    for scene in Scene::ten(FIRST) {
+    for scene in (0..4).flat_map(|ten| Scene::ten(FIRST + 10 * ten)) {
         let line = scene.name.split('-').next().unwrap_or_default().to_owned();
         for number in FIRST..FIRST + SKETCHES {
             trials.push(by_deformed(folders, &scene, 1.0, number, line.clone())?);
         }
     }
     Ok(Suite {
-        title: "Ten scenes with ten sketches of degree 1, for choosing parameters.".into(),
+        title: "Forty scenes with ten sketches of degree 1, for choosing parameters.".into(),
         trials,
         lines: Some("kind of scene"),
         repetitions: 1,
+        sections: Some(warnings::sections),
         ..Suite::default()
     })
 }

@@ -110,6 +110,9 @@ pub struct TaskOutcome {
     /// The landmark states of the drive, in order. Empty unless the robot drives by states.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub states: Vec<StateDriven>,
+    /// Kinds of warnings about the sketch of a drive past landmarks before it started, each once.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
     /// Number of times that a person answered the robot during the drive, or 0 without a person.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub answers: u32,
@@ -157,6 +160,7 @@ impl TaskOutcome {
             collisions: 0,
             cost: Cost::default(),
             states: Vec::new(),
+            warnings: Vec::new(),
             answers: 0,
             cluster: None,
             on_sketch: None,

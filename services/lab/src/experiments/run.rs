@@ -1,9 +1,12 @@
 //! Drives a trial with the services' own cores and judges it.
 
+use std::collections::BTreeSet;
+
 use sketchnav_files::Disk;
+use sketchnav_landmarks::doubts::Doubt;
 use sketchnav_landmarks::instructions::Instructions;
-use sketchnav_landmarks::language;
 use sketchnav_landmarks::mission::{LandmarksMission, Method};
+use sketchnav_landmarks::{language, sketcher};
 use sketchnav_rehearsal::{Onlooker, RehearsalError, Tap};
 use sketchnav_schemas::channels::{ChannelSpec, STATUS};
 use sketchnav_schemas::codes::{Process, TaskState};
@@ -283,6 +286,15 @@ fn states(driven: &Driven, is_reached: bool) -> Vec<StateDriven> {
     judge::states::states(&driven.run, &said, is_reached)
 }
 
+/// Returns the kinds of warnings about the sketch of a drive past landmarks, each once.
+fn warnings(driven: &Driven) -> Vec<String> {
+    let instructions = Instructions::read(&driven.log.landmark_route).ok();
+    let doubts =
+        instructions.and_then(|instructions| sketcher::doubts_about(&driven.run, &instructions).ok());
+    let kinds = doubts.unwrap_or_default().iter().map(Doubt::kind).collect::<BTreeSet<_>>();
+    kinds.into_iter().map(str::to_owned).collect()
+}
+
 /// A driven task with its verdict, its time span, and how it ended.
 struct Ended {
     verdict: TaskVerdict,
@@ -324,6 +336,7 @@ pub fn outcomes(trial: &Trial, method: &str, repetition: u32, driven: &Driven) -
             collisions: verdict.collisions,
             cost: span.map_or_else(Cost::default, |span| cost(trial, driven, &span, verdict.time_s)),
             states: states(driven, kind == Kind::Reached),
+            warnings: warnings(driven),
             answers: driven.answers,
             cluster: trial.cluster.clone(),
             on_sketch: trial

@@ -228,6 +228,15 @@ impl Belief {
         let heading_rad = heading_rad.unwrap_or(self.estimate().heading_rad);
         let stretch =
             [0, 1].map(|axis| self.hypotheses.iter().map(|one| one.weight * one.stretch[axis]).sum());
+        self.draw(at, heading_rad, stretch);
+    }
+
+    /// Returns to an earlier estimate. The hypotheses are sampled again with the same uncertainty as at the start.
+    pub fn return_to(&mut self, before: &Estimate) {
+        self.draw(before.at, before.heading_rad, [before.stretch.0; 2]);
+    }
+
+    fn draw(&mut self, at: Point<Drawn>, heading_rad: f64, stretch: [f64; 2]) {
         for one in &mut self.hypotheses {
             *one = Hypothesis::around(at, heading_rad, stretch, &self.settings, &mut self.chance);
         }

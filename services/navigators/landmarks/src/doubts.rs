@@ -70,6 +70,18 @@ pub enum Doubt {
     },
 }
 
+impl Doubt {
+    /// Returns the name of this kind of doubt, under which evaluations count it.
+    pub const fn kind(&self) -> &'static str {
+        match self {
+            Self::Bare { .. } => "turn without an object in reach",
+            Self::Alike { .. } => "turn like another place",
+            Self::Same { .. } => "state like the one before",
+            Self::Winding { .. } => "winding route",
+        }
+    }
+}
+
 impl fmt::Display for Doubt {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

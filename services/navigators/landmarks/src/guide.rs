@@ -1,10 +1,12 @@
 //! Our own method of driving along a sketched route: the robot drives by its estimated pose in the drawing,
 //! and reports how well its observations fit.
 //!
-//! [`crate::locator`] provides the pose. From there, the robot pursues the drawn route (Coulter 1992), while
-//! the reactive controller of Chronis 2007 keeps it away from objects. At the end of the route, it drives on
-//! to the object there and stops in front of it. The robot is lost if its observations no longer fit the
-//! drawing, or if it does not find its goal.
+//! [`crate::locator`] provides the pose. From there, the robot pursues the drawn route (Coulter 1992), while the reactive
+//! controller of Chronis 2007 keeps it away from objects. At the end of the route, it drives on to the object there and stops in
+//! front of it.
+//!
+//! If its observations no longer fit the drawing, or if it does not find its goal, the robot drives back by its odometry to a
+//! place where it was sure ([`crate::retreat`]) and tries again. If it has done that often enough, it is lost.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Point, wrap_angle};
@@ -15,6 +17,7 @@ use crate::drawn::{Drawn, DrawnMetres};
 use crate::error::Error;
 use crate::numbers;
 use crate::plane;
+use crate::retreat::{Step, Trail};
 use crate::route::{Command, INCH_M};
 use crate::sketch::Sketch;
 
@@ -39,6 +42,8 @@ pub struct Guiding {
     /// Maximum ratio of the distance covered to the length of the drawn route. If it is exceeded, the robot
     /// is lost.
     pub most_way: f64,
+    /// How often a robot that would be lost drives back to a place where it was sure. With a pad, it asks the person instead.
+    pub returns: u32,
 }
 
 impl Default for Guiding {
@@ -52,6 +57,7 @@ impl Default for Guiding {
             beyond_m: DrawnMetres(2.5),
             least_fit: 0.15,
             most_way: 2.0,
+            returns: 2,
         }
     }
 }
@@ -62,7 +68,7 @@ impl Guiding {
     /// # Errors
     /// [`Error::Number`], which names the first number that is out of range.
     pub fn check(&self) -> Result<(), Error> {
-        let Self { control, ahead_m, turn_dps, avoid, goal_m, beyond_m, least_fit, most_way } = self;
+        let Self { control, ahead_m, turn_dps, avoid, goal_m, beyond_m, least_fit, most_way, returns } = self;
         numbers::within("control", control.check())?;
         numbers::above_0(&[("ahead_m", *ahead_m)])?;
         numbers::from_0_on(&[
@@ -72,6 +78,7 @@ impl Guiding {
             ("beyond_m", beyond_m.0),
             ("least_fit", *least_fit),
             ("most_way", *most_way),
+            ("returns", f64::from(*returns)),
         ])
     }
 }
@@ -90,13 +97,20 @@ pub enum Outcome {
 }
 
 /// State of the guide.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct State {
     /// Position of the robot along the drawn route. Greater than the length of the route if the robot is beyond its end.
     along: DrawnMetres,
     /// Distance that the robot has covered.
     gone: DrawnMetres,
     outcome: Option<Outcome>,
+    /// The robot's path, on which it drives back.
+    trail: Trail,
+    /// How often the robot has driven back, and why it last did.
+    returns: u32,
+    why: Option<Outcome>,
+    /// Number of places where the robot was sure, as last heard.
+    sure: u32,
 }
 
 /// Input of a step.
@@ -108,6 +122,10 @@ pub struct Guided<'a> {
     pub sectors: &'a Sectors,
     /// Distance moved since the last step according to odometry, in metres.
     pub moved_m: f64,
+    /// Angle turned since the last step according to odometry, in radians.
+    pub turned_rad: f64,
+    /// Number of places where the robot was sure: see [`crate::sure`].
+    pub sure: u32,
 }
 
 /// Guides a robot along a drawn route.
@@ -145,7 +163,8 @@ impl Guide {
     }
 
     /// Resumes from a stored state.
-    pub fn restore(&mut self, state: State) {
+    pub fn restore(&mut self, mut state: State) {
+        state.trail.reserve();
         self.state = state;
     }
 
@@ -155,6 +174,7 @@ impl Guide {
         if self.state.outcome.is_some_and(|outcome| outcome != Outcome::Arrived) {
             self.state.gone = self.state.along;
             self.state.outcome = None;
+            self.state.returns = 0;
         }
     }
 
@@ -162,6 +182,7 @@ impl Guide {
     /// If the robot was lost, it resumes driving.
     pub fn told(&mut self, at: Point<Drawn>) {
         self.state.along = DrawnMetres(plane::nearest_along(&self.route, at));
+        self.state.trail.forget_way_back();
         self.look_again();
     }
 
@@ -178,6 +199,11 @@ impl Guide {
     /// Returns the length of the drawn route.
     pub fn length(&self) -> DrawnMetres {
         self.lengths[self.lengths.len() - 1]
+    }
+
+    /// Returns true if the robot is driving back to a place where it was sure.
+    pub const fn is_going_back(&self) -> bool {
+        self.state.trail.is_going_back()
     }
 
     /// Returns what the route does at the robot's position, for people to see. The route counts as turning if
@@ -199,17 +225,53 @@ impl Guide {
 
     /// Takes a step. Returns the command for the robot, and the outcome if the drive ends in this step.
     pub fn step(&mut self, guided: &Guided<'_>) -> (Drive, Option<Outcome>) {
+        let Guided { estimate, sectors, moved_m, turned_rad, sure } = guided;
+        self.state.trail.moved(*moved_m, *turned_rad);
         if self.state.outcome.is_some() {
             return (Drive::default(), None);
         }
-        let Guided { estimate, sectors, moved_m } = guided;
+        if self.state.trail.is_going_back() {
+            return self.drive_back(sectors);
+        }
         self.state.gone = self.state.gone + estimate.stretch.drawn(moved_m.abs());
         self.advance(estimate.at, estimate.stretch.drawn(*moved_m));
-        self.state.outcome = self.outcome(estimate, sectors);
-        if self.state.outcome.is_some() {
-            return (Drive::default(), self.state.outcome);
+        self.state.trail.drop_crumb(self.state.along, *sure > self.state.sure);
+        self.state.sure = *sure;
+        match self.outcome(estimate, sectors) {
+            None => (self.drive(estimate, sectors), None),
+            Some(outcome) if outcome != Outcome::Arrived && self.turn_back() => {
+                self.state.why = Some(outcome);
+                (Drive::default(), None)
+            }
+            ended => {
+                self.state.outcome = ended;
+                (Drive::default(), ended)
+            }
         }
-        (self.drive(estimate, sectors), None)
+    }
+
+    /// Begins the way back. Returns false if the robot has gone back often enough, or has no place to go back to.
+    pub fn turn_back(&mut self) -> bool {
+        let before = self.state.returns;
+        let turns_back = before < self.settings.returns && self.state.trail.turn_back(before);
+        self.state.returns += u32::from(turns_back);
+        turns_back
+    }
+
+    /// Drives back by odometry to a place where the robot was sure.
+    fn drive_back(&mut self, sectors: &Sectors) -> (Drive, Option<Outcome>) {
+        match self.state.trail.step() {
+            Some(Step::Towards(off)) => (self.towards(off, sectors), None),
+            Some(Step::Turn(off)) => (Drive { speed_mps: 0.0, yaw_rate_radps: self.turn(off) }, None),
+            Some(Step::There(along)) => {
+                (self.state.along, self.state.gone) = (along, along);
+                (Drive::default(), None)
+            }
+            Some(Step::Failed) | None => {
+                self.state.outcome = self.state.why.or(Some(Outcome::Lost));
+                (Drive::default(), self.state.outcome)
+            }
+        }
     }
 
     /// Returns the point at a distance along the route. Beyond the end, the route continues straight on.
@@ -251,21 +313,36 @@ impl Guide {
         (is_beyond || is_far).then_some(Outcome::NoGoal)
     }
 
-    /// Computes the command by pure pursuit, fused with the output of the reactive controller.
+    /// Computes the command by pure pursuit.
     fn drive(&self, estimate: &Estimate, sectors: &Sectors) -> Drive {
-        let settings = &self.settings;
-        let aim = self.place(self.state.along + estimate.stretch.drawn(settings.ahead_m));
+        let aim = self.place(self.state.along + estimate.stretch.drawn(self.settings.ahead_m));
         let off = wrap_angle(estimate.at.direction_rad(&aim) - estimate.heading_rad);
+        self.towards(off, sectors)
+    }
+
+    /// Drives in a direction from the heading, in radians. The command is fused with the output of the reactive controller. A
+    /// robot that turns back does so on the spot.
+    fn towards(&self, off: f64, sectors: &Sectors) -> Drive {
+        const BEHIND_RAD: f64 = 2.0;
+        let settings = &self.settings;
+        if off.abs() > BEHIND_RAD && self.state.trail.is_going_back() {
+            return Drive { speed_mps: 0.0, yaw_rate_radps: self.turn(off) };
+        }
         let avoid = control::avoidance(sectors, &settings.control);
         let away = -avoid.direction_rad * avoid.strength * settings.control.range_m
             / INCH_M
             / settings.control.normalization
             * settings.avoid;
-        let most = settings.turn_dps.to_radians();
         let front = control::front_m(sectors);
         let is_close = front < settings.control.close_m;
         let speed = if is_close { settings.control.slow_mps } else { settings.control.speed_mps };
-        Drive { speed_mps: speed * off.cos().max(0.2), yaw_rate_radps: (1.2 * off).clamp(-most, most) + away }
+        Drive { speed_mps: speed * off.cos().max(0.2), yaw_rate_radps: self.turn(off) + away }
+    }
+
+    /// Returns the turn rate towards a direction.
+    fn turn(&self, off: f64) -> f64 {
+        let most = self.settings.turn_dps.to_radians();
+        (1.2 * off).clamp(-most, most)
     }
 }
 
@@ -273,7 +350,23 @@ impl Guide {
 mod tests {
     use super::*;
     use crate::drawn::Stretch;
+    use crate::reckoning::Reckoning;
     use crate::sketch::Landmark;
+
+    /// A robot that stands before nothing, in a drawing whose objects are in their places.
+    const STANDING: Guided<'_> = Guided {
+        estimate: Estimate {
+            at: Point::new(0.0, 0.0),
+            heading_rad: 0.0,
+            stretch: Stretch::NONE,
+            spread: DrawnMetres(0.1),
+            fit: 0.8,
+        },
+        sectors: &[f64::INFINITY; 16],
+        moved_m: 0.0,
+        turned_rad: 0.0,
+        sure: 0,
+    };
 
     fn at(x: f64, y: f64) -> Point<Drawn> {
         Point::new(x, y)
@@ -292,8 +385,7 @@ mod tests {
 
     /// Returns a certain estimate at this position, facing along x, in a drawing to scale.
     fn sure(at: Point<Drawn>) -> Estimate {
-        let spread = DrawnMetres(0.1);
-        Estimate { at, heading_rad: 0.0, stretch: Stretch::NONE, spread, fit: 0.8 }
+        Estimate { at, ..STANDING.estimate }
     }
 
     /// A robot that is where it believes it is.
@@ -314,7 +406,7 @@ mod tests {
                 sectors[x] = left_m / (x as f64 * std::f64::consts::FRAC_PI_8).cos();
             }
             self.at.x += 0.1;
-            self.guide.step(&Guided { estimate: sure(self.at), sectors: &sectors, moved_m: 0.1 })
+            self.guide.step(&Guided { estimate: sure(self.at), sectors: &sectors, moved_m: 0.1, ..STANDING })
         }
     }
 
@@ -353,7 +445,36 @@ mod tests {
         let mut guide = start().guide;
         let estimate = Estimate { fit: 0.1, ..sure(at(1.0, 0.0)) };
         let sectors = [f64::INFINITY; 16];
-        assert_eq!(guide.step(&Guided { estimate, sectors: &sectors, moved_m: 0.1 }).1, Some(Outcome::Lost));
+        assert_eq!(
+            guide.step(&Guided { estimate, sectors: &sectors, moved_m: 0.1, ..STANDING }).1,
+            Some(Outcome::Lost)
+        );
+    }
+
+    /// From 2.5 m on, nothing fits, however often the robot comes there. It was sure at the start and at 1 m.
+    #[test]
+    fn a_lost_robot_goes_back_twice_before_it_gives_up() {
+        let mut guide = start().guide;
+        let (mut robot, mut command, mut back_at) = (Reckoning::default(), Drive::default(), Vec::new());
+        let ended = (0..3000).find_map(|_| {
+            let [moved_m, turned_rad] = [command.speed_mps, command.yaw_rate_radps].map(|rate| 0.1 * rate);
+            robot.moved(moved_m, turned_rad);
+            let place = at(robot.at.x, robot.at.y);
+            let fit = if place.x < 2.5 { 0.8 } else { 0.1 };
+            let estimate = Estimate { heading_rad: wrap_angle(robot.heading_rad), fit, ..sure(place) };
+            let places = if robot.gone_m > 1.0 { 2 } else { 1 };
+            let was_going_back = guide.is_going_back();
+            let guided = Guided { estimate, moved_m, turned_rad, sure: places, ..STANDING };
+            let (drive, outcome) = guide.step(&guided);
+            command = drive;
+            if was_going_back && !guide.is_going_back() {
+                back_at.push(place.x);
+            }
+            outcome
+        });
+        assert_eq!(ended, Some(Outcome::Lost));
+        assert_eq!(back_at.len(), 2, "{back_at:?}");
+        assert!((back_at[0] - 1.0).abs() < 0.35 && back_at[1].abs() < 0.35, "{back_at:?}");
     }
 
     #[test]
@@ -362,7 +483,7 @@ mod tests {
         let estimate = |fit| Estimate { fit, ..sure(at(1.0, 0.0)) };
         let sectors = [f64::INFINITY; 16];
         let step = |guide: &mut Guide, fit| {
-            guide.step(&Guided { estimate: estimate(fit), sectors: &sectors, moved_m: 0.1 })
+            guide.step(&Guided { estimate: estimate(fit), sectors: &sectors, moved_m: 0.1, ..STANDING })
         };
         assert_eq!(step(&mut guide, 0.1).1, Some(Outcome::Lost));
         assert_eq!(step(&mut guide, 0.8), (Drive::default(), None));
@@ -418,7 +539,8 @@ mod tests {
         let before = robot.guide.along();
         let estimate = sure(at(1.2, 0.0));
         let sectors = [f64::INFINITY; 16];
-        let (drive, outcome) = robot.guide.step(&Guided { estimate, sectors: &sectors, moved_m: -1.0 });
+        let (drive, outcome) =
+            robot.guide.step(&Guided { estimate, sectors: &sectors, moved_m: -1.0, ..STANDING });
         assert!(outcome.is_none() && drive.speed_mps > 0.0, "{drive:?}");
         let along = robot.guide.along();
         assert!((before - DrawnMetres(0.1)..=before).contains(&along), "{along:?}");
@@ -436,7 +558,7 @@ mod tests {
             let settings = Guiding { ahead_m: 2.0, turn_dps: 90.0, ..Guiding::default() };
             let mut guide = Guide::new(&sketch, settings).unwrap();
             let estimate = Estimate { stretch: Stretch(stretch), ..sure(at(0.0, 0.0)) };
-            guide.step(&Guided { estimate, sectors: &[f64::INFINITY; 16], moved_m: 0.0 }).0.yaw_rate_radps
+            guide.step(&Guided { estimate, sectors: &[f64::INFINITY; 16], ..STANDING }).0.yaw_rate_radps
         };
         // Of the 2 m, one goes straight ahead and one to the left, which makes 45°. The position along the route is accurate to
         // a few centimetres.

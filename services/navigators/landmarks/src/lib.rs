@@ -30,11 +30,14 @@ pub mod outlines;
 pub mod perception;
 pub mod plane;
 pub mod planner;
+pub mod reckoning;
+pub mod retreat;
 pub mod ring;
 pub mod route;
 pub mod shift;
 pub mod sketch;
 pub mod sketcher;
+pub mod sure;
 pub mod view;
 
 pub use error::{Error, LandmarksError};

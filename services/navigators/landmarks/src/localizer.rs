@@ -105,6 +105,7 @@ impl Localizer {
         match &self.locator {
             Some(locator) => {
                 view::write_estimate(&locator.estimate(), view);
+                view.sure_count = locator.sure_places() as u32;
                 let places = locator.places();
                 view.place_count = places.len().min(view.places_m.len()) as u32;
                 for (at, place) in view.places_m.iter_mut().zip(places) {
@@ -136,7 +137,7 @@ fn sense(ring: &mut Ring, instant: &Instant<'_>) -> Result<bool, Denied> {
 }
 
 impl Stage for Localizer {
-    const FORM: &'static str = "landmarks localizer 5";
+    const FORM: &'static str = "landmarks localizer 6";
     type State = State;
 
     fn receive(&mut self, message: &Incoming<'_>) -> Result<(), StageError> {

@@ -12,6 +12,7 @@ use crate::outlines::Outlines;
 use crate::plane;
 use crate::route::INCH_M;
 use crate::sketch::Sketch;
+use crate::sure::{Assuring, SurePlaces};
 
 /// Maximum number of markers in an update.
 const MARKERS: usize = 32;
@@ -26,6 +27,8 @@ pub struct Locating {
     pub belief: Believing,
     /// Parameters of the memory.
     pub memory: Remembering,
+    /// Parameters that determine where the robot is sure.
+    pub sure: Assuring,
 }
 
 impl Locating {
@@ -35,7 +38,8 @@ impl Locating {
     /// [`Error::Number`], which names the first number that is out of range.
     pub fn check(&self) -> Result<(), Error> {
         numbers::within("belief", self.belief.check())?;
-        numbers::within("memory", self.memory.check())
+        numbers::within("memory", self.memory.check())?;
+        numbers::within("sure", self.sure.check())
     }
 }
 
@@ -57,6 +61,7 @@ pub struct Returns<'a> {
 pub struct Located {
     belief: Belief,
     memory: Memory,
+    sure: SurePlaces,
     /// The markers seen last, each with the index of its object. They are empty once the belief has been updated by them.
     marked: Vec<(usize, Point<Base>)>,
 }
@@ -81,8 +86,8 @@ impl Locator {
         let begun = plane::at_length(&sketch.route, FIRST_STEPS.0);
         let heading_rad = sketch.route[0].direction_rad(&begun);
         let belief = Belief::new(sketch.route[0], heading_rad, settings.belief, seed);
-        let located =
-            Located { belief, memory: Memory::new(settings.memory), marked: Vec::with_capacity(MARKERS) };
+        let (memory, sure) = (Memory::new(settings.memory), SurePlaces::new(settings.sure));
+        let located = Located { belief, memory, sure, marked: Vec::with_capacity(MARKERS) };
         Ok(Self { outlines: Outlines::of(sketch), located })
     }
 
@@ -95,6 +100,7 @@ impl Locator {
     pub fn restore(&mut self, mut located: Located) {
         located.belief.reserve();
         located.memory.reserve();
+        located.sure.reserve();
         located.marked.reserve_exact(MARKERS.saturating_sub(located.marked.len()));
         self.located = located;
     }
@@ -102,6 +108,11 @@ impl Locator {
     /// Returns the estimated pose of the robot.
     pub fn estimate(&self) -> Estimate {
         self.located.belief.estimate()
+    }
+
+    /// Returns the number of places on the way at which the robot was sure of its pose.
+    pub const fn sure_places(&self) -> usize {
+        self.located.sure.count()
     }
 
     /// Returns the remembered positions, in the robot's frame.
@@ -123,9 +134,13 @@ impl Locator {
     /// Moves the robot, in real metres and radians, and updates the belief if the sensor has published
     /// measurements and the robot has moved far enough.
     pub fn step(&mut self, moved_m: f64, turned_rad: f64, returns: Option<&Returns<'_>>) {
-        let Located { belief, memory, marked } = &mut self.located;
+        let Located { belief, memory, sure, marked } = &mut self.located;
         belief.moved(moved_m, turned_rad);
         memory.moved(moved_m, turned_rad);
+        sure.moved(moved_m, turned_rad);
+        if let Some(before) = sure.back() {
+            belief.return_to(&before);
+        }
         let (sin, cos) = turned_rad.sin_cos();
         for (_, place) in marked.iter_mut() {
             let [x, y] = [place.x - moved_m, place.y];
@@ -145,6 +160,7 @@ impl Locator {
             }
             belief.seen(&Sight { beams: &beams[..count], marked }, &self.outlines);
             marked.clear();
+            sure.add(&belief.estimate());
         }
     }
 }

@@ -6,6 +6,7 @@ use sketchnav_schemas::geometry::{Base, Odom, Point};
 
 use crate::error::Error;
 use crate::numbers;
+use crate::reckoning::Reckoning;
 
 /// Maximum number of positions that are remembered.
 pub const PLACES: usize = 48;
@@ -55,34 +56,11 @@ struct Place {
     seen_at_m: f64,
 }
 
-/// The robot's pose in the odometry frame.
-#[derive(Debug, Clone, Copy)]
-struct Frame {
-    at: Point<Odom>,
-    sin: f64,
-    cos: f64,
-}
-
-impl Frame {
-    fn odom_from_base(self, seen: Point<Base>) -> Point<Odom> {
-        let Self { at, sin, cos } = self;
-        Point::new(at.x + seen.x * cos - seen.y * sin, at.y + seen.x * sin + seen.y * cos)
-    }
-
-    fn base_from_odom(self, place: Point<Odom>) -> Point<Base> {
-        let Self { at, sin, cos } = self;
-        let [x, y] = [place.x - at.x, place.y - at.y];
-        Point::new(x * cos + y * sin, y * cos - x * sin)
-    }
-}
-
 /// The robot's memory of its surroundings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Memory {
     settings: Remembering,
-    at: Point<Odom>,
-    heading_rad: f64,
-    gone_m: f64,
+    robot: Reckoning,
     remembered: Vec<Place>,
     /// The remembered positions in the robot's frame.
     places: Vec<Point<Base>>,
@@ -93,9 +71,7 @@ impl Memory {
     pub fn new(settings: Remembering) -> Self {
         Self {
             settings,
-            at: Point::new(0.0, 0.0),
-            heading_rad: 0.0,
-            gone_m: 0.0,
+            robot: Reckoning::default(),
             remembered: Vec::with_capacity(PLACES),
             places: Vec::with_capacity(PLACES),
         }
@@ -110,33 +86,24 @@ impl Memory {
 
     /// Moves the robot, in metres and radians, positive to the left.
     pub fn moved(&mut self, moved_m: f64, turned_rad: f64) {
-        let (sin, cos) = (self.heading_rad + turned_rad / 2.0).sin_cos();
-        self.at = Point::new(self.at.x + moved_m * cos, self.at.y + moved_m * sin);
-        self.heading_rad += turned_rad;
-        self.gone_m += moved_m.abs();
+        self.robot.moved(moved_m, turned_rad);
     }
 
     /// Adds returns, and forgets positions that were last seen too long ago.
     pub fn see(&mut self, returns: impl Iterator<Item = Point<Base>>) {
         let Remembering { keep_m, reach_m, .. } = self.settings;
-        let gone_m = self.gone_m;
+        let gone_m = self.robot.gone_m;
         self.remembered.retain(|place| gone_m - place.seen_at_m <= keep_m);
         for one in returns.filter(|one| one.x.hypot(one.y) <= reach_m) {
             self.add(self.place(one));
         }
-        let frame = self.frame();
         self.places.clear();
-        self.places.extend(self.remembered.iter().map(|place| frame.base_from_odom(place.at)));
-    }
-
-    fn frame(&self) -> Frame {
-        let (sin, cos) = self.heading_rad.sin_cos();
-        Frame { at: self.at, sin, cos }
+        self.places.extend(self.remembered.iter().map(|place| self.robot.base_from_odom(place.at)));
     }
 
     /// Returns the position, in the odometry frame, of something that is seen now.
     fn place(&self, seen: Point<Base>) -> Place {
-        Place { at: self.frame().odom_from_base(seen), seen_at_m: self.gone_m }
+        Place { at: self.robot.odom_from_base(seen), seen_at_m: self.robot.gone_m }
     }
 
     /// Adds a position, replacing an earlier one of the same object or, if the memory is full, the oldest one.

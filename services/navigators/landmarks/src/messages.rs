@@ -58,7 +58,7 @@ messages! {
     }
 
     /// What a robot sees of landmarks, and its estimated pose in the sketch.
-    pub struct LandmarkView version 1 in "base_link" valid if landmark_view {
+    pub struct LandmarkView version 2 in "base_link" valid if landmark_view {
         /// Pose of the robot by odometry, to which the rest of the message refers.
         pub odometry: PoseM,
         /// Estimated pose in the sketch, in drawn metres. Zero if there is no sketch.
@@ -69,6 +69,10 @@ messages! {
         pub spread_m: f64,
         /// How much of what is seen fits the sketch, from 0 to 1.
         pub fit: f64,
+        /// Number of places on the way at which the robot was sure of its pose.
+        pub sure_count: u32,
+        /// Reserved, always zero.
+        pub reserved: u32 as Zero,
         /// Nearest return in each of sixteen directions, counter-clockwise from ahead, in metres from the robot's rim. +∞ if
         /// there is none.
         pub sectors_m: [f64; 16],

@@ -33,6 +33,7 @@ use crate::memory::Remembering;
 use crate::numbers;
 use crate::perception::Perceiving;
 use crate::sketch::Reading;
+use crate::sure::Assuring;
 
 /// Value of `[navigator] kind`.
 pub const KIND: &str = "landmarks";
@@ -196,6 +197,8 @@ pub struct LocalizerParameters {
     pub belief: Believing,
     /// Parameters of the memory.
     pub memory: Remembering,
+    /// Parameters that determine where the robot is sure.
+    pub sure: Assuring,
     /// Parameters for converting ranges to objects.
     pub perception: Perceiving,
 }
@@ -203,7 +206,7 @@ pub struct LocalizerParameters {
 impl LocalizerParameters {
     /// Returns the parameters for locating the robot.
     pub const fn locating(&self) -> Locating {
-        Locating { belief: self.belief, memory: self.memory }
+        Locating { belief: self.belief, memory: self.memory, sure: self.sure }
     }
 
     /// Checks that all numbers are within their ranges.

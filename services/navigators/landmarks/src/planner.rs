@@ -45,7 +45,7 @@ enum Driver {
 }
 
 /// The state of a driver that goes into a checkpoint.
-#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 enum Driven {
     States(Progress),
     Belief(guide::State),
@@ -130,6 +130,10 @@ impl Planner {
         let mission = LandmarksMission::of(&run.mission)?;
         let mut parameters = Parameters::of(&run.mission)?.planner;
         let limits = run.robot.limits;
+        if !run.pad.is_absent() {
+            // A person who watches is asked at once.
+            parameters.belief.returns = 0;
+        }
         for control in [&mut parameters.states.control, &mut parameters.belief.control] {
             control.speed_mps = control.speed_mps.min(limits.speed_mps);
         }
@@ -173,17 +177,26 @@ impl Planner {
                 );
             }
             Some(End::Lost(why)) => self.agenda.lose(why),
-            None if self.course.standing_s > self.parameters.blocked_s => {
+            None if self.course.standing_s > self.parameters.blocked_s && !self.turn_back() => {
                 self.agenda.end(TaskState::Blocked, "found no way past the obstacle ahead");
             }
             None => {
-                let about = About { next: self.course.next, command: self.about() };
+                let is_going_back =
+                    matches!(&self.driver, Some(Driver::Belief { guide, .. }) if guide.is_going_back());
+                let about = About { next: self.course.next, command: self.about(), is_going_back };
                 if self.agenda.keep_going(about) {
                     return;
                 }
             }
         }
         self.stop();
+    }
+
+    /// Lets a robot that is blocked drive back, if it drives by a belief and has not gone back often enough.
+    fn turn_back(&mut self) -> bool {
+        let Some(Driver::Belief { guide, .. }) = &mut self.driver else { return false };
+        self.course.standing_s = 0.0;
+        guide.turn_back()
     }
 
     /// Resumes at a person's request: from the current position or, if `number` is not 0, from the state that
@@ -331,10 +344,14 @@ impl std::fmt::Display for Lost {
 struct About {
     next: usize,
     command: Command,
+    is_going_back: bool,
 }
 
 impl std::fmt::Display for About {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if self.is_going_back {
+            return f.write_str("drive back to the last sure place");
+        }
         write!(f, "{}, until state {}", self.command, self.next + 1)
     }
 }
@@ -360,7 +377,9 @@ fn by_belief(
     course: &mut Course,
 ) -> (Drive, Option<End>) {
     let estimate = view::estimate(view);
-    let (drive, outcome) = guide.step(&Guided { estimate, sectors: viewed.sectors, moved_m: viewed.moved_m });
+    let Viewed { sectors, moved_m, turned_rad, .. } = *viewed;
+    let (drive, outcome) =
+        guide.step(&Guided { estimate, sectors, moved_m, turned_rad, sure: view.sure_count });
     // The last state is matched only when the robot arrives.
     let is_passed = along.get(course.next).is_some_and(|at| *at <= guide.along());
     let is_matched = is_passed && course.next + 1 < along.len();
@@ -393,7 +412,7 @@ impl Driver {
 }
 
 impl Stage for Planner {
-    const FORM: &'static str = "landmarks planner 3";
+    const FORM: &'static str = "landmarks planner 4";
     type State = State;
 
     fn receive(&mut self, message: &Incoming<'_>) -> Result<(), StageError> {
@@ -449,7 +468,7 @@ impl Stage for Planner {
     fn state(&self) -> impl Serialize {
         let driven = self.driver.as_ref().map(|driver| match driver {
             Driver::States(follower) => Driven::States(*follower.progress()),
-            Driver::Belief { guide, .. } => Driven::Belief(*guide.state()),
+            Driver::Belief { guide, .. } => Driven::Belief(guide.state().clone()),
         });
         State {
             route: self.route,

@@ -10,6 +10,7 @@ use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::doubts::{Canvas, Doubts};
 use sketchnav_stage::{Files, Hosted, Outbox, Stage, StageError};
 
+use crate::doubts::{self, Doubt};
 use crate::drawn::DrawnMetres;
 use crate::error::LandmarksError;
 use crate::extraction;
@@ -66,15 +67,24 @@ pub fn doubts(run: &RunConfig, files: &Files<'_>) -> Result<Doubts, LandmarksErr
     if run.pad.draws() {
         return Ok(Doubts::default());
     }
-    let (mission, parameters) = (LandmarksMission::of(&run.mission)?, Parameters::of(&run.mission)?);
+    let mission = LandmarksMission::of(&run.mission)?;
     let instructions = understand(&run.mission, &run.robot, files)?;
     // Instructions that are too large to be sent are an error before the start, too.
     Announced::of(&instructions)?;
-    let extraction = extraction_of(&parameters, &run.robot);
-    let found = crate::doubts::of(&instructions, &mission, &parameters, &extraction);
+    let found = doubts_about(run, &instructions)?;
     let file = Path::new(mission.given.file()).file_name().unwrap_or_default().display();
     let warnings = found.iter().map(|doubt| format!("{file}: {doubt}")).collect();
     Ok(Doubts { warnings, left_out: Vec::new() })
+}
+
+/// Returns the doubts about the instructions of a run.
+///
+/// # Errors
+/// [`LandmarksError`] if the mission or a parameter is invalid.
+pub fn doubts_about(run: &RunConfig, instructions: &Instructions) -> Result<Vec<Doubt>, LandmarksError> {
+    let (mission, parameters) = (LandmarksMission::of(&run.mission)?, Parameters::of(&run.mission)?);
+    let extraction = extraction_of(&parameters, &run.robot);
+    Ok(doubts::of(instructions, &mission, &parameters, &extraction))
 }
 
 /// Instructions, ready to be sent.

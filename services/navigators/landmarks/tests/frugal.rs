@@ -68,7 +68,8 @@ fn a_guide_allocates_nothing() {
     let found = allocations(|ranges_m| {
         let returns = Returns { angles_rad: &angles_rad, ranges_m, ring_m: 0.254, range_max_m: 6.477 };
         locator.step(0.02, 0.05, Some(&returns));
-        let guided = Guided { estimate: locator.estimate(), sectors: ranges_m, moved_m: 0.02 };
+        let (estimate, sure) = (locator.estimate(), locator.sure_places() as u32);
+        let guided = Guided { estimate, sectors: ranges_m, moved_m: 0.02, turned_rad: 0.05, sure };
         steps += u32::from(guide.step(&guided).1.is_none());
     });
     assert_eq!(found, 0);

@@ -115,7 +115,8 @@ fn guide(objects: &[Object], scene: &Scene, sketch: &Sketch, seed: u64) -> (End,
         let [moved_m, turned_rad] = moved;
         let returns = Returns { angles_rad: &angles_rad, ranges_m: &sectors, ring_m, range_max_m };
         locator.step(moved_m, turned_rad, Some(&returns));
-        let guided = Guided { estimate: locator.estimate(), sectors: &sectors, moved_m };
+        let (estimate, sure) = (locator.estimate(), locator.sure_places() as u32);
+        let guided = Guided { estimate, sectors: &sectors, moved_m, turned_rad, sure };
         let (drive, outcome) = guide.step(&guided);
         match outcome {
             Some(Outcome::Arrived) => return (arrived(&world, scene), way),
@@ -141,7 +142,9 @@ fn guided_exactly(scene: &Scene, seed: u64) -> Vec<Point<Drawn>> {
         let at = exactly(&world.pose.position());
         let (heading_rad, spread) = (world.pose.yaw_rad, DrawnMetres::default());
         let estimate = Estimate { at, heading_rad, stretch: Stretch::NONE, spread, fit: 1.0 };
-        let (drive, outcome) = guide.step(&Guided { estimate, sectors: &sectors, moved_m: moved[0] });
+        let [moved_m, turned_rad] = moved;
+        let guided = Guided { estimate, sectors: &sectors, moved_m, turned_rad, sure: 0 };
+        let (drive, outcome) = guide.step(&guided);
         if let Some(outcome) = outcome {
             assert_eq!(outcome, Outcome::Arrived);
             return way;

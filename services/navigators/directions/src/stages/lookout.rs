@@ -216,7 +216,7 @@ mod tests {
         (journey.accepted, journey.has_reference, journey.reference_x_m) = (2, 1, 0.25);
         let mut description: Box<Description> = bytemuck::zeroed_box();
         description.dot_count = 1;
-        description.dots[0] = DescribedDot { x_m: 0.25, y_m: 0.0, isolation: 0, quadrants: 0 };
+        description.dots[0] = DescribedDot { x_m: 0.25, y_m: 0.0, isolation: 0, quadrants: 0, kind: 0 };
         let mut lookout = lookout();
         let access = Access::new(Process::Pad, KIND);
         lookout

@@ -193,6 +193,11 @@ impl Markers {
         Some(self.marked.get(landmark as usize)?.as_ref()?.kind)
     }
 
+    /// Returns the name of a landmark's kind, for people. A landmark without a marker is a `pole`.
+    pub fn name(&self, landmark: DotId) -> String {
+        self.kind(landmark).map_or("pole".to_owned(), |kind| kind.to_string())
+    }
+
     /// Returns the kind of a landmark if the camera may see it from a robot to which the landmark lies at this position. Whether
     /// anything hides the landmark is not considered.
     pub fn shown(&self, landmark: DotId, at: Point) -> Option<Shown> {
@@ -207,5 +212,62 @@ impl Markers {
             is_seen.then(|| self.camera.missed(distance_m))
         });
         missed.reduce(|all, missed| all * missed).map(|missed| Shown { kind: *kind, missed })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::camera;
+
+    #[test]
+    fn a_kind_is_a_word_that_maps_have_no_other_use_for() {
+        for name in ["door", "fire-door-2", "x"] {
+            assert_eq!(LandmarkKind::of(name).map(|kind| kind.to_string()), Some(name.to_owned()));
+        }
+        let wrong =
+            ["", "Door", "2nd", "-door", "fire door", "tür", "landmark", "isol", "a-door-that-is-wide"];
+        for name in wrong {
+            assert_eq!(LandmarkKind::of(name), None, "{name}");
+        }
+        let stored = postcard::to_allocvec(&LandmarkKind::of("door").unwrap()).unwrap();
+        assert_eq!(postcard::from_bytes::<LandmarkKind>(&stored).ok(), LandmarkKind::of("door"));
+        assert!(postcard::from_bytes::<LandmarkKind>(b"\x04Door").is_err());
+    }
+
+    /// A camera that looks all around as far as 6 m finds markers that it sees at up to 60 degrees.
+    #[test]
+    fn a_kind_shows_where_the_camera_sees_a_marker() {
+        let door = LandmarkKind::of("door").unwrap();
+        let landmarks = [Point::new(10.0, 10.0), Point::new(14.0, 10.0)];
+        let marker = |x: f64, facing_rad: f64| Marker { kind: door, at: Point::new(x, 10.0), facing_rad };
+        let markers = [marker(9.85, std::f64::consts::PI), marker(12.0, 0.0)];
+        let markers = Markers::new(camera(0.1), &landmarks, 0.15, markers.into_iter()).unwrap();
+        assert_eq!(
+            [0, 1, 2].map(|dot| markers.kind(dot)),
+            [Some(door), None, None],
+            "12 m is beside neither"
+        );
+        let shown = |x: f64, y: f64| markers.shown(0, Point::new(x, y)).map(|shown| shown.kind);
+        assert_eq!(shown(3.0, 0.0), Some(door), "from the west");
+        assert_eq!(shown(-3.0, 0.0), None, "from the east, its back");
+        assert_eq!((shown(3.0, 4.0), shown(2.0, 4.0)), (Some(door), None), "at 53 and at 65 degrees");
+        assert_eq!(shown(6.5, 0.0), None, "too far");
+        let missed = |x: f64| markers.shown(0, Point::new(x, 0.0)).unwrap().missed;
+        assert!((missed(6.0) - 0.197).abs() < 0.002 && missed(2.0) < missed(5.0), "{}", missed(6.0));
+        assert_eq!(markers.of_some(&[1, 0]).kind(1), Some(door));
+    }
+
+    #[test]
+    fn a_landmark_has_one_kind() {
+        let marker = |kind: &str, y: f64| Marker {
+            kind: LandmarkKind::of(kind).unwrap(),
+            at: Point::new(0.0, y),
+            facing_rad: 0.0,
+        };
+        let markers = [marker("door", 0.15), marker("stairs", -0.15)];
+        let both = Markers::new(camera(0.0), &[Point::default()], 0.15, markers.into_iter());
+        let error = both.unwrap_err().to_string();
+        assert_eq!(error, "landmark at (0, 0): expected markers of one kind, found door and stairs");
     }
 }

@@ -346,7 +346,7 @@ mod tests {
 
     use super::*;
     use crate::geometry::Land;
-    use crate::testing::plane;
+    use crate::testing::{camera, plane, plane_of_kinds};
     use crate::walls::{Body, Walls};
 
     fn window() -> Window {
@@ -380,6 +380,31 @@ mod tests {
         assert_eq!((of_d[0].to, of_d[0].movement, of_d[0].candidates), (4, Movement::Seek, 1));
         assert_eq!((of_d[1].to, of_d[1].seen, of_d[1].movement), (2, 4, Movement::Backward));
         assert!((of_d[1].slide - 30.5).abs() < 0.2, "{}", of_d[1].slide);
+    }
+
+    /// Of the two doors, the farther one is out of the camera's sight. The stairs are the only ones, and the machine is behind.
+    #[test]
+    fn by_its_kind_a_word_chooses_from_fewer_landmarks() {
+        let land = Land { radius: 0.15, range: 8.0, stand_off: 0.8, clearance: 0.5 };
+        let dots = [
+            (0.0, 0.0, "door"),
+            (3.0, 1.0, "door"),
+            (1.5, 6.5, "door"),
+            (2.0, 3.5, "stairs"),
+            (5.5, 5.5, ""),
+            (-2.0, -1.0, "machine"),
+        ];
+        let poles = plane_of_kinds(camera(0.0), &dots);
+        let lead = |words: &[Descriptor]| {
+            let kinds = Kinds { words, trajectories: true };
+            let all = Transitions::new(&poles, Window::on_land(land).unwrap(), kinds);
+            let from = all.from(0).iter().filter(|it| it.corner == Corner::Sw && it.by_kind);
+            let mut from: Vec<_> = from.map(|it| (it.to, it.candidates)).collect();
+            from.sort_unstable();
+            from
+        };
+        assert_eq!(lead(&[Descriptor::Isolated]), [(1, 1), (3, 1)]);
+        assert_eq!(lead(&[Descriptor::Any]), [(1, 1), (3, 1), (5, 1)], "by their bearings");
     }
 
     /// The last pole is hidden by the one before it. Another one is in sight outside the quadrant.

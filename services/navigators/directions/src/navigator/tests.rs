@@ -1,13 +1,15 @@
 //! Tests of a navigator's state, and of what it rejects.
 
 use proptest::prelude::*;
+use sketchnav_schemas::robot::MarkerCamera;
 use sketchnav_schemas::seed::stream;
 
 use super::*;
 use crate::geometry::Land;
 use crate::markers::Seen;
-use crate::testing::{config, plane};
-use crate::traversal::{Helicopter, Noise, STEP_S};
+use crate::plane::DotId;
+use crate::testing::{camera, config, plane, plane_of_kinds};
+use crate::traversal::{Helicopter, Kind, Noise, STEP_S, Traversal};
 
 const MAP: &str = "(*, SW)\n(Isol, (2, -), SW)\n(Isol, Trajp, (0, -), -)";
 
@@ -75,6 +77,32 @@ fn on_land_a_goal_that_goes_out_of_sight_is_not_reached() {
     let is_back = |way: &Point| way.x < 0.0;
     assert!(ways.iter().any(|way| is_back(way) && way.y < -0.1), "{ways:?}");
     assert!(ways.iter().any(|way| is_back(way) && way.y > 0.1), "{ways:?}");
+}
+
+/// The robot stands before two doors, a nearer pole and stairs. Only by its kind can the map name the farther door.
+#[test]
+fn on_land_a_word_means_a_landmark_of_its_kind_whose_marker_is_in_view() {
+    let land = Land { radius: 0.15, range: 8.0, stand_off: 0.8, clearance: 0.5 };
+    let dots = [(0.0, 0.0, ""), (1.0, 2.5, "door"), (5.0, 1.0, "door"), (3.0, 5.0, "stairs"), (2.5, 1.2, "")];
+    let attained = |map: &str, meant: DotId, camera: MarkerCamera| {
+        let world = plane_of_kinds(camera, &dots);
+        let settings = Settings { speed: 0.5, ..Settings::new(Window::on_land(land).unwrap(), 0.0) };
+        let navigator = Navigator::new(settings, map.parse().unwrap()).unwrap();
+        let meant = [0, meant];
+        let journey = Traversal::new(&world, &navigator, &meant, Noise::NONE).unwrap();
+        let report = journey.run(Point::new(0.5, 0.6), &mut stream(1, "journey"), |_, _, _| {});
+        (report.kind, report.attained.last().copied())
+    };
+    assert_eq!(attained("(*, SW)\n(Isol, -)", 3, camera(0.0)), (Kind::Direct, Some(3)));
+    assert_eq!(attained("(*, SW)\n(door, Isol, -)", 2, camera(0.0)), (Kind::Direct, Some(2)));
+    assert_eq!(attained("(*, SW)\n(door, *, -)", 1, camera(0.0)), (Kind::Direct, Some(1)));
+    assert_eq!(attained("(*, SW)\n(stairs, Obvious, -)", 3, camera(0.0)), (Kind::Direct, Some(3)));
+    assert_eq!(attained("(*, SW)\n(machine, Obvious, -)", 3, camera(0.0)).0, Kind::CannotLocate);
+    let short = MarkerCamera { range_max_m: 4.0, ..camera(0.0) };
+    assert_eq!(attained("(*, SW)\n(door, Isol, -)", 2, short), (Kind::Astray, Some(1)), "the other is far");
+    // One picture in four misses a marker, but the navigator looks three times.
+    let misses = attained("(*, SW)\n(door, Isol, -)", 2, camera(0.2));
+    assert_eq!(misses, (Kind::Direct, Some(2)));
 }
 
 /// Killing the process between any two steps must not change anything: a restarted process restores the state and takes the

@@ -132,7 +132,27 @@ impl Stage for Localizer {
 mod tests {
     use super::*;
     use bytemuck::Zeroable;
+    use sketchnav_schemas::geometry::Pose;
     use sketchnav_schemas::message::Message;
+
+    /// Marker 7 hangs on the second landmark and marker 8 is far from both. The mission doesn't know marker 3.
+    #[test]
+    fn a_marker_shows_the_kind_of_the_landmark_beside_it() {
+        let finder = Finder { radius_m: 0.15, range_m: 8.0, noise_m: 0.03, mount: Pose::new(0.0, 0.0, 0.0) };
+        let window = Window::new(16.0, 0.0).unwrap();
+        let localizer = Localizer { window, finder: Some(finder), markers: vec![vec![8], vec![7]] };
+        let dots = [Point::new(2.0, 0.0), Point::new(0.0, 3.0)];
+        let mut description = Description::zeroed();
+        describe(&dots, window, &mut description);
+        let mut view = MarkerView::zeroed();
+        let seen = [(3, 1.9, 0.1), (7, 0.1, 2.8), (8, 4.0, 4.0)];
+        view.marker_count = seen.len() as u32;
+        for (marker, (id, x_m, y_m)) in view.markers.iter_mut().zip(seen) {
+            (marker.id, marker.x_m, marker.y_m) = (id, x_m, y_m);
+        }
+        localizer.tell_kinds(&view, &dots, &mut description);
+        assert_eq!([0, 1].map(|dot: usize| description.dots[dot].kind), [0, 2]);
+    }
 
     /// A view with a pair near the middle, one dot on its own, and one in the margin.
     #[test]

@@ -593,6 +593,47 @@ mod tests {
         }
     }
 
+    const ON_LAND: &str = "name='m'\nrobot='panorama'\nworld={floor_plan='f.toml'}\nstart={world=[0,0],world_heading_deg=0}\n\
+        [navigator]\nkind='directions'\nfloor_file='f.toml'\nlandmark_radius_m=0.15\n\
+        [navigator.markers]\nstairs=[4]\ndoor=[1, 2]\n[[task]]\nname='on'\ngoal=[0.5, 0.9]\n";
+
+    #[test]
+    fn a_mission_says_which_markers_show_which_kinds() {
+        let mission = read(ON_LAND).unwrap();
+        let kinds: Vec<_> = mission.markers.keys().map(LandmarkKind::name).collect();
+        assert_eq!(kinds, ["door", "stairs"]);
+        assert_eq!(
+            [2, 3, 4].map(|id| mission.kind(id)),
+            [LandmarkKind::of("door"), None, LandmarkKind::of("stairs")]
+        );
+        for (given, wrong, words) in [
+            ("stairs=[4]", "Stairs=[4]", "navigator.markers.Stairs: expected a kind: at most 16 letters"),
+            ("stairs=[4]", "isol=[4]", "navigator.markers.isol: expected a kind: "),
+            (
+                "stairs=[4]",
+                "stairs=[4, 2]",
+                "navigator.markers.stairs: expected numbers that no other kind has, each once, found marker 2 also for door",
+            ),
+            (
+                "floor_file='f.toml'\nlandmark_radius_m=0.15",
+                "map_file='m'",
+                "navigator.markers: expected no such key without navigator.landmark_radius_m",
+            ),
+        ] {
+            let error = read(&ON_LAND.replace(given, wrong)).unwrap_err().to_string();
+            assert!(error.contains(words), "{error}");
+        }
+        let robot = |name: &str| {
+            let folder =
+                std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../sim/missions/directions");
+            sketchnav_sim::files::robot(&folder.join(name).to_string_lossy()).unwrap()
+        };
+        let mission = Mission::parse(ON_LAND).unwrap();
+        assert!(check(&mission, &robot("panorama-camera.toml")).is_ok());
+        let error = check(&mission, &robot("panorama.toml")).unwrap_err().to_string();
+        assert!(error.contains("[camera]"), "{error}");
+    }
+
     #[test]
     fn what_a_robot_lacks_or_a_parameter_cannot_be_is_said() {
         let robot = |name: &str| sketchnav_sim::robots::find(name).unwrap().unwrap();

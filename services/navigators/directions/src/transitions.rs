@@ -167,17 +167,18 @@ impl Transitions {
             for corner in Corner::ALL {
                 candidates.find(plane, window, from, corner);
                 let words = kinds.words.iter();
+                // Of equally probable transitions, a path takes the first: people find the way more easily by kinds.
+                for kind in candidates.kinds() {
+                    let own = candidates.of_kind(kind);
+                    let seeks = words.clone().flat_map(|&word| seeks(&own, corner, word));
+                    entries.extend(seeks.map(|seek| Transition { by_kind: true, ..seek }));
+                }
                 for seek in words.clone().flat_map(|&word| seeks(&candidates, corner, word)) {
                     entries.push(seek);
                     // On land, the robot drives from landmark to landmark and never slides.
                     if kinds.trajectories && window.land.is_none() {
                         entries.extend(trajectories(plane, window, from, seek));
                     }
-                }
-                for kind in candidates.kinds() {
-                    let own = candidates.of_kind(kind);
-                    let seeks = words.clone().flat_map(|&word| seeks(&own, corner, word));
-                    entries.extend(seeks.map(|seek| Transition { by_kind: true, ..seek }));
                 }
                 entries.extend(turns.then(|| around(from, corner)));
             }
@@ -389,7 +390,7 @@ mod tests {
         let dots = [
             (0.0, 0.0, "door"),
             (3.0, 1.0, "door"),
-            (1.5, 6.5, "door"),
+            (1.5, 7.2, "door"),
             (2.0, 3.5, "stairs"),
             (5.5, 5.5, ""),
             (-2.0, -1.0, "machine"),

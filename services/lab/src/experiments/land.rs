@@ -131,7 +131,8 @@ impl Journey<'_> {
             ((*kind).to_owned(), toml::Value::Array(ids.iter().map(number).collect()))
         };
         let markers: toml::Table = self.markers.iter().map(of_kind).collect();
-        let markers = (!markers.is_empty()).then(|| ("markers", toml::Value::Table(markers)));
+        let has_markers = !markers.is_empty();
+        let markers = has_markers.then_some(("markers", toml::Value::Table(markers)));
         let mut parameters = Parameters::default();
         let effort = [("trial_journeys", 32), ("journeys", 256)]
             .map(|(key, count)| (key.to_owned(), toml::Value::from(count)));

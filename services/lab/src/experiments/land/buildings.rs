@@ -85,7 +85,7 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
         notices.push(format!(
             "{name}: {} poles. Of {} pairs of poles, no path joins {unjoined}.",
             site.poles.len(),
-            JOURNEYS + unjoined
+            journeys.len() / 3 + unjoined
         ));
         trials.extend(journeys);
     }

@@ -393,7 +393,7 @@ mod tests {
             (1.5, 7.2, "door"),
             (2.0, 3.5, "stairs"),
             (5.5, 5.5, ""),
-            (-2.0, -1.0, "machine"),
+            (-2.0, 0.5, "machine"),
         ];
         let poles = plane_of_kinds(camera(0.0), &dots);
         let lead = |words: &[Descriptor]| {

@@ -590,12 +590,14 @@ struct DescribedDot {
     float y_m;
     std::uint32_t isolation;
     std::uint32_t quadrants;
+    std::uint32_t kind;
 };
-static_assert(std::is_trivially_copyable_v<DescribedDot> && sizeof(DescribedDot) == 16);
+static_assert(std::is_trivially_copyable_v<DescribedDot> && sizeof(DescribedDot) == 20);
 static_assert(offsetof(DescribedDot, x_m) == 0);
 static_assert(offsetof(DescribedDot, y_m) == 4);
 static_assert(offsetof(DescribedDot, isolation) == 8);
 static_assert(offsetof(DescribedDot, quadrants) == 12);
+static_assert(offsetof(DescribedDot, kind) == 16);
 
 struct Description {
     Header header;
@@ -606,7 +608,7 @@ struct Description {
     std::uint32_t meant[8];
     DescribedDot dots[64];
 };
-static_assert(std::is_trivially_copyable_v<Description> && sizeof(Description) == 1104);
+static_assert(std::is_trivially_copyable_v<Description> && sizeof(Description) == 1360);
 static_assert(offsetof(Description, header) == 0);
 static_assert(offsetof(Description, view_stamp_ns) == 24);
 static_assert(offsetof(Description, views) == 32);
@@ -984,7 +986,7 @@ inline constexpr std::array<Channel, 37> CHANNELS{{
     {"estimate", "sketchnav/PoseEstimate/1/6fe39940e3453396", sizeof(PoseEstimate), false},
     {"relations", "sketchnav/Relations/1/76abc44575759b47", sizeof(Relations), false},
     {"landmark_view", "sketchnav/LandmarkView/2/a335b22417b1e912", sizeof(LandmarkView), false},
-    {"description", "sketchnav/Description/1/f6c6689657b8b137", sizeof(Description), false},
+    {"description", "sketchnav/Description/2/207b246074302ce7", sizeof(Description), false},
     {"plan", "sketchnav/Plan/1/948683b6daa21d2e", sizeof(Plan), false},
     {"correspondence", "sketchnav/Correspondence/1/04977d1d4f303caf", sizeof(Correspondence), false},
     {"question", "sketchnav/Question/1/d383d138d8361399", sizeof(Question), false},

@@ -400,6 +400,7 @@ DescribedDot = np.dtype(
         ("y_m", "<f4"),
         ("isolation", "<u4"),
         ("quadrants", "<u4"),
+        ("kind", "<u4"),
     ]
 )
 
@@ -628,7 +629,7 @@ CHANNELS = {
     "estimate": ("sketchnav/PoseEstimate/1/6fe39940e3453396", PoseEstimate, False, ("planner", "pad", "recorder",)),
     "relations": ("sketchnav/Relations/1/76abc44575759b47", Relations, False, ("planner", "pad", "recorder",)),
     "landmark_view": ("sketchnav/LandmarkView/2/a335b22417b1e912", LandmarkView, False, ("planner", "pad", "recorder",)),
-    "description": ("sketchnav/Description/1/f6c6689657b8b137", Description, False, ("planner", "pad", "recorder",)),
+    "description": ("sketchnav/Description/2/207b246074302ce7", Description, False, ("planner", "pad", "recorder",)),
     "plan": ("sketchnav/Plan/1/948683b6daa21d2e", Plan, False, ("pad", "recorder",)),
     "correspondence": ("sketchnav/Correspondence/1/04977d1d4f303caf", Correspondence, False, ("pad", "recorder",)),
     "question": ("sketchnav/Question/1/d383d138d8361399", Question, False, ("pad", "recorder",)),

@@ -92,8 +92,10 @@ bounds! {
     LEAST_BIT_PX: 0.1 to 1000 " pixels";
     /// Error of a marker's corner in an image.
     CORNER_PX: 0 to 100 " pixels";
-    /// Horizontal field of view of a camera.
-    CAMERA_VIEW_DEG: 1 to 179 " degrees";
+    /// Horizontal field of view of a camera. One that sees all around has several lenses or a curved mirror.
+    CAMERA_VIEW_DEG: 1 to 360 " degrees";
+    /// Horizontal field of view of a camera with a plane image, as a pinhole camera has.
+    PINHOLE_VIEW_DEG: 1 to 179 " degrees";
     /// Angle at which a camera sees a marker, measured from the direction that the marker faces. At 90
     /// degrees, the camera sees the marker edge-on.
     SLANT_DEG: 1 to 89 " degrees";

@@ -134,6 +134,36 @@ fn from_a_floor_plan_the_robot_arrives_among_poles() {
     place.page_says(recording, &["Custom maps", "(Isol", "stated probability"]);
 }
 
+/// To the laser, all landmarks of the floor are alike. The map-maker and a person name them by the kinds that their markers show.
+#[test]
+fn maps_that_name_kinds_lead_past_doors_and_stairs() {
+    let place = place("signs.toml");
+    let recording = &place.driven("mission.toml --seed 1");
+    let messages = place.messages(recording);
+    assert_eq!(messages.get("/description"), messages.get("/markers"), "{messages:?}");
+    place.is_reproduced(recording, &["sketcher", "localizer", "planner"]);
+    let judged = |recording: &str| place.fine(&format!("judge {recording} --json")).json();
+    let verdict = judged(recording);
+    for journey in verdict.pointer("/0/journeys").and_then(Value::as_array).unwrap() {
+        assert!(matches!(journey["kind"].as_str(), Some("direct" | "recovered")), "{verdict}");
+        assert!(journey["stated"].as_f64().is_some_and(|stated| stated > 0.8), "{verdict}");
+    }
+    place.page_says(recording, &["Custom maps", ">stairs<", ">pole<"]);
+    let made = place.fine("directions mission.toml --words").out;
+    assert!(made.contains("(door, ") && made.contains(" door at a bearing of "), "{made}");
+
+    let errand = &place.driven("errand.toml --seed 1");
+    let verdict = judged(errand);
+    let journey = &verdict[0]["journeys"][0];
+    assert_eq!(journey["kind"], "direct", "{verdict}");
+    assert_eq!(journey["kinds"], serde_json::json!(["stairs", "door", "machine"]), "{verdict}");
+    place.page_says(errand, &["Seek the only machine in view."]);
+    fs::write(place.files().join("errand.directions"), "(stairs, *, SW)\n(lift, Isol, -)\n").unwrap();
+    let ended = place.run("run errand.toml");
+    let words = "errand.directions: entry 2: expected a kind that the mission has markers for (corner, door, machine, stairs), found \"lift\"";
+    assert!(ended.code == Some(2) && ended.err.contains(words), "{ended}");
+}
+
 #[test]
 fn kills_leave_the_same_bytes() {
     for (mission, kills) in [
@@ -142,6 +172,8 @@ fn kills_leave_the_same_bytes() {
         ("branching.toml", 6),
         ("belief.toml", 6),
         ("poles.toml", 6),
+        ("signs.toml", 6),
+        ("errand.toml", 6),
     ] {
         place(mission).is_identical_after("mission.toml", kills, "world,sketcher,localizer,planner,recorder");
     }

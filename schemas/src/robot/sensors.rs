@@ -154,6 +154,21 @@ impl MarkerCamera {
         Pose::new(self.mount_x_m, self.mount_y_m, self.mount_yaw_deg.to_radians())
     }
 
+    /// Returns true if the camera sees a marker at this distance and bearing from its optical axis, if nothing hides the marker.
+    /// The slant is the angle between the direction that the marker faces and the line to the camera.
+    pub fn sees(&self, distance_m: f64, bearing_rad: f64, slant_rad: f64) -> bool {
+        (self.range_min_m..=self.range_max_m).contains(&distance_m)
+            && self.resolves(distance_m, slant_rad)
+            && bearing_rad.abs() <= self.field_of_view_deg.to_radians() / 2.0
+            && slant_rad <= self.slant_max_deg.to_radians()
+    }
+
+    /// Returns the probability that the camera misses a marker that it could see at this distance.
+    pub fn missed(&self, distance_m: f64) -> f64 {
+        let span_m = self.range_max_m - self.range_min_m;
+        self.miss * (1.0 + (distance_m - self.range_min_m) / span_m)
+    }
+
     /// Returns true if a marker at this distance appears large enough to be detected. In the pinhole model, a
     /// side of s metres seen at this slant covers f s cos(slant) / distance pixels, where the focal length f
     /// follows from the field of view.
@@ -184,8 +199,9 @@ impl MarkerCamera {
 
     pub(super) fn check(&self) -> Result<(), RobotError> {
         self.pixels.map_or(Ok(()), |pixels| pixels.check())?;
+        let view_deg = self.pixels.map_or(bounds::CAMERA_VIEW_DEG, |_| bounds::PINHOLE_VIEW_DEG);
         within(&[
-            ("camera.field_of_view_deg", self.field_of_view_deg, bounds::CAMERA_VIEW_DEG),
+            ("camera.field_of_view_deg", self.field_of_view_deg, view_deg),
             ("camera.range_max_m", self.range_max_m, bounds::RANGE_MAX_M),
             ("camera.range_min_m", self.range_min_m, bounds::RANGE_MIN_M),
             ("camera.slant_max_deg", self.slant_max_deg, bounds::SLANT_DEG),

@@ -129,11 +129,15 @@ fn write_page(file: &Path, run: &RunConfig, made: &Made) -> anyhow::Result<()> {
     let walls = atlas.iter().flat_map(|atlas| atlas.plane.walls().lines());
     let walls: Vec<_> = walls.map(|ends| ends.map(on_picture)).collect();
     let dots: Vec<_> = made.dots.iter().copied().map(on_picture).collect();
+    let markers = atlas.as_ref().and_then(|atlas| atlas.plane.markers());
+    let kinds = markers.map(|markers| (0..dots.len() as DotId).map(|dot| markers.name(dot)).collect());
+    let kinds: Vec<String> = kinds.unwrap_or_default();
     let task = |((task, map), (number, landmarks)): ((&Task, &CustomMap), (usize, &Landmarks))| {
         let planned = PlannedMap::of(map, landmarks.iter().map(|(_, at)| on_picture(*at)).collect());
         let picture = plane(&PlanePicture {
             title: &task.name,
             dots: &dots,
+            kinds: &kinds,
             walls: &walls,
             parkways: &[],
             trajectories: &[],

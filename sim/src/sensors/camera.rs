@@ -109,20 +109,15 @@ impl Camera {
             facing_rad: wrap_angle(facing - camera.yaw_rad),
             slant_rad: wrap_angle(towards_rad + std::f64::consts::PI - facing).abs(),
         };
-        let is_in_view = (self.model.range_min_m..=self.model.range_max_m).contains(&distance_m)
-            && self.model.resolves(distance_m, sight.slant_rad)
-            && sight.bearing_rad.abs() <= self.half_view_rad()
-            && sight.slant_rad <= self.model.slant_max_deg.to_radians();
-        (is_in_view && is_open(scene, from, at + BEFORE_M * Vector2::new(facing.cos(), facing.sin())))
-            .then_some(sight)
+        (self.model.sees(distance_m, sight.bearing_rad, sight.slant_rad)
+            && is_open(scene, from, at + BEFORE_M * Vector2::new(facing.cos(), facing.sin())))
+        .then_some(sight)
     }
 
     /// Returns a marker as measured, or `None` if the camera misses it.
     fn measure(&self, id: u32, sight: &Sight, stream: &mut Pcg64Mcg) -> Option<SeenMarker> {
         let model = &self.model;
-        let span_m = model.range_max_m - model.range_min_m;
-        let missed = model.miss * (1.0 + (sight.distance_m - model.range_min_m) / span_m);
-        let is_missed = stream.random::<f64>() < missed;
+        let is_missed = stream.random::<f64>() < model.missed(sight.distance_m);
         let mut normal = || stream.sample::<f64, _>(StandardNormal);
         let error = model.distance_error(sight.distance_m, sight.slant_rad);
         let distance_m = sight.distance_m * (1.0 + normal() * error);

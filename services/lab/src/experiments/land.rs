@@ -7,6 +7,7 @@
 pub mod buildings;
 mod tables;
 
+use std::collections::BTreeMap;
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use rand_distr::{Distribution, StandardNormal};
@@ -86,6 +87,7 @@ fn trial(folders: &Folders, number: u64) -> Result<Option<Trial>, EvalError> {
         goal,
         way_m: DISTANCE_M,
         number,
+        markers: BTreeMap::new(),
     };
     let trial = journey.trial(folders)?;
     Ok(is_joined(&trial, &field, goal)?.then_some(trial))
@@ -104,16 +106,19 @@ struct Journey<'a> {
     way_m: f64,
     /// Determines the robot's pose at the start.
     number: u64,
+    /// The numbers of the markers on the landmarks of each kind.
+    markers: BTreeMap<&'static str, Vec<u32>>,
 }
 
-/// Returns the file of the robot that drives.
-fn robot(folders: &Folders) -> String {
-    folders.project.join("sim/missions/directions/panorama.toml").to_string_lossy().into_owned()
+/// Returns the file of the robot that drives. With markers, it has a camera for them.
+fn robot(folders: &Folders, has_markers: bool) -> String {
+    let name = if has_markers { "panorama-camera.toml" } else { "panorama.toml" };
+    folders.project.join("sim/missions/directions").join(name).to_string_lossy().into_owned()
 }
 
 impl Journey<'_> {
     fn trial(self, folders: &Folders) -> Result<Trial, EvalError> {
-        let robot = robot(folders);
+        let robot = robot(folders, !self.markers.is_empty());
         let heading: f64 = StandardNormal.sample(&mut seed::stream(self.number, "eval/land/heading"));
         let given = [
             ("floor_file", toml::Value::from("the floor")),
@@ -121,6 +126,13 @@ impl Journey<'_> {
             ("range_m", 8.0.into()),
             ("heading_noise_deg", HEADING_DEG.into()),
         ];
+        let number = |id: &u32| toml::Value::from(i64::from(*id));
+        let of_kind = |(kind, ids): (&&str, &Vec<u32>)| {
+            ((*kind).to_owned(), toml::Value::Array(ids.iter().map(number).collect()))
+        };
+        let markers: toml::Table = self.markers.iter().map(of_kind).collect();
+        let has_markers = !markers.is_empty();
+        let markers = has_markers.then_some(("markers", toml::Value::Table(markers)));
         let mut parameters = Parameters::default();
         let effort = [("trial_journeys", 32), ("journeys", 256)]
             .map(|(key, count)| (key.to_owned(), toml::Value::from(count)));
@@ -132,7 +144,7 @@ impl Journey<'_> {
             robot: robot.clone(),
             navigator: NavigatorChoice {
                 kind: keys::KIND.into(),
-                given: given.map(|(key, value)| (key.to_owned(), value)).into_iter().collect(),
+                given: given.into_iter().chain(markers).map(|(key, value)| (key.to_owned(), value)).collect(),
             },
             world: self.world,
             start: Start { world: self.start, world_heading_deg: (heading * HEADING_DEG).clamp(-20.0, 20.0) },

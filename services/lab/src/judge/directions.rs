@@ -37,6 +37,9 @@ pub struct JourneyVerdict {
     pub stated: Option<f64>,
     /// Indices of the true dots that the navigator took for its landmarks.
     pub attained: Vec<usize>,
+    /// Their kinds, if the mission has markers on landmarks. A landmark without a marker is a `pole`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub kinds: Vec<String>,
 }
 
 fn as_word<S: Serializer>(kind: &Option<Kind>, serializer: S) -> Result<S::Ok, S::Error> {
@@ -73,6 +76,7 @@ pub fn journeys(log: &Log, names: &[String], dots: &[[f64; 2]]) -> Vec<JourneyVe
             recoveries,
             stated: stated.map(|journey| journey.probability).filter(|stated| *stated >= 0.0),
             attained: taken.iter().map(|taken| taken.dot).collect(),
+            kinds: Vec::new(),
         }
     };
     names.iter().zip(&spans).enumerate().map(verdict).collect()

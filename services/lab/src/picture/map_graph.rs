@@ -141,7 +141,7 @@ fn command(entry: &Entry) -> String {
         Some(Direction::Forward) => ", slide on",
         Some(Direction::Backward) => ", slide back",
     };
-    format!("{}{bearing}{slide}", entry.word)
+    format!("{}{bearing}{slide}", entry.landmark())
 }
 
 fn circle(sheet: &mut Sheet, y: f64, text: &str, colour: &str) {

@@ -30,6 +30,8 @@ pub struct PlanePicture<'a> {
     pub title: &'a str,
     /// Positions of the true dots.
     pub dots: &'a [Point<World>],
+    /// Kinds of the dots, or nothing if all are alike.
+    pub kinds: &'a [String],
     /// Walls and other obstacles of a robot on land, as line segments.
     pub walls: &'a [[Point<World>; 2]],
     /// Pairs of landmarks that are joined by a parkway, as the map-maker sees them.
@@ -99,6 +101,10 @@ pub fn plane(picture: &PlanePicture<'_>) -> String {
     for dot in picture.dots {
         let [x, y] = sheet.view.at(dot);
         sheet.raw(format_args!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"4.4\" fill=\"#20242c\"/>"));
+    }
+    for (dot, kind) in picture.dots.iter().zip(picture.kinds) {
+        let [x, y] = sheet.view.at(dot);
+        sheet.text([x, y + 18.0], 11.0, "middle", INK, "400", kind);
     }
     numbers(&mut sheet, picture.planned);
     marks::ends(&mut sheet, picture.tasks);
@@ -178,6 +184,7 @@ mod tests {
         let svg = plane(&PlanePicture {
             title: "a hall",
             dots: &[a, b],
+            kinds: &["door".to_owned(), "pole".to_owned()],
             walls: &[[Point::new(9.0, -3.0), Point::new(9.0, 3.0)]],
             parkways: &[],
             trajectories: &[],
@@ -188,6 +195,7 @@ mod tests {
             bar_m: 4.963889603929565,
         });
         assert!(svg.contains(">2 m<"), "{svg}");
+        assert!(svg.contains(">door<") && svg.contains(">pole<"), "{svg}");
         assert_eq!(svg.matches("stroke-width=\"3\"").count(), 1);
     }
 }

@@ -12,6 +12,7 @@ use crate::picture::{self, PlanePicture, PlannedMap, TaskPicture};
 use maud::{Markup, PreEscaped, html};
 use sketchnav_directions::CustomMap;
 use sketchnav_directions::description::Descriptor;
+use sketchnav_directions::markers::Markers;
 use sketchnav_directions::messages::Activity;
 use sketchnav_directions::stages::mission::{self, DirectionsMission};
 use sketchnav_directions::stages::settings;
@@ -54,6 +55,7 @@ fn floor(run: &RunConfig, files: &dyn Files) -> anyhow::Result<Option<(FloorPlan
     let text = files.read_to_string(Path::new(file), FLOOR_PLAN)?;
     let mut plan: FloorPlan = toml::from_str(&text)?;
     plan.furniture.extend(world.furniture.iter().cloned());
+    plan.marker.extend(&world.marker);
     Ok(Some((plan, land.radius_m)))
 }
 
@@ -70,7 +72,22 @@ fn walls(run: &RunConfig, files: &dyn Files) -> anyhow::Result<Arc<Walls>> {
 pub fn verdicts(run: &RunConfig, files: &dyn Files, log: &Log) -> anyhow::Result<Vec<JourneyVerdict>> {
     let Some(dots) = dots(run, files)? else { return Ok(Vec::new()) };
     let names: Vec<_> = run.mission.task.iter().map(|task| task.name.clone()).collect();
-    Ok(journeys(log, &names, &dots))
+    let mut verdicts = journeys(log, &names, &dots);
+    let kinds = kinds(run, files, &dots)?;
+    for verdict in verdicts.iter_mut().filter(|_| !kinds.is_empty()) {
+        verdict.kinds = verdict.attained.iter().map(|&dot| kinds[dot].clone()).collect();
+    }
+    Ok(verdicts)
+}
+
+/// Returns the kinds of the landmarks of a run on land, or nothing if its mission has no markers on them.
+fn kinds(run: &RunConfig, files: &dyn Files, dots: &[[f64; 2]]) -> anyhow::Result<Vec<String>> {
+    let Some((plan, radius_m)) = floor(run, files)? else { return Ok(Vec::new()) };
+    let read = DirectionsMission::of(&run.mission)?;
+    let Some(camera) = settings::camera(&run.mission, &run.robot)? else { return Ok(Vec::new()) };
+    let places: Vec<_> = dots.iter().map(|[x, y]| Place::new(*x, *y)).collect();
+    let markers = Markers::new(camera.clone(), &places, radius_m, survey::kinds(&plan, &read))?;
+    Ok((0..dots.len() as u32).map(|dot| markers.name(dot)).collect())
 }
 
 /// Returns the verdicts on journeys by custom maps, judged by the plane inside the recording.
@@ -98,6 +115,7 @@ pub fn plane_picture(
     let Some(dots) = dots(run, files)? else { return Ok(None) };
     let (window, _) = settings::sight(&run.mission, &run.robot)?;
     let walls = walls(run, files)?;
+    let kinds = kinds(run, files, &dots)?;
     let words = DirectionsMission::of(&run.mission)?.planned();
     let (parkways, trajectories) = joined(log, window, &walls, &words);
     let walls: Vec<_> = walls.lines().map(|line| line.map(|at| Point::new(at.x, at.y))).collect();
@@ -122,6 +140,7 @@ pub fn plane_picture(
             run.mission.name, run.seed
         ),
         dots: &dots.iter().map(|[x, y]| Point::new(*x, *y)).collect::<Vec<_>>(),
+        kinds: &kinds,
         walls: &walls,
         parkways: &parkways,
         trajectories: &trajectories,

@@ -26,6 +26,7 @@ use crate::description::Descriptor;
 use crate::error::Error;
 use crate::generate::error;
 use crate::geometry::Point;
+use crate::markers::Markers;
 use crate::navigator::guide::Guide;
 use crate::navigator::{Navigator, Settings};
 use crate::path::{Atlas, Measure, Objective, Path, Start, Weights, best};
@@ -155,6 +156,8 @@ pub(crate) struct Surroundings {
     dots: Vec<Point>,
     /// The landmarks that the guide refers to, by their numbers among the dots.
     intended: Vec<DotId>,
+    /// The markers on these dots, if there are any.
+    markers: Option<Arc<Markers>>,
 }
 
 /// Returns the dots around a start and the landmarks that a guide refers to.
@@ -163,7 +166,8 @@ pub(crate) fn surroundings(atlas: &Atlas, start: Point, landmarks: &[DotId]) -> 
     let near = if atlas.plane.len() <= WHOLE { around(atlas, places) } else { along(atlas, places, REACH) };
     let number = |dot: &DotId| near.binary_search(dot).unwrap_or_default() as DotId;
     let intended = landmarks.iter().map(number).collect();
-    Surroundings { dots: near.iter().map(|&dot| atlas.plane.dot(dot)).collect(), intended }
+    let markers = atlas.plane.markers().map(|markers| Arc::new(markers.of_some(&near)));
+    Surroundings { dots: near.iter().map(|&dot| atlas.plane.dot(dot)).collect(), intended, markers }
 }
 
 /// Returns the dots in a rectangle around some positions, in ascending order.
@@ -209,7 +213,8 @@ pub(crate) fn fly<G: Guide>(
 ) -> Result<(), Error> {
     for journey in 0..journeys {
         let mut rng = stream(seed, &format!("directions/{round}/{journey}"));
-        let plane = disturbed(&near.dots, noise.map_sigma, &mut rng)?.among(walls.clone());
+        let plane = disturbed(&near.dots, noise.map_sigma, &mut rng)?;
+        let plane = plane.among(walls.clone()).marked(near.markers.clone());
         let journey = Traversal::new(&plane, navigator, &near.intended, noise)?;
         end(&journey.run(start, &mut rng, |_, _, _| {}));
     }

@@ -3,6 +3,7 @@
 use crate::description::Descriptor;
 use crate::error::Error;
 use crate::geometry::{Corner, Point, Window};
+use crate::markers::LandmarkKind;
 use crate::navigator::heading::bearing_deg;
 use crate::plane::{DotId, Plane};
 use crate::recovery::{Check, Recoveries};
@@ -129,6 +130,11 @@ impl Atlas {
             _ => self.reliability.noise.heading_rad > 0.0,
         };
         is_stated.then(|| bearing_deg(self.plane.dot(transition.seen) - self.plane.dot(from)))
+    }
+
+    /// Returns the kind of landmark that a map names for a transition, if it names one.
+    pub fn kind(&self, transition: &Transition) -> Option<LandmarkKind> {
+        self.plane.kind(transition.seen).filter(|_| transition.by_kind)
     }
 
     /// Returns the position of the window's centre when a landmark lies in a corner.

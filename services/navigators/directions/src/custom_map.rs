@@ -7,7 +7,8 @@
 //! (Isol, Trajp, (2, NW, Isol), (1, -), -)
 //! ```
 //!
-//! An entry has the form `(D, [B,] [T,] [E,] M)`. `D` is the word for the landmark to seek ([`Descriptor`]).
+//! An entry has the form `([K,] D, [B,] [T,] [E,] M)`. `D` is the word for the landmark to seek ([`Descriptor`]), and `K` the
+//! kind of landmark that it means, such as `door`. Without `K`, it means one of any kind.
 //! `B` is the compass bearing of that landmark from the reference, `000` to `359`, which a robot with an
 //! uncertain heading uses to correct it. `T` is `Trajp` or `Trajn`: slide along the line from the reference
 //! to that landmark, forwards or backwards. Each `E` says what to do if the attained landmark has a given
@@ -55,6 +56,7 @@ use serde::{Deserialize, Serialize};
 use crate::description::Descriptor;
 use crate::error::Error;
 use crate::geometry::Corner;
+use crate::markers::LandmarkKind;
 use crate::signature::Signature;
 
 /// Maximum number of entries of a map.
@@ -68,6 +70,8 @@ pub struct CustomMap(Vec<Entry>);
 /// One line of a map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Entry {
+    /// The kind of landmark to seek, or `None` if it may be of any kind.
+    pub kind: Option<LandmarkKind>,
     /// The word for the landmark to seek.
     pub word: Descriptor,
     /// The bearing of the landmark from the reference, in degrees clockwise from north, if the map states it.
@@ -292,6 +296,15 @@ impl From<Way> for Response {
 }
 
 impl Entry {
+    /// Returns the landmark to seek, as it is written in custom maps.
+    pub fn landmark(&self) -> impl fmt::Display + use<> {
+        let Self { kind, word, .. } = *self;
+        fmt::from_fn(move |f| match kind {
+            Some(kind) => write!(f, "{kind}, {word}"),
+            None => write!(f, "{word}"),
+        })
+    }
+
     /// Iterates over the words that a navigator needs to know for this entry.
     pub fn words(&self) -> impl Iterator<Item = Descriptor> + use<> {
         let recoveries = self.verification.into_iter().flat_map(Verification::recoveries);
@@ -319,9 +332,10 @@ impl CustomMap {
         let mut is_led_to = vec![false; entries.len()];
         for (number, entry) in (1..).zip(&entries) {
             let is_same = entry.word == Descriptor::Same;
-            if is_same && (number == 1 || entry.trajectory.is_some()) {
-                let expected = match number {
-                    1 => "a landmark other than \"Same\", since there is none before the first",
+            if is_same && (number == 1 || entry.trajectory.is_some() || entry.kind.is_some()) {
+                let expected = match (number, entry.kind) {
+                    (_, Some(_)) => "a landmark other than \"Same\", since that is known without its kind",
+                    (1, _) => "a landmark other than \"Same\", since there is none before the first",
                     _ => "a landmark other than \"Same\", since a line to slide along needs two",
                 };
                 return Err(Error::Same { entry: number, expected });
@@ -402,7 +416,7 @@ impl fmt::Display for Way {
 
 impl fmt::Display for Entry {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "({}", self.word)?;
+        write!(f, "({}", self.landmark())?;
         if let Some(bearing_deg) = self.bearing_deg {
             write!(f, ", {bearing_deg:03}")?;
         }

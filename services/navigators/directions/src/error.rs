@@ -1,5 +1,7 @@
 //! Errors in the input of this crate.
 
+use crate::markers::LandmarkKind;
+
 /// Why input was rejected. The message of each variant says what was expected and what was found.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Error {
@@ -119,6 +121,36 @@ pub enum Error {
         entry: usize,
         /// The unknown word.
         word: &'static str,
+    },
+    /// A map names a kind of landmarks that no marker stands for.
+    #[error("entry {entry}: expected a kind that the mission has markers for ({known}), found {found:?}")]
+    UnknownKind {
+        /// Number of the entry, from 1.
+        entry: usize,
+        /// The kinds with markers.
+        known: String,
+        /// The kind.
+        found: String,
+    },
+    /// A word is not the name of a kind of landmarks.
+    #[error(
+        "expected a kind: a word of at most 16 of a to z, 0 to 9 and -, which no map uses otherwise, found {found:?}"
+    )]
+    NoKind {
+        /// The word.
+        found: String,
+    },
+    /// A landmark has markers of two kinds.
+    #[error("landmark at ({x}, {y}): expected markers of one kind, found {first} and {second}")]
+    TwoKinds {
+        /// The x coordinate of the landmark.
+        x: f64,
+        /// The y coordinate of the landmark.
+        y: f64,
+        /// One kind.
+        first: LandmarkKind,
+        /// Another kind.
+        second: LandmarkKind,
     },
     /// The window shows no dot at the start.
     #[error("start ({x}, {y}): expected a landmark in view, found none")]

@@ -41,6 +41,7 @@ pub mod fit;
 pub mod generate;
 pub mod geometry;
 pub mod isolation;
+pub mod markers;
 pub mod messages;
 pub mod navigator;
 pub mod parkway;

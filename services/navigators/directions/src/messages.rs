@@ -72,7 +72,7 @@ messages! {
     }
 
     /// The view, described: how isolated each dot is, what surrounds it, and which dot each word means.
-    pub struct Description version 1 in "window" valid if description {
+    pub struct Description version 2 in "window" valid if description {
         /// Time at which the view was taken, or 0 before the first view.
         pub view_stamp_ns: u64,
         /// Number of the view, or 0 before the first view. An unchanged number means an unchanged view.
@@ -134,6 +134,9 @@ parts! {
         pub isolation: u32,
         /// The quadrants of the dot that hold another dot in view, one bit each: SE 1, SW 2, NE 4, NW 8.
         pub quadrants: u32,
+        /// The kind of landmark that a marker in view shows, counted from 1 in the alphabetical order of the mission's kinds, or 0
+        /// if it is not known.
+        pub kind: u32,
     }
 }
 

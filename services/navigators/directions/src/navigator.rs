@@ -36,6 +36,7 @@ use crate::custom_map::CustomMap;
 use crate::description::{Descriptor, Vocabulary};
 use crate::error::Error;
 use crate::geometry::{Corner, Point, Window};
+use crate::markers::View;
 use crate::signature::Signature;
 use by_map::Progress;
 use guide::{Counts, Guide, Next};
@@ -331,7 +332,7 @@ impl<G: Guide> Navigator<G> {
     }
 
     /// Performs one step, given what the window shows now and the time since the last step. For the first step, that time is 0.
-    pub fn step(&self, state: &mut State<G::Memory>, view: &[Point], elapsed_s: f64) -> Output {
+    pub fn step(&self, state: &mut State<G::Memory>, view: View<'_>, elapsed_s: f64) -> Output {
         let mut turned = ArrayVec::new();
         steps::step(self, state, self.in_map_axes(state, view, &mut turned), elapsed_s);
         self.output(state)
@@ -339,7 +340,7 @@ impl<G: Guide> Navigator<G> {
 
     /// Performs one step after the journey, in which the window moves over the attained landmark. The output has an outcome
     /// once the window is there or, on land, if the robot loses sight of the landmark on the way.
-    pub fn hover(&self, state: &mut State<G::Memory>, view: &[Point], elapsed_s: f64) -> Output {
+    pub fn hover(&self, state: &mut State<G::Memory>, view: View<'_>, elapsed_s: f64) -> Output {
         let mut turned = ArrayVec::new();
         let view = self.in_map_axes(state, view, &mut turned);
         let has_ended = steps::hover(&self.settings, state, view, elapsed_s);
@@ -350,14 +351,14 @@ impl<G: Guide> Navigator<G> {
     fn in_map_axes<'a>(
         &self,
         state: &State<G::Memory>,
-        view: &'a [Point],
+        view: View<'a>,
         turned: &'a mut ArrayVec<Point, MOST_SEEN>,
-    ) -> &'a [Point] {
+    ) -> View<'a> {
         if self.settings.heading_rad == 0.0 {
             return view;
         }
-        turned.extend(view.iter().take(MOST_SEEN).map(|dot| dot.turned(state.heading.turned_rad)));
-        turned
+        turned.extend(view.dots.iter().take(MOST_SEEN).map(|dot| dot.turned(state.heading.turned_rad)));
+        View { dots: turned, ..view }
     }
 
     /// Returns the result of the last step.

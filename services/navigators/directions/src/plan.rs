@@ -85,6 +85,7 @@ impl Plan {
         };
         let checks: Vec<_> = path.legs.iter().map(check).collect();
         let first = Entry {
+            kind: None,
             word: Descriptor::Any,
             bearing_deg: None,
             trajectory: None,
@@ -130,7 +131,8 @@ fn entry(atlas: &Atlas, leg: &Leg, verification: Option<Verification>) -> Entry 
         Movement::Backward => Some(Direction::Backward),
     };
     let bearing_deg = atlas.bearing_deg(leg.from, &leg.transition);
-    Entry { word: leg.transition.word, bearing_deg, trajectory, verification, place: leg.place }
+    let kind = atlas.kind(&leg.transition);
+    Entry { kind, word: leg.transition.word, bearing_deg, trajectory, verification, place: leg.place }
 }
 
 /// Prints a plan in the form of figure 30 or, for a branching map, the successors of each entry.
@@ -142,15 +144,21 @@ impl fmt::Display for Itinerary<'_> {
         if self.0.map.branches() {
             return graph(f, self.0);
         }
-        writeln!(f, "{:>7} {:>7} {:<10} {:>10} {:>8}  VERIFY", "FROM", "TO", "CMD", "DISTANCE", "-LOGPROB")?;
-        for (leg, &check) in self.0.path.legs.iter().zip(&self.0.checks) {
-            let command = match leg.transition.movement {
-                Movement::Seek => leg.transition.word.word().to_uppercase(),
-                Movement::Forward => "TRAJP".to_owned(),
-                Movement::Backward => "TRAJN".to_owned(),
-            };
+        // The first entry of the map belongs to no leg.
+        let commands: Vec<_> = self.0.map.entries()[1..].iter().map(command).collect();
+        let width = commands.iter().map(String::len).max().unwrap_or_default().max(10);
+        writeln!(
+            f,
+            "{:>7} {:>7} {:<width$} {:>10} {:>8}  VERIFY",
+            "FROM", "TO", "CMD", "DISTANCE", "-LOGPROB"
+        )?;
+        for ((leg, &check), command) in self.0.path.legs.iter().zip(&self.0.checks).zip(&commands) {
             let (from, to) = (leg.from, leg.transition.to);
-            write!(f, "{from:>7} {to:>7} {command:<10} {:>10.3} {:>8.3}  ", leg.distance, leg.unreliability)?;
+            write!(
+                f,
+                "{from:>7} {to:>7} {command:<width$} {:>10.3} {:>8.3}  ",
+                leg.distance, leg.unreliability
+            )?;
             verification(f, check)?;
         }
         let path = &self.0.path;
@@ -168,6 +176,12 @@ impl fmt::Display for Itinerary<'_> {
     }
 }
 
+/// Returns the command of an entry, as figure 30 writes it, after the kind of landmark that it is about.
+fn command(entry: &Entry) -> String {
+    let kind = entry.kind.map_or(String::new(), |kind| format!("{kind} "));
+    format!("{kind}{}", entry.trajectory.map_or(entry.word.word(), Direction::word)).to_uppercase()
+}
+
 /// Prints, for each entry, the landmark at which it begins, what it seeks, and for each sign the landmark and the entry where
 /// the journey continues.
 fn graph(f: &mut fmt::Formatter<'_>, Plan { map, landmarks, probability, .. }: &Plan) -> fmt::Result {
@@ -177,7 +191,7 @@ fn graph(f: &mut fmt::Formatter<'_>, Plan { map, landmarks, probability, .. }: &
     let begins = |entry: usize| entry.checked_sub(1).and_then(|before| landmarks.get(before)).copied();
     for (index, entry) in map.entries().iter().enumerate() {
         let from = begins(index).map_or("-".to_owned(), |dot| dot.to_string());
-        let command = entry.trajectory.map_or(entry.word.word(), Direction::word).to_uppercase();
+        let command = command(entry);
         write!(f, "{:>7} {from:>7} {command:<10} ", index + 1)?;
         if let Some(signs) = entry.verification {
             for (sign, branch) in signs.branches() {

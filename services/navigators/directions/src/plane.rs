@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use crate::error::Error;
 use crate::geometry::Point;
+use crate::markers::{LandmarkKind, Markers, Shown};
 use crate::walls::Walls;
 
 /// The number of a dot, from 0.
@@ -24,6 +25,7 @@ pub struct Plane {
     bounds: (Point, Point),
     grid: Grid,
     walls: Arc<Walls>,
+    markers: Option<Arc<Markers>>,
 }
 
 /// Dots sorted by the cells of a uniform grid, with the rows starting in the south.
@@ -53,12 +55,32 @@ impl Plane {
         }
         let grid = Grid::new(&dots);
         grid.same_place()?;
-        Ok(Self { bounds: bounds(&dots), dots, grid, walls: Arc::default() })
+        Ok(Self { bounds: bounds(&dots), dots, grid, walls: Arc::default(), markers: None })
     }
 
     /// Returns the same dots, standing among walls.
     pub fn among(self, walls: Arc<Walls>) -> Self {
         Self { walls, ..self }
+    }
+
+    /// Returns the same dots, with markers by which a robot tells their kinds.
+    pub fn marked(self, markers: Option<Arc<Markers>>) -> Self {
+        Self { markers, ..self }
+    }
+
+    /// Returns the markers on the dots, if there are any.
+    pub fn markers(&self) -> Option<&Arc<Markers>> {
+        self.markers.as_ref()
+    }
+
+    /// Returns the kind of a dot, if a marker says it.
+    pub fn kind(&self, dot: DotId) -> Option<LandmarkKind> {
+        self.markers.as_ref()?.kind(dot)
+    }
+
+    /// Returns the kind of a dot if a camera may see it from a robot to which the dot lies at this position.
+    pub fn shown(&self, dot: DotId, at: Point) -> Option<Shown> {
+        self.markers.as_ref()?.shown(dot, at)
     }
 
     /// Returns the walls that stand among the dots. Above a plane, there are none.

@@ -146,6 +146,10 @@ impl<'a> Recoveries<'a> {
         let mut dots = if transition.movement == Movement::Seek {
             let mut candidates = Candidates::default();
             candidates.find(self.plane, self.window, from, transition.corner);
+            if transition.by_kind {
+                let kind = self.plane.kind(transition.seen);
+                candidates.dots.retain(|&dot| self.plane.kind(dot) == kind);
+            }
             candidates.dots
         } else {
             self.landings(from, transition, aside)

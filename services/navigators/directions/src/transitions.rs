@@ -10,6 +10,7 @@ use petgraph::graph::DiGraph;
 
 use crate::description::{Descriptor, MOST_CANDIDATES};
 use crate::geometry::{Corner, Point, Window};
+use crate::markers::LandmarkKind;
 use crate::plane::{DotId, Plane};
 use crate::sight::{Eye, is_seen};
 use crate::trajectory::Slide;
@@ -40,6 +41,8 @@ pub struct Transition {
     pub corner: Corner,
     /// The word by which the navigator finds `seen`.
     pub word: Descriptor,
+    /// Whether the word only chooses from landmarks of the same kind as `seen`.
+    pub by_kind: bool,
     /// The movement to the target.
     pub movement: Movement,
 }
@@ -80,6 +83,8 @@ pub struct Candidates {
     pub places: Vec<Point>,
     /// On land, the dots in sight outside the quadrant. Only a bearing means one of them.
     pub beside: Vec<DotId>,
+    /// The dots, in the quadrant or outside, whose kind the robot may see.
+    pub marked: Vec<(DotId, LandmarkKind)>,
 }
 
 impl Candidates {
@@ -89,6 +94,7 @@ impl Candidates {
         self.dots.clear();
         self.places.clear();
         self.beside.clear();
+        self.marked.clear();
         let place = plane.dot(landmark);
         let Some(land) = window.land else {
             let far = place + corner.inward() * window.side;
@@ -106,6 +112,7 @@ impl Candidates {
             if !is_seen(land, eye, at - eye.at, others.map(|(_, at)| at - eye.at)) {
                 continue;
             }
+            self.marked.extend(plane.shown(dot, at - eye.at).map(|shown| (dot, shown.kind)));
             if corner.covers(at - place, window.side) {
                 self.dots.push(dot);
                 self.places.push(at - place);
@@ -123,6 +130,28 @@ impl Candidates {
             .flatten()
             .map(|index| self.dots[index])
     }
+
+    /// Returns only the candidates that the robot may see to be of this kind.
+    fn of_kind(&self, kind: LandmarkKind) -> Self {
+        let is_own = |dot: &DotId| self.marked.contains(&(*dot, kind));
+        let (dots, places) = self
+            .dots
+            .iter()
+            .zip(&self.places)
+            .filter(|(dot, _)| is_own(dot))
+            .map(|(dot, at)| (*dot, *at))
+            .unzip();
+        let beside = self.beside.iter().copied().filter(is_own).collect();
+        Self { dots, places, beside, marked: Vec::new() }
+    }
+
+    /// Returns the kinds that the robot may see, each once.
+    fn kinds(&self) -> Vec<LandmarkKind> {
+        let mut kinds: Vec<_> = self.marked.iter().map(|(_, kind)| *kind).collect();
+        kinds.sort_unstable();
+        kinds.dedup();
+        kinds
+    }
 }
 
 impl Transitions {
@@ -137,8 +166,14 @@ impl Transitions {
         for from in 0..plane.len() as DotId {
             for corner in Corner::ALL {
                 candidates.find(plane, window, from, corner);
-                let seeks = kinds.words.iter().flat_map(|&word| seeks(&candidates, corner, word));
-                for seek in seeks {
+                let words = kinds.words.iter();
+                // Of equally probable transitions, a path takes the first: people find the way more easily by kinds.
+                for kind in candidates.kinds() {
+                    let own = candidates.of_kind(kind);
+                    let seeks = words.clone().flat_map(|&word| seeks(&own, corner, word));
+                    entries.extend(seeks.map(|seek| Transition { by_kind: true, ..seek }));
+                }
+                for seek in words.clone().flat_map(|&word| seeks(&candidates, corner, word)) {
                     entries.push(seek);
                     // On land, the robot drives from landmark to landmark and never slides.
                     if kinds.trajectories && window.land.is_none() {
@@ -252,6 +287,7 @@ fn seeks(
         candidates: among,
         corner,
         word,
+        by_kind: false,
         movement: Movement::Seek,
     })
 }
@@ -265,6 +301,7 @@ fn around(landmark: DotId, corner: Corner) -> Transition {
         candidates: 1,
         corner,
         word: Descriptor::Same,
+        by_kind: false,
         movement: Movement::Seek,
     }
 }
@@ -310,7 +347,7 @@ mod tests {
 
     use super::*;
     use crate::geometry::Land;
-    use crate::testing::plane;
+    use crate::testing::{camera, plane, plane_of_kinds};
     use crate::walls::{Body, Walls};
 
     fn window() -> Window {
@@ -344,6 +381,31 @@ mod tests {
         assert_eq!((of_d[0].to, of_d[0].movement, of_d[0].candidates), (4, Movement::Seek, 1));
         assert_eq!((of_d[1].to, of_d[1].seen, of_d[1].movement), (2, 4, Movement::Backward));
         assert!((of_d[1].slide - 30.5).abs() < 0.2, "{}", of_d[1].slide);
+    }
+
+    /// Of the two doors, the farther one is out of the camera's sight. The stairs are the only ones, and the machine is behind.
+    #[test]
+    fn by_its_kind_a_word_chooses_from_fewer_landmarks() {
+        let land = Land { radius: 0.15, range: 8.0, stand_off: 0.8, clearance: 0.5 };
+        let dots = [
+            (0.0, 0.0, "door"),
+            (3.0, 1.0, "door"),
+            (1.5, 7.2, "door"),
+            (2.0, 3.5, "stairs"),
+            (5.5, 5.5, ""),
+            (-2.0, 0.5, "machine"),
+        ];
+        let poles = plane_of_kinds(camera(0.0), &dots);
+        let lead = |words: &[Descriptor]| {
+            let kinds = Kinds { words, trajectories: true };
+            let all = Transitions::new(&poles, Window::on_land(land).unwrap(), kinds);
+            let from = all.from(0).iter().filter(|it| it.corner == Corner::Sw && it.by_kind);
+            let mut from: Vec<_> = from.map(|it| (it.to, it.candidates)).collect();
+            from.sort_unstable();
+            from
+        };
+        assert_eq!(lead(&[Descriptor::Isolated]), [(1, 1), (3, 1)]);
+        assert_eq!(lead(&[Descriptor::Any]), [(1, 1), (3, 1), (5, 1)], "by their bearings");
     }
 
     /// The last pole is hidden by the one before it. Another one is in sight outside the quadrant.

@@ -13,6 +13,7 @@ use crate::custom_map::CustomMap;
 use crate::error::Error;
 use crate::generate;
 use crate::geometry::{Point, Window};
+use crate::markers::Seen;
 use crate::navigator::guide::Guide;
 use crate::navigator::{Activity, Navigator, Outcome, Output};
 use crate::plane::{DotId, Plane};
@@ -98,32 +99,28 @@ pub struct Helicopter {
 
 impl Helicopter {
     /// Returns what the camera sees in `view`, relative to the window's centre and along its axes.
-    pub fn look(
-        &self,
-        plane: &Plane,
-        window: Window,
-        noise: Noise,
-        rng: &mut Pcg64Mcg,
-        view: &mut Vec<Point>,
-    ) {
+    pub fn look(&self, plane: &Plane, window: Window, noise: Noise, rng: &mut Pcg64Mcg, view: &mut Seen) {
         view.clear();
         let half = window.side / 2.0 + window.margin;
-        let around: Vec<Point> =
-            plane.around(self.centre, window.reach()).map(|(_, at)| at - self.centre).collect();
+        let around: Vec<(DotId, Point)> =
+            plane.around(self.centre, window.reach()).map(|(dot, at)| (dot, at - self.centre)).collect();
         let eye = Eye { at: self.centre, walls: plane.walls() };
-        for &at in &around {
+        for &(dot, at) in &around {
             // A dot doesn't hide itself, since only nearer dots can hide it.
-            let is_hidden = window.land.is_some_and(|land| !is_seen(land, eye, at, around.iter().copied()));
+            let is_hidden =
+                window.land.is_some_and(|land| !is_seen(land, eye, at, around.iter().map(|(_, at)| *at)));
             let relative = at.turned(-self.heading_rad);
             if window.camera_sees(relative)
                 && !is_hidden
                 && !(noise.misses > 0.0 && rng.random_bool(noise.misses))
             {
-                view.push(relative + generate::error(rng, noise.sigma));
+                let place = relative + generate::error(rng, noise.sigma);
+                let kind = plane.shown(dot, at).filter(|shown| rng.random::<f64>() >= shown.missed);
+                view.push(place, kind.map(|shown| shown.kind));
             }
         }
         for _ in 0..arrivals(rng, noise.false_dots) {
-            view.push(Point::new(rng.random_range(-half..=half), rng.random_range(-half..=half)));
+            view.push(Point::new(rng.random_range(-half..=half), rng.random_range(-half..=half)), None);
         }
     }
 
@@ -273,7 +270,7 @@ impl<'a, G: Guide> Traversal<'a, G> {
         let drawn: f64 = StandardNormal.sample(rng);
         let mut helicopter = Helicopter { centre: from, heading_rad: drawn * self.noise.heading_rad };
         let mut state = self.navigator.start();
-        let mut view = Vec::new();
+        let mut view = Seen::default();
         let step_s = self.navigator.settings().window.land.map_or(STEP_S, |_| LAND_STEP_S);
         let mut report = Report {
             kind: Kind::Lost,
@@ -288,14 +285,14 @@ impl<'a, G: Guide> Traversal<'a, G> {
         loop {
             helicopter.look(self.plane, self.navigator.settings().window, self.noise, rng, &mut view);
             let elapsed_s = if report.steps == 0 { 0.0 } else { step_s };
-            let output = self.navigator.step(&mut state, &view, elapsed_s);
+            let output = self.navigator.step(&mut state, view.view(), elapsed_s);
             report.steps += 1;
             if usize::from(output.accepted) > report.attained.len() {
                 report.attained.push(self.attained(&helicopter, &output));
                 report.meant.push(self.intended[usize::from(output.meant)]);
                 report.entries.push(output.entry);
             }
-            watch(&helicopter, &output, &view);
+            watch(&helicopter, &output, &view.dots);
             if let Some(outcome) = output.outcome {
                 report.recoveries = output.recoveries;
                 report.last_entry = self.slip(&report).unwrap_or(output.entry);

@@ -18,6 +18,10 @@ pub fn reworded(atlas: &Atlas, path: &Path, vocabulary: Vocabulary, slack: f64) 
     let mut reworded = path.clone();
     for index in (0..path.legs.len()).rev() {
         let leg = &path.legs[index];
+        // Whether a landmark is new or confusable is considered among landmarks of any kind.
+        if leg.transition.by_kind {
+            continue;
+        }
         let before = index.checked_sub(1).map(|before| &path.legs[before]);
         // The leg after a confusable landmark must keep its word, because the check for confusability has used that word from
         // each candidate. The leg after that must not be `New`, since what is new there depends on which candidate was chosen.
@@ -76,8 +80,8 @@ fn are_confusable(atlas: &Atlas, leg: &Leg, next: &Leg) -> bool {
     let leads = |dot: DotId| {
         let mut transitions = atlas.transitions.from(dot).iter();
         transitions.any(|it| {
-            (it.corner, it.word, it.movement, it.to)
-                == (onward.corner, onward.word, onward.movement, onward.to)
+            (it.corner, it.word, it.by_kind, it.movement, it.to)
+                == (onward.corner, onward.word, onward.by_kind, onward.movement, onward.to)
         })
     };
     leg.transition.movement == Movement::Seek && now.dots.len() > 1 && now.dots.iter().all(|&dot| leads(dot))

@@ -1,9 +1,12 @@
 //! The `directions-buildings` suite drives journeys from pole to pole through buildings by a custom map, with a noisy laser, and on
 //! half of the journeys among people who walk around.
 //!
+//! The journeys among people are driven once more with markers on most of the poles, which show what these stand for.
+//!
 //! The poles are placed so that a robot can find its way: one on either side of each door, and others where there is space. The
 //! map-maker is given the floor plan with its poles, but not the people.
 
+use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_4, TAU};
 use std::iter;
 use std::path::PathBuf;
@@ -15,7 +18,7 @@ use sketchnav_directions::Point;
 use sketchnav_directions::path::{Atlas, Measure, Objective, Start as Beginning, best};
 use sketchnav_directions::stages::sketcher;
 use sketchnav_rehearsal::RehearsalError;
-use sketchnav_schemas::floor_plan::{FloorPlan, Person};
+use sketchnav_schemas::floor_plan::{FloorPlan, Marker, Person};
 use sketchnav_schemas::mission::WorldSource;
 use sketchnav_schemas::seed;
 use sketchnav_sim::offices::Shape;
@@ -56,6 +59,11 @@ const CELL_M: f64 = 0.1;
 const PEOPLE: usize = 2;
 const WALKS_MPS: [f64; 2] = [0.6, 1.2];
 const AWAY_M: f64 = 1.5;
+/// What poles at doors stand for, and what the others stand for in turn. Every fourth of these has no marker.
+const AT_DOORS: &str = "door";
+const ELSEWHERE: [Option<&str>; 4] = [Some("stairs"), Some("machine"), Some("corner"), None];
+/// Number of markers around a pole.
+const AROUND: usize = 4;
 /// Number of paths from which those of people are chosen.
 const WALKS: usize = 40;
 /// Distance between the waypoints of a person, in cells.
@@ -77,7 +85,7 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
         notices.push(format!(
             "{name}: {} poles. Of {} pairs of poles, no path joins {unjoined}.",
             site.poles.len(),
-            journeys.len() / 2 + unjoined
+            journeys.len() / 3 + unjoined
         ));
         trials.extend(journeys);
     }
@@ -102,6 +110,8 @@ struct Site<'a> {
     /// People of the floor plan, who walk on every journey.
     inhabitants: Vec<Person>,
     poles: Vec<[f64; 2]>,
+    /// Number of these poles that stand at doors. They come first.
+    at_doors: usize,
     /// Where the robot fits, and where a person does.
     ground: Ground,
     pavement: Ground,
@@ -112,22 +122,24 @@ impl<'a> Site<'a> {
         let mut plan = files::floor_plan(&path)?;
         let mut world = floor_plan::describe(&plan)?;
         let mut rng = seed::stream(1, &format!("eval/buildings/poles/{name}"));
-        let poles = put_up(&plan, &Ground::of_world(&world, CELL_M, FROM_WALLS_M), &mut rng);
+        let (poles, at_doors) = put_up(&plan, &Ground::of_world(&world, CELL_M, FROM_WALLS_M), &mut rng);
         let furniture = poles::furniture(&poles);
         world.add_furniture(&furniture)?;
         plan.furniture.extend(furniture);
         // The map-maker does not take the people into account.
         let inhabitants = std::mem::take(&mut plan.person);
-        let robot = files::robot(&super::robot(folders))?;
+        let robot = files::robot(&super::robot(folders, false))?;
         let ground = Ground::of_world(&world, CELL_M, robot.radius_m + BERTH_M);
         let pavement = Ground::of_world(&world, CELL_M, 0.3);
-        Ok(Self { folders, name, path, plan, inhabitants, poles, ground, pavement })
+        Ok(Self { folders, name, path, plan, inhabitants, poles, at_doors, ground, pavement })
     }
 
-    /// Returns the journeys, without people and among them, and the number of further pairs of poles without a path.
+    /// Returns the journeys, without people, among them, and among them with markers on the poles, and the number of further pairs
+    /// of poles without a path.
     fn journeys(&self) -> Result<(Vec<Trial>, usize), EvalError> {
         let mut rng = seed::stream(1, &format!("eval/buildings/journeys/{}", self.name));
-        let (mut calm, mut among_people, mut unjoined) = (Vec::new(), Vec::new(), 0);
+        let (mut calm, mut among_people, mut marked, mut unjoined) = (Vec::new(), Vec::new(), Vec::new(), 0);
+        let with_markers = self.marked();
         let walks = self.walks(&mut rng);
         let Some(atlas) = self.atlas()? else { return Ok((calm, unjoined)) };
         for _ in 0..TRIES {
@@ -147,11 +159,14 @@ impl<'a> Site<'a> {
             };
             let number = calm.len();
             let away: Vec<&Person> = walks.iter().filter(is_away).collect();
-            let people = away.sample(&mut rng, PEOPLE).map(|person| (*person).clone()).collect();
-            among_people.push(self.journey(number, start, goal, way_m, people)?);
-            calm.push(self.journey(number, start, goal, way_m, Vec::new())?);
+            let people: Vec<_> = away.sample(&mut rng, PEOPLE).map(|person| (*person).clone()).collect();
+            let way = Way { number, start, goal, way_m };
+            marked.push(self.journey(way, people.clone(), Some(&with_markers))?);
+            among_people.push(self.journey(way, people, None)?);
+            calm.push(self.journey(way, Vec::new(), None)?);
         }
         calm.extend(among_people);
+        calm.extend(marked);
         Ok((calm, unjoined))
     }
 
@@ -175,16 +190,18 @@ impl<'a> Site<'a> {
         self.ground.way(start, beside).map(|way| length_m(&way))
     }
 
-    /// Creates a journey, with people walking around if there are any.
+    /// Creates a journey, with people walking around if there are any. With a plan, the poles have the markers of that plan.
     fn journey(
         &self,
-        number: usize,
-        start: [f64; 2],
-        goal: [f64; 2],
-        way_m: f64,
+        Way { number, start, goal, way_m }: Way,
         person: Vec<Person>,
+        marked: Option<&FloorPlan>,
     ) -> Result<Trial, EvalError> {
-        let with = if person.is_empty() { "" } else { "/people" };
+        let with = match (person.is_empty(), marked) {
+            (true, _) => "",
+            (false, None) => "/people",
+            (false, Some(_)) => "/people/kinds",
+        };
         let journey = Journey {
             name: format!("{}/{number:02}{with}", self.name),
             line: format!("{}{with}", self.name),
@@ -192,15 +209,48 @@ impl<'a> Site<'a> {
                 floor_plan: Some(self.path.to_string_lossy().into_owned()),
                 furniture: poles::furniture(&self.poles),
                 person,
+                marker: marked.map_or(Vec::new(), |plan| plan.marker.clone()),
                 ..WorldSource::default()
             },
-            plan: &self.plan,
+            plan: marked.unwrap_or(&self.plan),
             start,
             goal,
             way_m,
             number: number as u64,
+            markers: if marked.is_some() { self.numbers() } else { BTreeMap::new() },
         };
         journey.trial(self.folders)
+    }
+
+    /// Returns what each pole stands for.
+    fn kinds(&self) -> impl Iterator<Item = Option<&'static str>> {
+        let others = ELSEWHERE.into_iter().cycle().take(self.poles.len() - self.at_doors);
+        iter::repeat_n(Some(AT_DOORS), self.at_doors).chain(others)
+    }
+
+    /// Returns the numbers of the markers of each kind.
+    fn numbers(&self) -> BTreeMap<&'static str, Vec<u32>> {
+        let mut numbers: BTreeMap<_, Vec<u32>> = BTreeMap::new();
+        for (pole, kind) in self.kinds().enumerate() {
+            let own = kind.into_iter().flat_map(|kind| (0..AROUND).map(move |side| (kind, side)));
+            own.for_each(|(kind, side)| numbers.entry(kind).or_default().push(id(pole, side)));
+        }
+        numbers
+    }
+
+    /// Returns the floor with markers to all sides of each pole that stands for something.
+    fn marked(&self) -> FloorPlan {
+        let marker = |pole: usize, side: usize| {
+            let facing_deg = 360.0 * side as f64 / AROUND as f64;
+            let (sin, cos) = facing_deg.to_radians().sin_cos();
+            let [x, y] = self.poles[pole];
+            let at = [x + poles::RADIUS_M * cos, y + poles::RADIUS_M * sin];
+            Marker { id: id(pole, side), at, facing_deg }
+        };
+        let marked = self.kinds().enumerate().filter(|(_, kind)| kind.is_some());
+        let sides = marked.flat_map(|(pole, _)| (0..AROUND).map(move |side| (pole, side)));
+        let marker = sides.map(|(pole, side)| marker(pole, side)).collect();
+        FloorPlan { marker, ..self.plan.clone() }
     }
 
     /// Returns people who walk to and fro between random places.
@@ -220,7 +270,7 @@ impl<'a> Site<'a> {
     /// Returns the map-maker's information about the floor, or `None` if it has no poles.
     fn atlas(&self) -> Result<Option<Atlas>, EvalError> {
         let Some(&pole) = self.poles.first() else { return Ok(None) };
-        let trial = self.journey(0, pole, pole, 0.0, Vec::new())?;
+        let trial = self.journey(Way::nowhere(pole), Vec::new(), None)?;
         let failed = |error: StageError| EvalError::Trial {
             trial: trial.name.clone(),
             cause: Box::new(RehearsalError::Stage(error)),
@@ -231,8 +281,31 @@ impl<'a> Site<'a> {
     }
 }
 
-/// Returns poles on either side of each door, and further ones at random. `free` determines where one fits.
-fn put_up(plan: &FloorPlan, free: &Ground, rng: &mut Pcg64Mcg) -> Vec<[f64; 2]> {
+/// A way from a place beside a pole to another pole.
+#[derive(Debug, Clone, Copy)]
+struct Way {
+    number: usize,
+    start: [f64; 2],
+    goal: [f64; 2],
+    /// Length, in metres.
+    way_m: f64,
+}
+
+impl Way {
+    /// Returns the way from a pole to itself.
+    fn nowhere(pole: [f64; 2]) -> Self {
+        Self { number: 0, start: pole, goal: pole, way_m: 0.0 }
+    }
+}
+
+/// Returns the number of the marker on a side of a pole.
+fn id(pole: usize, side: usize) -> u32 {
+    (AROUND * pole + side) as u32
+}
+
+/// Returns poles on either side of each door and further ones at random, and the number of those at doors. `free` determines where
+/// one fits.
+fn put_up(plan: &FloorPlan, free: &Ground, rng: &mut Pcg64Mcg) -> (Vec<[f64; 2]>, usize) {
     let mut poles: Vec<[f64; 2]> = Vec::new();
     let fits = |poles: &[[f64; 2]], at: [f64; 2]| {
         poles.iter().all(|pole| distance(*pole, at) >= APART_M)
@@ -251,13 +324,14 @@ fn put_up(plan: &FloorPlan, free: &Ground, rng: &mut Pcg64Mcg) -> Vec<[f64; 2]> 
             poles.extend(free.nearest(wanted, near).map(to_centimetres));
         }
     }
+    let at_doors = poles.len();
     let places: Vec<_> = free.places().collect();
     let most = poles.len().max((places.len() as f64 * CELL_M * CELL_M / AREA_M2) as usize + poles.len() / 2);
     for _ in 0..TRIES {
         let place = places.choose(rng).filter(|at| poles.len() < most && fits(&poles, **at));
         poles.extend(place.copied().map(to_centimetres));
     }
-    poles
+    (poles, at_doors)
 }
 
 fn to_centimetres(at: [f64; 2]) -> [f64; 2] {
@@ -290,17 +364,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn half_of_the_journeys_through_a_floor_are_among_people_and_all_have_room_at_the_start() {
+    fn every_journey_is_driven_alone_among_people_and_among_people_with_markers() {
         let folders = Folders::of_checkout();
         let path = folders.project.join("sim/missions/offices/hall.floor.toml");
         let site = Site::open(&folders, "hall", path).unwrap();
         let (journeys, _) = site.journeys().unwrap();
-        assert_eq!(journeys.len(), 2 * JOURNEYS);
+        assert_eq!(journeys.len(), 3 * JOURNEYS);
         for (i, journey) in journeys.iter().enumerate() {
             let mission = &journey.mission;
             keys::check(mission, &journey.robot).unwrap();
             assert_eq!(mission.world.person.len(), if i < JOURNEYS { 0 } else { PEOPLE }, "{}", journey.name);
             assert!(site.ground.fits(mission.start.world), "{}", journey.name);
+            assert_eq!(mission.world.marker.is_empty(), i < 2 * JOURNEYS, "{}", journey.name);
+            assert_eq!(mission.start, journeys[i % JOURNEYS].mission.start, "{}", journey.name);
         }
     }
 
@@ -333,7 +409,7 @@ mod tests {
     impl Counts {
         /// Compares what is found in scans at random places with what the map-maker expects there.
         fn add(&mut self, site: &Site<'_>) {
-            let trial = site.journey(0, site.poles[0], site.poles[0], 0.0, Vec::new()).unwrap();
+            let trial = site.journey(Way::nowhere(site.poles[0]), Vec::new(), None).unwrap();
             let finder = settings::finder(&trial.mission, &trial.robot).unwrap().unwrap();
             let world = floor_plan::describe(&site.plan).unwrap();
             let solids = world.walls.iter().chain(&world.furniture);

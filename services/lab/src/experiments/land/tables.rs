@@ -112,6 +112,7 @@ mod tests {
             recoveries: 0,
             stated: Some(stated),
             attained: Vec::new(),
+            kinds: Vec::new(),
         };
         TaskOutcome { journey: Some(verdict), ..TaskOutcome::sample("a#1", kind) }
     }

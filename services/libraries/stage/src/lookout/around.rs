@@ -1,5 +1,7 @@
 //! A view of a robot's surroundings, drawn from its sensors in the robot's own axes.
 
+use std::f64::consts::PI;
+
 use sketchnav_schemas::channels::{SCAN, SONAR};
 use sketchnav_schemas::geometry::Pose;
 use sketchnav_schemas::message::{LaserScan, SonarScan};
@@ -12,8 +14,9 @@ use crate::{Denied, Incoming};
 const MOST_REACH_M: f64 = 6.0;
 /// Distance shown to each side for a camera that looks down, in sides of its view.
 const WINDOWS: f64 = 3.0;
-/// Number of corners of an arc.
+/// Smallest number of corners of an arc, and largest angle between two of them, in radians.
 const ARC: usize = 6;
+const CORNER_RAD: f64 = 0.25;
 
 /// The part of the surroundings that the sheet around a robot shows. It is a square with the robot at its centre, facing up.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -105,8 +108,9 @@ fn echoes(scan: &SonarScan) -> Vec<Shape> {
 }
 
 fn arc(origin: [f64; 2], range_m: f64, direction_rad: f64, half_rad: f64, color: Color) -> Shape {
-    let angle = |i: usize| direction_rad + half_rad * (2.0 * i as f64 / (ARC - 1) as f64 - 1.0);
-    Shape::line((0..ARC).map(|i| polar(origin, range_m, angle(i))).collect::<Vec<_>>(), color)
+    let corners = ((2.0 * half_rad / CORNER_RAD).ceil() as usize).max(ARC);
+    let angle = |i: usize| direction_rad + half_rad * (2.0 * i as f64 / (corners - 1) as f64 - 1.0);
+    Shape::line((0..corners).map(|i| polar(origin, range_m, angle(i))).collect::<Vec<_>>(), color)
 }
 
 /// Returns the outline of a camera's field of view.
@@ -116,7 +120,9 @@ fn view_cone(camera: &MarkerCamera) -> Vec<Shape> {
     let ranges = [camera.range_min_m, camera.range_max_m];
     let side = |turn: f64| Shape::line(ranges.map(|range| polar(origin, range, yaw + turn)), Color::Edge);
     let arcs = ranges.map(|range| arc(origin, range, yaw, half, Color::Edge));
-    [side(half), side(-half)].into_iter().chain(arcs).collect()
+    // A view all around has no sides.
+    let sides = if half < PI { vec![side(half), side(-half)] } else { Vec::new() };
+    sides.into_iter().chain(arcs).collect()
 }
 
 #[cfg(test)]

@@ -2,9 +2,9 @@
 
 use super::*;
 use crate::generate::uniform;
-use crate::geometry::Window;
+use crate::geometry::{Corner, Land, Window};
 use crate::reliability::Reliability;
-use crate::testing::plane;
+use crate::testing::{camera, plane, plane_of_kinds};
 use crate::transitions::{Kinds, Movement};
 
 const QUICK: Effort = Effort { trials: 32, trial_journeys: 12, journeys: 64 };
@@ -46,6 +46,29 @@ fn a_sure_transition_is_sure_and_a_doubtful_one_is_not() {
     };
     assert!(of(1) > 0.99, "{}", of(1));
     assert!((0.4..0.75).contains(&of(3)), "{}", of(3));
+}
+
+/// Two doors are in sight, and the farther one is meant. If its marker is missed, the nearer one is the only door in view.
+#[test]
+fn a_marker_that_is_missed_makes_its_landmark_one_of_no_kind() {
+    let land = Land { radius: 0.15, range: 8.0, stand_off: 0.8, clearance: 0.5 };
+    let window = Window::on_land(land).unwrap();
+    let pilot = Pilot { settings: Settings::new(window, 0.0), noise: Noise::NONE };
+    let dots = [(0.0, 0.0, ""), (1.5, 2.5, "door"), (4.0, 3.0, "door"), (5.0, 0.8, "")];
+    let of = |miss: f64| {
+        let kinds = Kinds { words: &[Descriptor::Isolated], trajectories: false };
+        let model = Reliability::fitted(pilot.noise);
+        let atlas = Atlas::new(plane_of_kinds(camera(miss), &dots), window, kinds, model);
+        let estimates = estimates(&atlas, &pilot, 1000, 1, |_| true).unwrap();
+        let mut seeks = atlas.transitions.numbers(0).filter(|&number| {
+            let seek = atlas.transitions.number(number);
+            seek.by_kind && seek.to == 2 && seek.corner == Corner::Sw
+        });
+        estimates[seeks.next().unwrap() as usize].plain
+    };
+    assert!(of(0.0) > 0.99, "{}", of(0.0));
+    // One picture misses a marker at 4.1 m with a probability of 0.67, so three pictures miss both that face the robot with 0.09.
+    assert!((of(0.4) - 0.91).abs() < 0.03, "{}", of(0.4));
 }
 
 #[test]

@@ -4,6 +4,7 @@
 //! In each trial, every dot has one position, which deviates from the map-maker's by an error, and each look at the dot adds
 //! another error. Missed dots, false dots and the helicopter's movements within a parkway are only simulated in whole journeys.
 
+use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 use sketchnav_schemas::seed::stream;
@@ -14,6 +15,7 @@ use crate::description::Descriptor;
 use crate::error::Error;
 use crate::generate::error;
 use crate::geometry::{Corner, Land, Point};
+use crate::markers::LandmarkKind;
 use crate::navigator::Settings;
 use crate::navigator::heading::Heading;
 use crate::path::Atlas;
@@ -95,6 +97,8 @@ pub(crate) struct Trial<'a> {
     heading_rad: f64,
     places: Vec<Point>,
     dots: Vec<DotId>,
+    /// The dots whose kind the navigator has seen.
+    marked: Vec<DotId>,
 }
 
 impl<'a> Trial<'a> {
@@ -111,6 +115,7 @@ impl<'a> Trial<'a> {
             heading_rad: 0.0,
             places: Vec::new(),
             dots: Vec::new(),
+            marked: Vec::new(),
         }
     }
 
@@ -170,8 +175,23 @@ impl<'a> Trial<'a> {
             is_seen(land, eye, self.places[index], others.chain(std::iter::once(own)))
         };
         let shown: Vec<_> = (0..self.dots.len()).filter(|&index| is_shown(index)).collect();
+        self.marked.clear();
+        for &index in &shown {
+            let dot = self.dots[index];
+            let Some(shown) = self.atlas.plane.shown(dot, self.places[index]) else { continue };
+            let missed = shown.missed.powi(i32::from(self.pilot.settings.looks));
+            self.marked.extend((self.rng.random::<f64>() >= missed).then_some(dot));
+        }
         self.dots = shown.into_iter().map(|index| self.dots[index]).collect();
         self.places.clear();
+    }
+
+    /// Forgets the dots that the navigator has not seen to be of this kind.
+    fn keep_only(&mut self, kind: LandmarkKind) {
+        let is_own = |dot: &DotId| self.marked.contains(dot) && self.atlas.plane.kind(*dot) == Some(kind);
+        let own: Vec<usize> = (0..self.dots.len()).filter(|&index| is_own(&self.dots[index])).collect();
+        self.places = own.iter().map(|&index| self.places[index]).collect();
+        self.dots = own.iter().map(|&index| self.dots[index]).collect();
     }
 
     /// Takes a look, and returns the dot that a word means.
@@ -186,10 +206,13 @@ impl<'a> Trial<'a> {
         if transition.word == Descriptor::Same {
             return Some(from);
         }
-        if transition.word != Descriptor::Any {
-            return self.picks(from, transition.corner, transition.word);
-        }
         self.look_around(from, transition.corner);
+        if let Some(kind) = self.atlas.kind(transition) {
+            self.keep_only(kind);
+        }
+        if transition.word != Descriptor::Any {
+            return self.picked(transition.corner, transition.word);
+        }
         let Settings { window, tolerance, .. } = self.pilot.settings;
         let slack = self.pilot.settings.slack();
         let covers = |place: &Point| {

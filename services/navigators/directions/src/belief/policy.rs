@@ -298,14 +298,14 @@ impl Guide for Policy {
     fn order(&self, belief: &Belief) -> Order {
         let Some(Action { word, movement, .. }) = self.action(belief) else {
             let word = Descriptor::Any;
-            return Order { word, bearing_deg: None, trajectory: None, looks_around: true };
+            return Order { kind: None, word, bearing_deg: None, trajectory: None, looks_around: true };
         };
         let trajectory = match movement {
             Movement::Seek => None,
             Movement::Forward => Some(Direction::Forward),
             Movement::Backward => Some(Direction::Backward),
         };
-        Order { word, bearing_deg: None, trajectory, looks_around: true }
+        Order { kind: None, word, bearing_deg: None, trajectory, looks_around: true }
     }
 
     fn attained(&self, belief: &mut Belief, seen: Signature, _settings: &Settings) -> Decision {

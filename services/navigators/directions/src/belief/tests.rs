@@ -7,6 +7,7 @@ use super::policy::Belief;
 use super::*;
 use crate::generate::uniform;
 use crate::geometry::Window;
+use crate::markers::Seen;
 use crate::navigator::Settings;
 use crate::navigator::guide::{Decision, Guide, Next};
 use crate::path::{Measure, Objective, best};
@@ -97,14 +98,14 @@ fn a_state_survives_a_checkpoint_at_every_step() {
     let (charted, model, journey) = charted(&atlas, &pilot, 16, 1);
     let navigator = super::navigator(&charted.chart, &pilot, &model, journey).unwrap();
     let mut helicopter = Helicopter { centre: journey.start, heading_rad: 0.0 };
-    let (mut state, mut rng, mut view) = (navigator.start(), stream(3, "journey"), Vec::new());
+    let (mut state, mut rng, mut view) = (navigator.start(), stream(3, "journey"), Seen::default());
     while state.outcome().is_none() {
         helicopter.look(&atlas.plane, pilot.settings.window, pilot.noise, &mut rng, &mut view);
         let bytes = postcard::to_allocvec(&state).unwrap();
         assert!(bytes.len() < 2000, "{}", bytes.len());
         let mut restored = postcard::from_bytes(&bytes).unwrap();
-        let output = navigator.step(&mut state, &view, STEP_S);
-        assert_eq!(navigator.step(&mut restored, &view, STEP_S), output);
+        let output = navigator.step(&mut state, view.view(), STEP_S);
+        assert_eq!(navigator.step(&mut restored, view.view(), STEP_S), output);
         assert_eq!(restored, state);
         helicopter.fly(output.velocity, STEP_S, Noise::NONE, &mut rng);
     }

@@ -37,6 +37,7 @@ pub fn write(model: &Model, search: &Search<'_>, straight: &Plan) -> Result<Opti
     let number = |place: usize| order.iter().position(|&other| other == place);
     let corner = |place: usize| policy.nodes[place].as_ref().map(|node| model.actions[node.action].corner);
     let first = Entry {
+        kind: None,
         word: Descriptor::Any,
         bearing_deg: None,
         trajectory: None,
@@ -70,7 +71,14 @@ fn entry(
         Movement::Forward => Some(Direction::Forward),
         Movement::Backward => Some(Direction::Backward),
     };
-    let plain = Entry { word: action.word, bearing_deg: None, trajectory, verification: None, place: None };
+    let plain = Entry {
+        kind: None,
+        word: action.word,
+        bearing_deg: None,
+        trajectory,
+        verification: None,
+        place: None,
+    };
     let signs = reading.signs.iter().map(|&(code, to)| (Sign::Panorama(Signature::of_code(code)), to));
     let mut clauses: Vec<(Sign, usize)> = signs.chain([(Sign::Other, reading.other)]).collect();
     // The right landmark is the goal or, if the entry never leads there, the place of the next entry.

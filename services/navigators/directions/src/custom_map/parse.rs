@@ -9,6 +9,7 @@ use super::{
 use crate::description::Descriptor;
 use crate::error::Error;
 use crate::geometry::Corner;
+use crate::markers::LandmarkKind;
 use crate::signature::Signature;
 
 /// A bracket, a comma or a word, with its line and column, both from 1.
@@ -149,6 +150,7 @@ impl<'a> Reader<'a> {
 
     fn entry(&mut self) -> Result<Entry, Error> {
         self.expect("(", "\"(\" of an entry")?;
+        let kind = self.kind();
         let word = self.descriptor()?;
         self.expect(",", "\",\"")?;
         let bearing_deg = self.bearing()?;
@@ -167,7 +169,16 @@ impl<'a> Reader<'a> {
         let place =
             if token.is("-") { None } else { Some(corner(token).ok_or_else(|| token.error(expected))?) };
         self.expect(")", "\")\"")?;
-        Ok(Entry { word, bearing_deg, trajectory, verification, place })
+        Ok(Entry { kind, word, bearing_deg, trajectory, verification, place })
+    }
+
+    /// Parses a kind of landmark, if there is one before the word for the landmark.
+    fn kind(&mut self) -> Option<LandmarkKind> {
+        let is_before_word =
+            self.peek(1).is(",") && Descriptor::ALL.iter().any(|word| self.peek(2).is(word.word()));
+        let kind = LandmarkKind::of(&self.peek(0).text.to_ascii_lowercase()).filter(|_| is_before_word);
+        self.next += if kind.is_some() { 2 } else { 0 };
+        kind
     }
 
     fn bearing(&mut self) -> Result<Option<u16>, Error> {
@@ -183,7 +194,8 @@ impl<'a> Reader<'a> {
     }
 
     fn descriptor(&mut self) -> Result<Descriptor, Error> {
-        const EXPECTED: &str = "a landmark: \"Obvious\", \"Isol\", \"IsolPair\", \"PlusPair\", \"New\", \"Confusable\", \"Same\" or \"*\"";
+        const EXPECTED: &str = "a landmark: \"Obvious\", \"Isol\", \"IsolPair\", \"PlusPair\", \"New\", \"Confusable\", \"Same\" or \"*\", \
+            with or without a kind before it";
         let token = self.take();
         Descriptor::ALL.into_iter().find(|word| token.is(word.word())).ok_or_else(|| token.error(EXPECTED))
     }

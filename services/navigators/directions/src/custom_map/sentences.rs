@@ -9,11 +9,12 @@
 //! map therefore name the same line and column, whichever way it was written.
 
 use super::parse::{Symbol, Token, tokens};
-use super::words::{AROUND, DOTS, corner_name, landmark};
+use super::words::{AROUND, DOTS, around_noun, corner_name};
 use super::{CustomMap, Direction, FULL_TURN_DEG, MOST_ENTRIES};
 use crate::description::Descriptor;
 use crate::error::Error;
 use crate::geometry::Corner;
+use crate::markers::{ANY_KIND, LandmarkKind};
 use crate::signature::Signature;
 
 /// Returns true if a map is written in sentences, whose entries begin with their numbers.
@@ -149,8 +150,9 @@ impl<'a> Sentences<'a> {
     /// Parses the sentence about the landmark that an entry seeks.
     fn sought(&mut self, is_first: bool) -> Result<(), Error> {
         let begin = self.peek(0);
-        if is_first && self.says("take the landmark closest to the middle of the window") {
-            self.write(begin, &[Descriptor::Any.word(), ","]);
+        if is_first && let Some(kind) = self.says_around(["take the", " closest to the middle of the window"])
+        {
+            self.write_landmark(begin, kind, Descriptor::Any);
             return self.stop();
         }
         let ways = [
@@ -162,9 +164,13 @@ impl<'a> Sentences<'a> {
             self.expect("seek", "\"Seek\" or \"Slide along the line towards\" or \"away from\" a landmark")?;
         }
         let at = self.peek(0);
-        let is_known_by_bearing = self.says("the landmark at a bearing of");
-        let word = if is_known_by_bearing { Descriptor::Any } else { self.landmark()? };
-        self.write(at, &[word.word(), ","]);
+        let by_bearing = self.says_around(["the", " at a bearing of"]);
+        let is_known_by_bearing = by_bearing.is_some();
+        let (kind, word) = match by_bearing {
+            Some(kind) => (kind, Descriptor::Any),
+            None => self.landmark()?,
+        };
+        self.write_landmark(at, kind, word);
         if is_known_by_bearing || self.says("at a bearing of") {
             let token = self.take();
             let degrees = token.text.strip_suffix('°').and_then(|text| text.parse().ok());
@@ -179,13 +185,38 @@ impl<'a> Sentences<'a> {
         self.stop()
     }
 
-    fn landmark(&mut self) -> Result<Descriptor, Error> {
+    /// Parses a landmark. Returns its kind, if that matters, and the word for it.
+    fn landmark(&mut self) -> Result<(Option<LandmarkKind>, Descriptor), Error> {
         const EXPECTED: &str = "a landmark: \"the only landmark in view\", \"the most isolated landmark\", \"the farther landmark \
-            of the most isolated pair\", \"the farther one of the two landmarks in view\", \"the only landmark that has just come \
-            into view\", \"any one of several landmarks\", \"the closest landmark\", \"the same landmark\" or \"the landmark at a \
-            bearing of\"";
-        let word = Descriptor::ALL.into_iter().find(|word| self.says(landmark(*word)));
-        word.ok_or_else(|| self.peek(0).error(EXPECTED))
+            of the most isolated pair\", \"the farther landmark of the two in view\", \"the only landmark that has just come into \
+            view\", \"any landmark in view\", \"the closest landmark\", \"the same landmark\" or \"the landmark at a bearing of\", \
+            or one of these with a kind in place of \"landmark\"";
+        let says = |word: Descriptor| Some((self.says_around(around_noun(word))?, word));
+        let found = Descriptor::ALL.into_iter().find_map(says);
+        found.ok_or_else(|| self.peek(0).error(EXPECTED))
+    }
+
+    /// Skips the words before and after the noun for a landmark, if they are next. Returns the kind that the noun names, if it
+    /// names one.
+    fn says_around(&mut self, [before, after]: [&str; 2]) -> Option<Option<LandmarkKind>> {
+        let begin = self.next;
+        let noun =
+            self.says(before).then(|| self.take()).filter(|_| after.is_empty() || self.says(&after[1..]));
+        let kind = noun.and_then(|noun| match noun.is(ANY_KIND) {
+            true => Some(None),
+            false => LandmarkKind::of(&noun.text.to_ascii_lowercase()).map(Some),
+        });
+        if kind.is_none() {
+            self.next = begin;
+        }
+        kind
+    }
+
+    fn write_landmark(&mut self, at: Token<'_>, kind: Option<LandmarkKind>, word: Descriptor) {
+        if let Some(kind) = kind {
+            self.write(at, &[kind.name(), ","]);
+        }
+        self.write(at, &[word.word(), ","]);
     }
 
     /// Parses a sentence about the landmark that was attained. If that is the right one, returns the corner to move it to.
@@ -239,7 +270,10 @@ impl<'a> Sentences<'a> {
         self.write(at, &[corner.word(), ","]);
         let at = self.peek(0);
         if self.says("and seek") {
-            let word = self.landmark()?;
+            let sought = self.peek(0);
+            let (None, word) = self.landmark()? else {
+                return Err(sought.error("a landmark of any kind, since ways back know no kinds"));
+            };
             self.write(at, &[word.word()]);
             return self.expect("from there", "\"from there\"");
         }

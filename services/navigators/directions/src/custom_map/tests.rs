@@ -124,6 +124,14 @@ fn errors_name_line_column_and_word() {
             "line 1, column 1: expected a landmark other than \"Same\", since there is none",
         ),
         (
+            "(*, SW)\n(door, Same, -)",
+            "line 2, column 1: expected a landmark other than \"Same\", since that is known without",
+        ),
+        ("(*, SW)\n(door, SW)", "line 2, column 2: expected a landmark: "),
+        ("(*, SW)\n(big_door, Isol, -)", "line 2, column 2: expected a landmark: "),
+        ("(*, SW)\n(New, Isol, -)", "line 2, column 7: expected a bearing (000 to 359), "),
+        ("(*, SW)\n(Isol, (2, SE, door, Isol), (3, -), -)", "line 2, column 16: expected a landmark: "),
+        (
             "(*, SW)\n(Same, Trajp, -)",
             "line 2, column 1: expected a landmark other than \"Same\", since a line",
         ),
@@ -221,6 +229,15 @@ fn errors_in_sentences_name_line_column_and_word() {
             "1. Seek the closest landmark. Move it to the south-west corner and go on at 3.",
             "column 77: expected \"and go on at\" and the number of the next entry, found \"3\"",
         ),
+        (
+            "1. Seek the closest big_door. It is the goal.",
+            "line 1, column 9: expected a landmark: \"the only landmark in view\"",
+        ),
+        (
+            "1. Seek the closest door. If 2 of its quadrants hold landmarks, move it to the south-west corner and seek the closest \
+             door from there.",
+            "line 1, column 107: expected a landmark of any kind, since ways back know no kinds",
+        ),
         ("1. Seek the closest landmark. If it is red, it is the goal.", "column 34: expected a condition: "),
         (
             "1. Seek the closest landmark. If it has one to the north, it is the goal.",
@@ -302,8 +319,12 @@ fn of_verification(verification: impl Strategy<Value = Verification>) -> impl St
         prop::bool::ANY.prop_map(|p| if p { Direction::Forward } else { Direction::Backward }),
     );
     let bearing = prop::option::of(0..FULL_TURN_DEG);
-    (0_usize..7, bearing, direction, prop::option::of(verification), 0_usize..4).prop_map(
-        |(word, bearing_deg, trajectory, verification, place)| Entry {
+    let kind = prop::option::of(
+        "[a-z][-a-z0-9]{0,15}".prop_filter_map("a word of maps", |name| LandmarkKind::of(&name)),
+    );
+    (kind, 0_usize..7, bearing, direction, prop::option::of(verification), 0_usize..4).prop_map(
+        |(kind, word, bearing_deg, trajectory, verification, place)| Entry {
+            kind,
             word: Descriptor::ALL[word],
             bearing_deg,
             trajectory,

@@ -6,6 +6,7 @@ use super::{CustomMap, Direction, Entry, Recovery, Sign, Way};
 use crate::custom_map::graph::{Edge, Node};
 use crate::description::Descriptor;
 use crate::geometry::Corner;
+use crate::markers::{ANY_KIND, LandmarkKind};
 use crate::signature::Signature;
 
 impl CustomMap {
@@ -29,14 +30,14 @@ impl CustomMap {
 /// the middle of the window.
 fn sought(entry: &Entry, is_first: bool) -> String {
     let landmark = match (entry.word, entry.bearing_deg) {
-        (Descriptor::Any, Some(_)) => "the landmark",
-        (word, _) => landmark(word),
+        (Descriptor::Any, Some(_)) => format!("the {}", noun(entry.kind)),
+        (word, _) => landmark(entry.kind, word),
     };
     let bearing =
         entry.bearing_deg.map_or(String::new(), |bearing| format!(" at a bearing of {bearing:03}°"));
     match entry.trajectory {
         None if is_first && entry.word == Descriptor::Any && bearing.is_empty() => {
-            "Take the landmark closest to the middle of the window.".to_owned()
+            format!("Take the {} closest to the middle of the window.", noun(entry.kind))
         }
         None => format!("Seek {landmark}{bearing}."),
         Some(Direction::Forward) => {
@@ -48,17 +49,28 @@ fn sought(entry: &Entry, is_first: bool) -> String {
     }
 }
 
-pub(super) fn landmark(word: Descriptor) -> &'static str {
+/// Returns what a word says before and after the noun for its landmark.
+pub(super) const fn around_noun(word: Descriptor) -> [&'static str; 2] {
     match word {
-        Descriptor::Obvious => "the only landmark in view",
-        Descriptor::Isolated => "the most isolated landmark",
-        Descriptor::IsolatedPair => "the farther landmark of the most isolated pair",
-        Descriptor::PlusPair => "the farther one of the two landmarks in view",
-        Descriptor::New => "the only landmark that has just come into view",
-        Descriptor::Confusable => "any one of several landmarks",
-        Descriptor::Any => "the closest landmark",
-        Descriptor::Same => "the same landmark",
+        Descriptor::Obvious => ["the only", " in view"],
+        Descriptor::Isolated => ["the most isolated", ""],
+        Descriptor::IsolatedPair => ["the farther", " of the most isolated pair"],
+        Descriptor::PlusPair => ["the farther", " of the two in view"],
+        Descriptor::New => ["the only", " that has just come into view"],
+        Descriptor::Confusable => ["any", " in view"],
+        Descriptor::Any => ["the closest", ""],
+        Descriptor::Same => ["the same", ""],
     }
+}
+
+/// Returns the noun for a landmark: its kind, if that matters.
+fn noun(kind: Option<LandmarkKind>) -> String {
+    kind.map_or(ANY_KIND.to_owned(), |kind| kind.to_string())
+}
+
+fn landmark(kind: Option<LandmarkKind>, word: Descriptor) -> String {
+    let [before, after] = around_noun(word);
+    format!("{before} {}{after}", noun(kind))
 }
 
 /// Describes what to do if the landmark has this sign.
@@ -75,7 +87,11 @@ fn clause(sign: Sign, way: Way) -> String {
             )
         }
         Way::Recover(Recovery { corner, word }) => {
-            format!("If {condition}, move {it} to the {} and seek {} from there.", At(corner), landmark(word))
+            format!(
+                "If {condition}, move {it} to the {} and seek {} from there.",
+                At(corner),
+                landmark(None, word)
+            )
         }
     }
 }
@@ -176,6 +192,19 @@ mod tests {
         assert_eq!(
             words("(*, SW)\n(*, 053, -)")[1],
             "Seek the landmark at a bearing of 053°. It is the goal."
+        );
+    }
+
+    #[test]
+    fn a_kind_takes_the_place_of_the_landmark() {
+        assert_eq!(
+            words("(door, *, SW)\n(stairs, *, 053, SW)\n(door, PlusPair, SW)\n(machine, Obvious, -)"),
+            [
+                "Take the door closest to the middle of the window. Move it to the south-west corner and go on at 2.",
+                "Seek the stairs at a bearing of 053°. Move it to the south-west corner and go on at 3.",
+                "Seek the farther door of the two in view. Move it to the south-west corner and go on at 4.",
+                "Seek the only machine in view. It is the goal.",
+            ]
         );
     }
 

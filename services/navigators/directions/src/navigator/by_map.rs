@@ -28,9 +28,9 @@ impl Guide for CustomMap {
     }
 
     fn order(&self, progress: &Progress) -> Order {
-        let Entry { word, bearing_deg, trajectory, verification, .. } = *self.current(progress);
+        let Entry { kind, word, bearing_deg, trajectory, verification, .. } = *self.current(progress);
         let looks_around = verification.is_some_and(Verification::looks_around);
-        Order { word, bearing_deg, trajectory, looks_around }
+        Order { kind, word, bearing_deg, trajectory, looks_around }
     }
 
     fn attained(&self, progress: &mut Progress, seen: Signature, settings: &Settings) -> Decision {

@@ -14,6 +14,7 @@ use super::{Outcome, Settings};
 use crate::custom_map::Direction;
 use crate::description::Descriptor;
 use crate::geometry::Corner;
+use crate::markers::LandmarkKind;
 use crate::plane::DotId;
 use crate::signature::Signature;
 
@@ -65,6 +66,8 @@ pub trait Guide {
 /// What a navigator looks for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Order {
+    /// The kind of landmark to seek, or `None` if it may be of any kind.
+    pub kind: Option<LandmarkKind>,
     /// The word for the landmark to seek.
     pub word: Descriptor,
     /// The bearing of that landmark from the reference, in degrees clockwise from north, if it is known.

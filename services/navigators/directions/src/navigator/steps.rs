@@ -2,12 +2,13 @@
 
 use arrayvec::ArrayVec;
 
-use super::guide::{Decision, Guide, Next};
-use super::tracks::{Tracks, nearest};
+use super::guide::{Decision, Guide, Next, Order};
+use super::tracks::{Track, Tracks, nearest};
 use super::{Mark, Navigator, Outcome, Phase, Settings, State, detour};
 use crate::custom_map::Direction;
 use crate::description::{Descriptor, MOST_CANDIDATES};
 use crate::geometry::{Corner, Point};
+use crate::markers::{LandmarkKind, View};
 use crate::trajectory::Slide;
 
 /// Displacements of the places from which a robot on land looks again, along the diagonal of the quadrant, in distances that it
@@ -25,7 +26,7 @@ const CONFIRMED: u8 = 2;
 pub(super) fn step<G: Guide>(
     navigator: &Navigator<G>,
     state: &mut State<G::Memory>,
-    view: &[Point],
+    view: View<'_>,
     elapsed_s: f64,
 ) {
     if state.outcome().is_some() {
@@ -76,7 +77,7 @@ pub(super) fn step<G: Guide>(
 
 /// Brings the reference under the middle of the window. Returns true, with the window at rest, if it is there or out of sight. On
 /// land, a robot is only there if it sees the reference.
-pub(super) fn hover<M>(settings: &Settings, state: &mut State<M>, view: &[Point], elapsed_s: f64) -> bool {
+pub(super) fn hover<M>(settings: &Settings, state: &mut State<M>, view: View<'_>, elapsed_s: f64) -> bool {
     let moved = state.velocity * elapsed_s;
     let Some(mark) = &mut state.reference else { return true };
     let is_followed = mark.follow(settings, view, moved);
@@ -100,12 +101,12 @@ impl Mark {
     }
 
     /// Follows the landmark into a new view. Returns false if it has been out of sight for too long.
-    fn follow(&mut self, settings: &Settings, view: &[Point], moved: Point) -> bool {
+    fn follow(&mut self, settings: &Settings, view: View<'_>, moved: Point) -> bool {
         self.place = self.place - moved;
-        match nearest(view, self.place, settings.gate) {
+        match nearest(view.dots, self.place, settings.gate) {
             Some(index) => {
                 self.missed = 0;
-                self.place = self.place + (view[index] - self.place) * settings.weight;
+                self.place = self.place + (view.dots[index] - self.place) * settings.weight;
             }
             None => self.missed = self.missed.saturating_add(1),
         }
@@ -141,7 +142,7 @@ impl<M> State<M> {
     }
 
     /// Takes another view at rest. Returns true if there are enough of them.
-    fn has_looked(&mut self, settings: &Settings, view: &[Point]) -> bool {
+    fn has_looked(&mut self, settings: &Settings, view: View<'_>) -> bool {
         self.velocity = Point::default();
         if self.looks == 0 {
             self.tracks = Tracks::default();
@@ -153,32 +154,36 @@ impl<M> State<M> {
 
     /// Moves the window by a displacement and, on land, around obstacles. Returns true, with the window at rest, if it is
     /// there.
-    fn approaches(&mut self, settings: &Settings, displacement: Point, view: &[Point]) -> bool {
+    fn approaches(&mut self, settings: &Settings, displacement: Point, view: View<'_>) -> bool {
         let distance = displacement.norm();
         let is_there = distance <= settings.tolerance;
         let speed = (distance * settings.gain).min(settings.speed);
         self.velocity = match (is_there, settings.window.land) {
             (true, _) => Point::default(),
             (false, None) => displacement * (speed / distance),
-            (false, Some(land)) => detour::direction(displacement, view, land.clearance)
+            (false, Some(land)) => detour::direction(displacement, view.dots, land.clearance)
                 .map_or(Point::default(), |way| way * speed),
         };
         is_there
     }
 
     /// Returns the position of a landmark, averaged over the views taken at rest, and the positions of all other dots in these
-    /// views.
+    /// views. With a kind, only those that are known to be of this kind.
     fn others(
         &self,
         settings: &Settings,
         landmark: Option<Mark>,
+        kind: Option<LandmarkKind>,
     ) -> (Point, ArrayVec<Point, MOST_CANDIDATES>) {
-        let mut others: ArrayVec<Point, MOST_CANDIDATES> = self.tracks.confirmed(settings.looks).collect();
-        let Some(mark) = landmark else { return (Point::default(), others) };
-        match nearest(&others, mark.place, settings.gate) {
-            Some(own) => (others.remove(own), others),
-            None => (mark.place, others),
-        }
+        let confirmed = || self.tracks.confirmed(settings.looks);
+        let all: ArrayVec<Point, MOST_CANDIDATES> = confirmed().map(|track| track.place).collect();
+        let own = landmark.and_then(|mark| nearest(&all, mark.place, settings.gate));
+        let at = landmark.map_or(Point::default(), |mark| mark.place);
+        let is_meant = |(index, track): &(usize, &Track)| {
+            Some(*index) != own && kind.is_none_or(|kind| track.kind == Some(kind))
+        };
+        let others = confirmed().enumerate().filter(is_meant).map(|(_, track)| track.place);
+        (own.map_or(at, |own| all[own]), others.collect())
     }
 }
 
@@ -190,7 +195,7 @@ fn to_corner<M>(state: &State<M>, settings: &Settings, corner: Corner) -> Point 
 fn describe<G: Guide>(
     navigator: &Navigator<G>,
     state: &mut State<G::Memory>,
-    view: &[Point],
+    view: View<'_>,
     word: Descriptor,
     corner: Option<Corner>,
     is_recovery: bool,
@@ -202,7 +207,8 @@ fn describe<G: Guide>(
     state.looks = 0;
     let order = navigator.guide.order(&state.memory);
     let bearing_deg = order.bearing_deg.filter(|_| !is_recovery);
-    let found = picked(state, settings, view.len(), (word, bearing_deg), corner);
+    let sought = Order { word, bearing_deg, kind: order.kind.filter(|_| !is_recovery), ..order };
+    let found = picked(state, settings, view.dots.len(), &sought, corner);
     let Some(place) = found else {
         match state.waited < patience(settings, corner) {
             true => state.waited += 1,
@@ -274,7 +280,7 @@ fn correct_heading<M>(
 
 /// Remembers the dots that will not be new in the next view: the reference, and the dots in the window proper around it.
 fn remember<M>(state: &mut State<M>, settings: &Settings, corner: Option<Corner>) {
-    let (origin, _) = state.others(settings, state.reference);
+    let (origin, _) = state.others(settings, state.reference, None);
     let window = settings.window;
     state.tracks.mark(|place| match corner {
         Some(corner) => place == origin || corner.covers(place - origin, window.side),
@@ -289,13 +295,13 @@ fn picked<M>(
     state: &State<M>,
     settings: &Settings,
     dots: usize,
-    (word, bearing_deg): (Descriptor, Option<u16>),
+    &Order { kind, word, bearing_deg, .. }: &Order,
     corner: Option<Corner>,
 ) -> Option<Point> {
     if dots > MOST_CANDIDATES {
         return None;
     }
-    let (origin, others) = state.others(settings, state.reference);
+    let (origin, others) = state.others(settings, state.reference, kind);
     if word == Descriptor::Same {
         return state.reference.map(|_| origin);
     }
@@ -342,7 +348,7 @@ fn attain<G: Guide>(navigator: &Navigator<G>, state: &mut State<G::Memory>, plac
 fn centre<G: Guide>(
     navigator: &Navigator<G>,
     state: &mut State<G::Memory>,
-    view: &[Point],
+    view: View<'_>,
     mut second: Mark,
     moved: Point,
 ) {
@@ -360,8 +366,8 @@ fn centre<G: Guide>(
         return;
     }
     state.looks = 0;
-    let (from, _) = state.others(settings, Some(first));
-    let (to, _) = state.others(settings, Some(second));
+    let (from, _) = state.others(settings, Some(first), None);
+    let (to, _) = state.others(settings, Some(second), None);
     let is_backward = navigator.guide.order(&state.memory).trajectory == Some(Direction::Backward);
     let Some(along) = (to - from).direction() else { return state.finish(Outcome::CannotLocate) };
     let along = if is_backward { -along } else { along };
@@ -378,7 +384,7 @@ fn left_of(along: Point) -> Point {
 fn slide<G: Guide>(
     navigator: &Navigator<G>,
     state: &mut State<G::Memory>,
-    view: &[Point],
+    view: View<'_>,
     along: Point,
     aside: f64,
     slid: f64,
@@ -406,7 +412,7 @@ fn slide<G: Guide>(
     }
 }
 
-fn around<G: Guide>(navigator: &Navigator<G>, state: &mut State<G::Memory>, view: &[Point], corner: u8) {
+fn around<G: Guide>(navigator: &Navigator<G>, state: &mut State<G::Memory>, view: View<'_>, corner: u8) {
     let settings = &navigator.settings;
     let quadrant = Corner::ROUND[usize::from(corner)];
     if state.looks == 0 && !state.approaches(settings, to_corner(state, settings, quadrant), view) {
@@ -416,7 +422,7 @@ fn around<G: Guide>(navigator: &Navigator<G>, state: &mut State<G::Memory>, view
         return;
     }
     state.looks = 0;
-    let (origin, others) = state.others(settings, state.reference);
+    let (origin, others) = state.others(settings, state.reference, None);
     let held = others.iter().filter(|dot| quadrant.covers(**dot - origin, settings.window.side));
     held.for_each(|_| state.signature.occupy(quadrant));
     if usize::from(corner) + 1 < Corner::ROUND.len() {
@@ -441,7 +447,7 @@ fn follow<M>(state: &mut State<M>, decision: Decision) {
 fn adjust<G: Guide>(
     navigator: &Navigator<G>,
     state: &mut State<G::Memory>,
-    view: &[Point],
+    view: View<'_>,
     corner: Corner,
     next: Next,
 ) {

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::description::MOST_CANDIDATES;
 use crate::geometry::{Point, Window};
+use crate::markers::{LandmarkKind, View};
 
 /// Number of consecutive views without a dot outside the window proper after which that dot is forgotten.
 const MOST_MISSED: u8 = 3;
@@ -23,6 +24,8 @@ pub struct Track {
     pub missed: u8,
     /// Whether the window proper showed the dot from the beginning.
     pub was_inside: bool,
+    /// The kind of the dot in the last view that has shown it.
+    pub kind: Option<LandmarkKind>,
 }
 
 /// All dots that are being followed.
@@ -48,7 +51,7 @@ impl Tracks {
     }
 
     /// Takes in a view from the same position as the last one. Positions are averaged.
-    pub fn average(&mut self, view: &[Point], gate: f64) {
+    pub fn average(&mut self, view: View<'_>, gate: f64) {
         self.follow(view, gate, |track, seen| {
             let weight = 1.0 / f64::from(track.seen);
             track.place = track.place + (seen - track.place) * weight;
@@ -56,24 +59,26 @@ impl Tracks {
     }
 
     /// Takes in a view from a new position. Positions are smoothed, with this weight for the new one, from 0 to 1.
-    pub fn update(&mut self, view: &[Point], gate: f64, weight: f64) {
+    pub fn update(&mut self, view: View<'_>, gate: f64, weight: f64) {
         self.follow(view, gate, |track, seen| track.place = track.place + (seen - track.place) * weight);
     }
 
-    fn follow(&mut self, view: &[Point], gate: f64, mut adopt: impl FnMut(&mut Track, Point)) {
-        let mut free = Free::new(view);
+    fn follow(&mut self, view: View<'_>, gate: f64, mut adopt: impl FnMut(&mut Track, Point)) {
+        let mut free = Free::new(view.dots);
         for track in &mut self.0 {
             match free.take_nearest(track.place, gate) {
-                Some(seen) => {
+                Some(dot) => {
                     (track.seen, track.missed) = (track.seen.saturating_add(1), 0);
-                    adopt(track, seen);
+                    track.kind = view.kind(dot).or(track.kind);
+                    adopt(track, view.dots[dot]);
                 }
                 None => track.missed = track.missed.saturating_add(1),
             }
         }
-        for place in free.rest() {
+        for dot in free.rest() {
+            let (place, kind) = (view.dots[dot], view.kind(dot));
             // A view with more dots than fit cannot be described anyway.
-            let _ = self.0.try_push(Track { place, seen: 1, missed: 0, was_inside: false });
+            let _ = self.0.try_push(Track { place, seen: 1, missed: 0, was_inside: false, kind });
         }
     }
 
@@ -95,8 +100,8 @@ impl Tracks {
     }
 
     /// Iterates over the dots that more than half of this many views have shown.
-    pub fn confirmed(&self, views: u8) -> impl Iterator<Item = Point> + '_ {
-        self.0.iter().filter(move |track| track.seen > views / 2).map(|track| track.place)
+    pub fn confirmed(&self, views: u8) -> impl Iterator<Item = &Track> {
+        self.0.iter().filter(move |track| track.seen > views / 2)
     }
 }
 
@@ -111,17 +116,17 @@ impl<'a> Free<'a> {
         Self { view: &view[..view.len().min(128)], taken: 0 }
     }
 
-    fn take_nearest(&mut self, expected: Point, gate: f64) -> Option<Point> {
+    fn take_nearest(&mut self, expected: Point, gate: f64) -> Option<usize> {
         let distance = |index: &usize| (self.view[*index] - expected).norm_squared();
         let free = (0..self.view.len()).filter(|index| self.taken >> index & 1 == 0);
         let near = free.filter(|index| distance(index) <= gate * gate);
         let index = near.min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
         self.taken |= 1 << index;
-        Some(self.view[index])
+        Some(index)
     }
 
-    fn rest(&self) -> impl Iterator<Item = Point> + '_ {
-        (0..self.view.len()).filter(|index| self.taken >> index & 1 == 0).map(|index| self.view[index])
+    fn rest(&self) -> impl Iterator<Item = usize> {
+        (0..self.view.len()).filter(|index| self.taken >> index & 1 == 0)
     }
 }
 
@@ -136,32 +141,44 @@ mod tests {
     #[test]
     fn a_moving_window_keeps_its_dots_apart() {
         let mut tracks = Tracks::default();
-        tracks.average(&[Point::new(0.0, 0.0), Point::new(3.0, 0.0)], 1.0);
+        tracks.average(View::of(&[Point::new(0.0, 0.0), Point::new(3.0, 0.0)]), 1.0);
         tracks.shift(Point::new(3.0, 0.0));
         // The second dot is now where the first one used to be.
-        tracks.update(&[Point::new(0.1, 0.0), Point::new(-3.1, 0.0)], 1.0, 1.0);
+        tracks.update(View::of(&[Point::new(0.1, 0.0), Point::new(-3.1, 0.0)]), 1.0, 1.0);
         assert_eq!(places(&tracks), [(-3.1, 0.0), (0.1, 0.0)]);
     }
 
     #[test]
     fn views_from_one_place_are_averaged_and_a_false_dot_is_not_confirmed() {
         let mut tracks = Tracks::default();
-        tracks.average(&[Point::new(0.0, 1.0)], 1.0);
-        tracks.average(&[Point::new(0.3, 1.0), Point::new(4.0, 4.0)], 1.0);
-        tracks.average(&[Point::new(0.3, 1.0)], 1.0);
+        tracks.average(View::of(&[Point::new(0.0, 1.0)]), 1.0);
+        tracks.average(View::of(&[Point::new(0.3, 1.0), Point::new(4.0, 4.0)]), 1.0);
+        tracks.average(View::of(&[Point::new(0.3, 1.0)]), 1.0);
         let confirmed: Vec<_> = tracks.confirmed(3).collect();
         assert_eq!(confirmed.len(), 1);
-        assert!((confirmed[0].x - 0.2).abs() < 1e-9, "{confirmed:?}");
+        assert!((confirmed[0].place.x - 0.2).abs() < 1e-9, "{confirmed:?}");
+    }
+
+    #[test]
+    fn a_kind_is_remembered_from_the_last_view_that_has_shown_it() {
+        let door = LandmarkKind::of("door");
+        let dots = [Point::new(0.0, 1.0), Point::new(3.0, 0.0)];
+        let mut tracks = Tracks::default();
+        tracks.average(View::of(&dots), 1.0);
+        tracks.average(View { dots: &dots, kinds: &[None, door] }, 1.0);
+        tracks.average(View::of(&dots), 1.0);
+        let kinds: Vec<_> = tracks.confirmed(3).map(|track| track.kind).collect();
+        assert_eq!(kinds, [None, door]);
     }
 
     #[test]
     fn a_dot_that_was_inside_is_believed_until_it_leaves() {
         let window = Window::new(10.0, 1.0).unwrap();
         let mut tracks = Tracks::default();
-        tracks.average(&[Point::new(0.0, 0.0), Point::new(5.5, 0.0)], 1.0);
+        tracks.average(View::of(&[Point::new(0.0, 0.0), Point::new(5.5, 0.0)]), 1.0);
         tracks.mark_inside(window, Point::default());
         for _ in 0..4 {
-            tracks.update(&[], 1.0, 1.0);
+            tracks.update(View::default(), 1.0, 1.0);
             tracks.forget(window);
         }
         assert_eq!(places(&tracks), [(0.0, 0.0)]);

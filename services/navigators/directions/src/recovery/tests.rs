@@ -90,6 +90,7 @@ fn one_candidate_is_trivial() {
 /// Runs the navigator from a dot that it has mistaken for the target, with this verification.
 fn recovers(world: &Plane, verification: Verification, from: DotId, target: DotId) -> Kind {
     let entry = Entry {
+        kind: None,
         word: Descriptor::Any,
         bearing_deg: None,
         trajectory: None,

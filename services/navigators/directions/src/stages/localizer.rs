@@ -1,21 +1,26 @@
 //! The localizer, which describes what is in view once per tick: how isolated each dot is, what surrounds it, and which dot
 //! each word means (Park and Kender 1995, 5.6 and 6.3.1).
 //!
+//! On land, the markers that the camera sees show the kinds of the landmarks beside them.
+//!
 //! The localizer has no memory, so it never finds a dot for the word `New`.
 
 use arrayvec::ArrayVec;
 use serde::Serialize;
-use sketchnav_schemas::channels::{SCAN, VIEW};
-use sketchnav_schemas::message::{DotView, Header, MAX_DOTS};
+use sketchnav_schemas::channels::{MARKERS, SCAN, VIEW};
+use sketchnav_schemas::message::{DotView, Header, MAX_DOTS, MarkerView};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::{Denied, Instant, Outbox, Stage, StageError};
 
 use super::error::DirectionsError;
+use super::mission::DirectionsMission;
 use super::settings;
 use crate::description::Descriptor;
 use crate::geometry::{Corner, Point, Window};
 use crate::isolation::c_value;
+use crate::markers::reach_m;
 use crate::messages::{DESCRIPTION, DescribedDot, Description};
+use crate::navigator::tracks::nearest;
 use crate::pillars::Finder;
 use crate::signature::Signature;
 
@@ -27,6 +32,8 @@ pub struct Localizer {
     window: Window,
     /// Finds the landmarks in laser scans, for a robot on land only.
     finder: Option<Finder>,
+    /// The markers of each kind, in the order of the kinds.
+    markers: Vec<Vec<u32>>,
 }
 
 impl Localizer {
@@ -36,7 +43,8 @@ impl Localizer {
     /// [`DirectionsError`] if the robot lacks the sensor.
     pub fn new(run: &RunConfig) -> Result<Self, DirectionsError> {
         let (window, _) = settings::sight(&run.mission, &run.robot)?;
-        Ok(Self { window, finder: settings::finder(&run.mission, &run.robot)? })
+        let markers = DirectionsMission::of(&run.mission)?.markers.into_values().collect();
+        Ok(Self { window, finder: settings::finder(&run.mission, &run.robot)?, markers })
     }
 }
 
@@ -52,6 +60,19 @@ impl Localizer {
         };
         Ok(instant.newest(SCAN)?.map(|scan| (scan.header, finder.find(scan))))
     }
+
+    /// Sets the kinds of the dots by the markers in view. Each marker belongs to the nearest landmark within reach.
+    fn tell_kinds(&self, view: &MarkerView, dots: &[Point], description: &mut Description) {
+        let reach_m = reach_m(self.finder.map_or(0.0, |finder| finder.radius_m));
+        for marker in view.markers() {
+            let Some(kind) = self.markers.iter().position(|numbers| numbers.contains(&marker.id)) else {
+                continue;
+            };
+            if let Some(own) = nearest(dots, Point::new(marker.x_m.into(), marker.y_m.into()), reach_m) {
+                description.dots[own].kind = kind as u32 + 1;
+            }
+        }
+    }
 }
 
 /// Describes what is in view. Sets all fields but the header, the time and the number of the view.
@@ -62,7 +83,7 @@ pub fn describe(dots: &[Point], window: Window, description: &mut Description) {
     description.dot_count = dots.len() as u32;
     for (place, &dot) in description.dots.iter_mut().zip(dots) {
         let quadrants = signature(dots, dot, window);
-        *place = DescribedDot { x_m: dot.x as f32, y_m: dot.y as f32, isolation: 0, quadrants };
+        *place = DescribedDot { x_m: dot.x as f32, y_m: dot.y as f32, isolation: 0, quadrants, kind: 0 };
     }
     for (rank, &index) in inside.iter().enumerate() {
         description.dots[index].isolation = c_value(&shown, rank).unwrap_or(0);
@@ -89,10 +110,12 @@ impl Stage for Localizer {
 
     fn step(&mut self, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError> {
         let seen = self.seen(instant)?;
+        let markers = if self.markers.is_empty() { None } else { instant.newest(MARKERS)? };
         out.send(DESCRIPTION, |description| {
             if let Some((header, dots)) = seen {
                 (description.views, description.view_stamp_ns) = (header.seq, header.stamp_ns);
                 describe(&dots, self.window, description);
+                markers.into_iter().for_each(|view| self.tell_kinds(view, &dots, description));
             }
         })?;
         Ok(())
@@ -109,7 +132,27 @@ impl Stage for Localizer {
 mod tests {
     use super::*;
     use bytemuck::Zeroable;
+    use sketchnav_schemas::geometry::Pose;
     use sketchnav_schemas::message::Message;
+
+    /// Marker 7 hangs on the second landmark and marker 8 is far from both. The mission doesn't know marker 3.
+    #[test]
+    fn a_marker_shows_the_kind_of_the_landmark_beside_it() {
+        let finder = Finder { radius_m: 0.15, range_m: 8.0, noise_m: 0.03, mount: Pose::new(0.0, 0.0, 0.0) };
+        let window = Window::new(16.0, 0.0).unwrap();
+        let localizer = Localizer { window, finder: Some(finder), markers: vec![vec![8], vec![7]] };
+        let dots = [Point::new(2.0, 0.0), Point::new(0.0, 3.0)];
+        let mut description = Description::zeroed();
+        describe(&dots, window, &mut description);
+        let mut view = MarkerView::zeroed();
+        let seen = [(3, 1.9, 0.1), (7, 0.1, 2.8), (8, 4.0, 4.0)];
+        view.marker_count = seen.len() as u32;
+        for (marker, (id, x_m, y_m)) in view.markers.iter_mut().zip(seen) {
+            (marker.id, marker.x_m, marker.y_m) = (id, x_m, y_m);
+        }
+        localizer.tell_kinds(&view, &dots, &mut description);
+        assert_eq!([0, 1].map(|dot: usize| description.dots[dot].kind), [0, 2]);
+    }
 
     /// A view with a pair near the middle, one dot on its own, and one in the margin.
     #[test]

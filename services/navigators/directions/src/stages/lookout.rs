@@ -11,6 +11,7 @@ use super::reference::Reference;
 use super::sketcher::{dots_of, maps_of};
 use crate::custom_map::CustomMap;
 use crate::custom_map::graph::Node;
+use crate::markers::LandmarkKind;
 use crate::messages::{
     Activity, CHART, DESCRIPTION, DIRECTIONS, Description, ITINERARY, Itinerary, JOURNEY, Journey,
     PlannedLandmark, WHEREABOUTS, Whereabouts,
@@ -27,8 +28,11 @@ const LEAST: f32 = 0.02;
 /// The latest state of the plane and of the journey.
 pub struct Lookout {
     reach_m: f64,
-    /// Side of the window, in metres, or `None` for a robot on land, for which the drawing of its sensors suffices.
+    /// Side of the window, in metres, or `None` for a robot on land, for which the drawing of its sensors suffices, with the kinds
+    /// of the landmarks in view.
     side_m: Option<f64>,
+    /// The kinds of landmarks, in the order in which descriptions count them.
+    kinds: Vec<LandmarkKind>,
     itinerary: Option<Box<Itinerary>>,
     /// The custom maps of the tasks.
     maps: Vec<CustomMap>,
@@ -43,13 +47,14 @@ pub struct Lookout {
 }
 
 impl Lookout {
-    /// Creates a lookout for this robot.
-    pub fn new(robot: &Robot) -> Self {
+    /// Creates a lookout for this robot, and for landmarks of these kinds.
+    pub fn new(robot: &Robot, kinds: Vec<LandmarkKind>) -> Self {
         let side_m = robot.view.as_ref().map(|view| view.side_m);
         let Around { reach_m } = Around::robot(robot);
         Self {
             reach_m,
             side_m,
+            kinds,
             itinerary: None,
             maps: Vec::new(),
             dots: Vec::new(),
@@ -136,6 +141,16 @@ impl Lookout {
         shapes
     }
 
+    /// Returns the names of the kinds of the dots in view, beside these.
+    fn names(&self) -> impl Iterator<Item = Shape> {
+        let dots = self.description.iter().flat_map(|all| all.dots());
+        dots.filter_map(|dot| {
+            let kind = self.kinds.get((dot.kind as usize).checked_sub(1)?)?;
+            let at = [dot.x_m.into(), dot.y_m.into()];
+            Some(Shape::Text { at, text: kind.to_string(), color: Color::Ink })
+        })
+    }
+
     /// Returns the positions of the planned landmarks of the current task from the reference to the goal, in metres.
     fn ahead(&self) -> Vec<[f64; 2]> {
         let (Some(journey), Some(node)) = (&self.journey, self.reference.node()) else { return Vec::new() };
@@ -179,6 +194,7 @@ impl lookout::Lookout for Lookout {
 
     fn draw(&mut self, picture: &mut Picture) {
         picture.shapes.extend(self.side_m.iter().flat_map(|side_m| self.shapes(*side_m)));
+        picture.shapes.extend(self.names());
     }
 }
 
@@ -193,7 +209,7 @@ mod tests {
 
     fn lookout() -> Lookout {
         let robot = include_str!("../../../../../sim/robots/helicopter.toml");
-        Lookout::new(&Robot::parse(robot).unwrap())
+        Lookout::new(&Robot::parse(robot).unwrap(), Vec::new())
     }
 
     /// Returns the dots of all shapes that have this colour.
@@ -216,7 +232,7 @@ mod tests {
         (journey.accepted, journey.has_reference, journey.reference_x_m) = (2, 1, 0.25);
         let mut description: Box<Description> = bytemuck::zeroed_box();
         description.dot_count = 1;
-        description.dots[0] = DescribedDot { x_m: 0.25, y_m: 0.0, isolation: 0, quadrants: 0 };
+        description.dots[0] = DescribedDot { x_m: 0.25, y_m: 0.0, isolation: 0, quadrants: 0, kind: 0 };
         let mut lookout = lookout();
         let access = Access::new(Process::Pad, KIND);
         lookout
@@ -235,6 +251,23 @@ mod tests {
         let there = dots(&shapes, Color::Particle);
         assert_eq!((there.len(), dots(&shapes, Color::Scan)), (1, there.clone()));
         assert_eq!(dots(&shapes, Color::Goal), there);
+    }
+
+    #[test]
+    fn on_land_a_landmark_has_the_name_of_its_kind() {
+        let kinds = ["door", "stairs"].map(|name| LandmarkKind::of(name).unwrap()).to_vec();
+        let robot = include_str!("../../../../../sim/missions/directions/panorama-camera.toml");
+        let mut lookout = Lookout::new(&Robot::parse(robot).unwrap(), kinds);
+        let mut description: Box<Description> = bytemuck::zeroed_box();
+        description.dot_count = 2;
+        (description.dots[0].x_m, description.dots[1].x_m, description.dots[1].kind) = (1.0, 2.0, 2);
+        let access = Access::new(Process::Pad, KIND);
+        let incoming = Incoming::new(&access, DESCRIPTION.spec, bytemuck::bytes_of(&*description), &[]);
+        lookout.receive(&incoming).unwrap();
+        let mut picture = Picture::default();
+        lookout.draw(&mut picture);
+        let [Shape::Text { at, text, .. }] = &picture.shapes[..] else { panic!("{:?}", picture.shapes) };
+        assert_eq!((*at, text.as_str()), ([2.0, 0.0], "stairs"));
     }
 
     #[test]

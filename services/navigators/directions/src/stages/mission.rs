@@ -23,11 +23,19 @@
 //! landmark_radius_m = 0.15         # the pillars' radius; all are alike
 //! range_m = 8.0                    # how far the navigator looks; else as far as its laser
 //! ```
+//! Markers that the robot's camera sees may show the kinds of these landmarks:
+//! ```toml
+//! [navigator.markers]              # the numbers of the markers of each kind
+//! door = [1, 2, 3]
+//! stairs = [4]
+//! ```
 //! In either case, the mission may state by how much the robot's heading may deviate from the map's axes at the start:
 //! `heading_noise_deg = 2.0`. The maps then include bearings, by which the robot corrects its heading.
 //!
 //! The custom map may also be written by hand: `map_file = "mine.directions"` in place of `plane_file`, `calibration` and
 //! `goal`. For the judge, the task may then list `landmarks = [[x, y], …]`, the landmark that the map means at each entry.
+
+use std::collections::BTreeMap;
 
 use serde::Deserialize;
 use sketchnav_dots::camera::Known;
@@ -40,6 +48,7 @@ use super::settings;
 use crate::arrival::{WORDS, WORDS_ON_LAND};
 use crate::description::Descriptor;
 use crate::geometry::Point;
+use crate::markers::LandmarkKind;
 use crate::messages::MAX_PLANNED;
 use crate::navigator::Settings;
 use crate::path::Objective;
@@ -175,6 +184,8 @@ pub struct DirectionsMission {
     pub source: Source,
     /// The landmarks of a robot on land, or `None` above a plane.
     pub land: Option<LandKeys>,
+    /// The numbers of the markers on the landmarks of each kind.
+    pub markers: BTreeMap<LandmarkKind, Vec<u32>>,
     /// Standard deviation of the heading at the start, in degrees. If it is above 0, the maps include bearings to correct the
     /// heading.
     pub heading_noise_deg: f64,
@@ -206,6 +217,8 @@ struct NavigatorKeys {
     least_probability: Option<f64>,
     verify: Option<VerifyWord>,
     words: Option<Vec<String>>,
+    #[serde(default)]
+    markers: BTreeMap<String, Vec<u32>>,
 }
 
 #[derive(Debug, Clone, Copy, Deserialize)]
@@ -243,6 +256,7 @@ impl DirectionsMission {
         let (method, words) = (keys.method, words(keys.words.as_deref())?);
         let (land, heading_noise_deg) = (land(&keys)?, heading_noise_deg(&keys)?);
         let least_probability = least_probability(&keys)?;
+        let markers = markers(&keys)?;
         if land.is_some() || heading_noise_deg > 0.0 {
             method.is_for_land()?;
         }
@@ -266,6 +280,7 @@ impl DirectionsMission {
             method,
             source,
             land,
+            markers,
             heading_noise_deg,
             least_probability,
             verify,
@@ -273,6 +288,11 @@ impl DirectionsMission {
             goals,
             landmarks,
         })
+    }
+
+    /// Returns the kind of landmark that the marker with this number shows, if the mission says it.
+    pub fn kind(&self, marker: u32) -> Option<LandmarkKind> {
+        self.markers.iter().find(|(_, numbers)| numbers.contains(&marker)).map(|(kind, _)| *kind)
     }
 
     /// Returns the words that the map-maker plans with: the method's own words that the navigator understands. If it
@@ -332,6 +352,30 @@ fn land(keys: &NavigatorKeys) -> Result<Option<LandKeys>, MissionError> {
     }
     Ok(Some(LandKeys { radius_m, range_m: keys.range_m }))
 }
+
+/// Reads the kinds of landmarks, and which markers show them.
+fn markers(keys: &NavigatorKeys) -> Result<BTreeMap<LandmarkKind, Vec<u32>>, MissionError> {
+    if keys.landmark_radius_m.is_none() && !keys.markers.is_empty() {
+        return Err(wrong("navigator.markers", "no such key without navigator.landmark_radius_m", "it"));
+    }
+    let mut markers = BTreeMap::new();
+    let mut kinds = BTreeMap::new();
+    for (name, numbers) in &keys.markers {
+        let key = format!("navigator.markers.{name}");
+        let kind = LandmarkKind::of(name).ok_or_else(|| wrong(&key, NAME_OF_KIND, name))?;
+        for number in numbers {
+            if let Some(other) = kinds.insert(number, kind) {
+                let found = format!("marker {number} also for {other}");
+                return Err(wrong(&key, "numbers that no other kind has, each once", &found));
+            }
+        }
+        markers.insert(kind, numbers.clone());
+    }
+    Ok(markers)
+}
+
+const NAME_OF_KIND: &str =
+    "a kind: at most 16 letters (a to z), digits and hyphens, beginning with a letter, and no word of maps";
 
 fn heading_noise_deg(keys: &NavigatorKeys) -> Result<f64, MissionError> {
     let heading_noise_deg = keys.heading_noise_deg.unwrap_or(0.0);
@@ -431,6 +475,7 @@ pub fn check(mission: &Mission, robot: &Robot) -> Result<(), DirectionsError> {
     let read = DirectionsMission::of(mission)?;
     settings::effort(mission)?;
     settings::settings(mission, robot)?;
+    settings::camera(mission, robot)?;
     // Above a plane, a wrong heading is only corrected if the mission states that it may be wrong.
     let is_corrected = read.land.is_some() || read.heading_noise_deg > 0.0;
     let most_deg = if is_corrected { MOST_ASIDE_DEG } else { 0.0 };
@@ -546,6 +591,47 @@ mod tests {
             let error = read(&text).unwrap_err().to_string();
             assert!(error.contains(words), "{error}");
         }
+    }
+
+    const ON_LAND: &str = "name='m'\nrobot='panorama'\nworld={floor_plan='f.toml'}\nstart={world=[0,0],world_heading_deg=0}\n\
+        [navigator]\nkind='directions'\nfloor_file='f.toml'\nlandmark_radius_m=0.15\n\
+        [navigator.markers]\nstairs=[4]\ndoor=[1, 2]\n[[task]]\nname='on'\ngoal=[0.5, 0.9]\n";
+
+    #[test]
+    fn a_mission_says_which_markers_show_which_kinds() {
+        let mission = read(ON_LAND).unwrap();
+        let kinds: Vec<_> = mission.markers.keys().map(LandmarkKind::name).collect();
+        assert_eq!(kinds, ["door", "stairs"]);
+        assert_eq!(
+            [2, 3, 4].map(|id| mission.kind(id)),
+            [LandmarkKind::of("door"), None, LandmarkKind::of("stairs")]
+        );
+        for (given, wrong, words) in [
+            ("stairs=[4]", "Stairs=[4]", "navigator.markers.Stairs: expected a kind: at most 16 letters"),
+            ("stairs=[4]", "isol=[4]", "navigator.markers.isol: expected a kind: "),
+            (
+                "stairs=[4]",
+                "stairs=[4, 2]",
+                "navigator.markers.stairs: expected numbers that no other kind has, each once, found marker 2 also for door",
+            ),
+            (
+                "floor_file='f.toml'\nlandmark_radius_m=0.15",
+                "map_file='m'",
+                "navigator.markers: expected no such key without navigator.landmark_radius_m",
+            ),
+        ] {
+            let error = read(&ON_LAND.replace(given, wrong)).unwrap_err().to_string();
+            assert!(error.contains(words), "{error}");
+        }
+        let robot = |name: &str| {
+            let folder =
+                std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../sim/missions/directions");
+            sketchnav_sim::files::robot(&folder.join(name).to_string_lossy()).unwrap()
+        };
+        let mission = Mission::parse(ON_LAND).unwrap();
+        assert!(check(&mission, &robot("panorama-camera.toml")).is_ok());
+        let error = check(&mission, &robot("panorama.toml")).unwrap_err().to_string();
+        assert!(error.contains("[camera]"), "{error}");
     }
 
     #[test]

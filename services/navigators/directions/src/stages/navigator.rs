@@ -7,7 +7,7 @@ use sketchnav_stage::doubts::Doubts;
 use sketchnav_stage::{Navigator, StageError};
 use toml::Table;
 
-use super::mission::{self, Method};
+use super::mission::{self, DirectionsMission, Method};
 use super::settings::{self, PlannerParameters, SketcherParameters};
 use super::{account, localizer, lookout, planner, sketcher};
 use crate::arrival::Effort;
@@ -25,7 +25,11 @@ pub const NAVIGATOR: Navigator = Navigator {
         ])?)
     },
     channels: crate::messages::CHANNELS,
-    lookout: Some(|run| Box::new(lookout::Lookout::new(&run.robot))),
+    lookout: Some(|run| {
+        let read = DirectionsMission::of(&run.mission);
+        let kinds = read.map(|read| read.markers.into_keys().collect()).unwrap_or_default();
+        Box::new(lookout::Lookout::new(&run.robot, kinds))
+    }),
     doubts: Some(|run, files| {
         // The stages themselves report unreadable files.
         let warnings = sketcher::notices(run, files).unwrap_or_default();

@@ -7,7 +7,7 @@
 //! begins there.
 
 use crate::messages::Activity as Code;
-use crate::messages::{DESCRIPTION, DIRECTIONS, Description, JOURNEY, Journey};
+use crate::messages::{DESCRIPTION, DIRECTIONS, DescribedDot, Description, JOURNEY, Journey};
 use arrayvec::ArrayVec;
 use serde::{Deserialize, Serialize};
 use sketchnav_motion::agenda::{Agenda, Due, Motion, Phase, Standing};
@@ -19,12 +19,14 @@ use sketchnav_stage::{Incoming, Instant, Outbox, Remains, Stage, StageError};
 
 use super::error::DirectionsError;
 use super::guard::{Guard, Last};
+use super::mission::DirectionsMission;
 use super::sketcher::maps_of;
 use super::{mission, settings};
 use crate::arrival::Pilot;
 use crate::custom_map::CustomMap;
 use crate::error::Error;
 use crate::geometry::Point;
+use crate::markers::{LandmarkKind, View};
 use crate::navigator::guide::Guide;
 use crate::navigator::{self, Activity, Navigator, Outcome, Output, Settings};
 
@@ -82,6 +84,8 @@ impl Simulation {
 pub struct Planner<G: Guide> {
     simulation: Simulation,
     nominal_dt_s: f64,
+    /// The kinds of landmarks, in the order in which descriptions count them.
+    kinds: Vec<LandmarkKind>,
     agenda: Agenda,
     navigators: Vec<Navigator<G>>,
     /// Keeps a robot on land away from everything that isn't a landmark.
@@ -115,6 +119,7 @@ impl<G: Instructed> Planner<G> {
         Ok(Self {
             simulation,
             nominal_dt_s: 1.0 / run.robot.tick_hz(),
+            kinds: DirectionsMission::of(&run.mission)?.markers.into_keys().collect(),
             agenda: Agenda::new(run),
             navigators: Vec::new(),
             guard,
@@ -145,15 +150,19 @@ impl<G: Instructed> Planner<G> {
         };
         let is_new = self.memory.seen.is_none_or(|(views, _)| views != description.views);
         if description.views > 0 && is_new {
-            let view: ArrayVec<Point, MAX_DOTS> =
+            let dots: ArrayVec<Point, MAX_DOTS> =
                 description.dots().iter().map(|dot| Point::new(dot.x_m.into(), dot.y_m.into())).collect();
+            let kind = |dot: &DescribedDot| self.kinds.get((dot.kind as usize).checked_sub(1)?).copied();
+            let kinds: ArrayVec<Option<LandmarkKind>, MAX_DOTS> =
+                description.dots().iter().map(kind).collect();
+            let view = View { dots: &dots, kinds: &kinds };
             let since_ns =
                 self.memory.seen.map_or(0, |(_, last)| description.view_stamp_ns.saturating_sub(last));
             let elapsed_s = since_ns as f64 * 1e-9;
             self.memory.seen = Some((description.views, description.view_stamp_ns));
             let output = match self.memory.hovers {
-                true => navigator.hover(state, &view, elapsed_s),
-                false => navigator.step(state, &view, elapsed_s),
+                true => navigator.hover(state, view, elapsed_s),
+                false => navigator.step(state, view, elapsed_s),
             };
             if let Some(outcome) = output.outcome {
                 return self.end(outcome, &output);
@@ -252,7 +261,7 @@ fn navigators(text: &str, settings: Settings) -> Result<Vec<Navigator>, Error> {
 }
 
 impl Instructed for CustomMap {
-    const FORM: &'static str = "directions planner 6";
+    const FORM: &'static str = "directions planner 7";
     const WAITING: &'static str = "waiting for the custom map";
 
     fn receive(
@@ -271,7 +280,7 @@ impl Instructed for CustomMap {
     }
 
     fn failure(&self, outcome: Outcome, output: &Output) -> impl std::fmt::Display {
-        let (entry, word) = (output.entry + 1, self.entries()[usize::from(output.entry)].word);
+        let (entry, word) = (output.entry + 1, self.entries()[usize::from(output.entry)].landmark());
         std::fmt::from_fn(move |f| match outcome {
             Outcome::CannotLocate => write!(f, "entry {entry}: cannot locate the landmark ({word})"),
             _ => write!(f, "entry {entry}: the landmark is wrong, with no way back"),

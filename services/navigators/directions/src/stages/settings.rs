@@ -4,7 +4,7 @@
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::mission::{Mission, MissionError};
-use sketchnav_schemas::robot::{Drive, Laser, Robot};
+use sketchnav_schemas::robot::{Drive, Laser, MarkerCamera, Robot};
 
 use super::error::DirectionsError;
 use super::mission::{DirectionsMission, wrong};
@@ -121,6 +121,15 @@ pub fn finder(mission: &Mission, robot: &Robot) -> Result<Option<Finder>, Direct
     let laser = robot.laser()?;
     let noise_m = laser.noise_m + laser.noise_per_m * land.range;
     Ok(Some(Finder { radius_m: land.radius, range_m: land.range, noise_m, mount: laser.mount() }))
+}
+
+/// Returns the camera that sees the markers on landmarks, or `None` if the mission has none.
+///
+/// # Errors
+/// [`DirectionsError::Robot`] if the mission has markers, and the robot no camera for them.
+pub fn camera<'a>(mission: &Mission, robot: &'a Robot) -> Result<Option<&'a MarkerCamera>, DirectionsError> {
+    let has_markers = !DirectionsMission::of(mission)?.markers.is_empty();
+    Ok(has_markers.then(|| robot.camera()).transpose()?)
 }
 
 /// Returns the size and the clearance of a robot on land for the walls of its floor.

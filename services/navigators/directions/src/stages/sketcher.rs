@@ -28,6 +28,7 @@ use crate::custom_map::{CustomMap, Entry};
 use crate::description::Descriptor;
 use crate::error::Error;
 use crate::geometry::Point;
+use crate::markers::LandmarkKind;
 use crate::messages::{DIRECTIONS, ITINERARY, Itinerary, MAX_PLANNED, PlannedJourney, PlannedLandmark};
 use crate::navigator::Navigator;
 use crate::path::{Atlas, Measure, Path, Start, best};
@@ -161,6 +162,7 @@ fn written(
     let in_file = |cause| DirectionsError::Map { file: file.to_owned(), cause };
     let map: CustomMap = text.parse().map_err(in_file)?;
     Navigator::new(settings::settings(&run.mission, &run.robot)?, map.clone()).map_err(in_file)?;
+    unknown_kind(&map, read).map_or(Ok(()), |cause| Err(in_file(cause)))?;
     if !read.landmarks.is_empty() && read.landmarks.len() != map.entries().len() {
         let (entries, found) = (map.entries().len(), read.landmarks.len());
         let reason =
@@ -170,6 +172,15 @@ fn written(
     let landmarks = vec![(0..).zip(read.landmarks.iter().copied()).collect()];
     let journeys = vec![PlannedJourney { distance_m: 0.0, probability: -1.0 }];
     Ok(Made { dots: Vec::new(), maps: vec![map], plans: Vec::new(), journeys, charts: None, landmarks })
+}
+
+/// Returns an error if a map names a kind of landmarks that the mission has no markers for.
+fn unknown_kind(map: &CustomMap, read: &DirectionsMission) -> Option<Error> {
+    let kinds = (1..).zip(map.entries()).filter_map(|(entry, line)| Some((entry, line.kind?)));
+    let (entry, kind) = kinds.into_iter().find(|(_, kind)| !read.markers.contains_key(kind))?;
+    let known: Vec<&str> = read.markers.keys().map(LandmarkKind::name).collect();
+    let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
+    Some(Error::UnknownKind { entry, known, found: kind.to_string() })
 }
 
 fn plans(

@@ -10,6 +10,7 @@ use sketchnav_dots::calibration::Review;
 use sketchnav_dots::camera::{Camera, Known};
 use sketchnav_dots::picture::{self, Reading};
 use sketchnav_schemas::floor_plan::{FloorPlan, Furniture};
+use sketchnav_schemas::robot::MarkerCamera;
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::Files;
 
@@ -17,6 +18,8 @@ use super::error::DirectionsError;
 use super::mission::{DirectionsMission, LandKeys, Source};
 use super::settings;
 use crate::geometry::{Point, Window};
+use crate::markers::{Marker, Markers, reach_m};
+use crate::navigator::tracks::nearest;
 use crate::plane::Plane;
 use crate::walls::{Body, Walls};
 
@@ -47,8 +50,14 @@ pub(super) fn seen(
         Source::Floor { file, noise_m } => {
             let (bytes, body) =
                 (bytes("navigator.floor_file", file, files)?, settings::body(&run.mission, &run.robot)?);
-            let plane = floor(&bytes, file, read.land, body)?;
-            Ok(Some(Seen { plane, noise_m: noise_m.unwrap_or(sigma_m), notices: Vec::new() }))
+            let plan = floor_plan(&bytes, file)?;
+            let plane = floor(&plan, file, read.land, body)?;
+            let noise_m = noise_m.unwrap_or(sigma_m);
+            let Some(camera) = settings::camera(&run.mission, &run.robot)? else {
+                return Ok(Some(Seen { plane, noise_m, notices: Vec::new() }));
+            };
+            let (markers, notices) = markers(&plan, file, read, plane.dots(), camera)?;
+            Ok(Some(Seen { plane: plane.marked(Some(Arc::new(markers))), noise_m, notices }))
         }
         Source::Map { .. } => Ok(None),
     }
@@ -67,10 +76,13 @@ pub(super) fn bytes(key: &'static str, file: &str, files: &Files<'_>) -> Result<
 /// Endings of the files of a map of `map_server`.
 const OF_MAPS: [&str; 4] = ["yaml", "yml", "pgm", "png"];
 
-/// Reads a floor plan and returns its landmarks, among the floor's walls.
-fn floor(bytes: &[u8], file: &str, land: Option<LandKeys>, body: Body) -> Result<Plane, DirectionsError> {
-    let wrong =
-        |reason: String| DirectionsError::File { key: "navigator.floor_file", file: file.to_owned(), reason };
+fn wrong_floor(file: &str, reason: String) -> DirectionsError {
+    DirectionsError::File { key: "navigator.floor_file", file: file.to_owned(), reason }
+}
+
+/// Reads a floor plan.
+fn floor_plan(bytes: &[u8], file: &str) -> Result<FloorPlan, DirectionsError> {
+    let wrong = |reason: String| wrong_floor(file, reason);
     let ending = Path::new(file).extension().unwrap_or_default();
     if OF_MAPS.iter().any(|of_map| ending.eq_ignore_ascii_case(of_map)) {
         let found = "found a map of map_server, which doesn't say which of its obstacles are landmarks";
@@ -78,18 +90,54 @@ fn floor(bytes: &[u8], file: &str, land: Option<LandKeys>, body: Body) -> Result
     }
     let text =
         std::str::from_utf8(bytes).map_err(|_| wrong("expected UTF-8, found other bytes".to_owned()))?;
-    let plan: FloorPlan = toml::from_str(text).map_err(|error| wrong(error.message().to_owned()))?;
+    toml::from_str(text).map_err(|error| wrong(error.message().to_owned()))
+}
+
+/// Returns the landmarks of a floor, among its walls.
+fn floor(plan: &FloorPlan, file: &str, land: Option<LandKeys>, body: Body) -> Result<Plane, DirectionsError> {
+    let wrong = |reason: String| wrong_floor(file, reason);
     let radius_m = land.map_or(0.0, |land| land.radius_m);
-    let places: Vec<_> = pillars(&plan, radius_m).map(|[x, y]| Point::new(x, y)).collect();
+    let places: Vec<_> = pillars(plan, radius_m).map(|[x, y]| Point::new(x, y)).collect();
     if places.is_empty() {
         return Err(wrong(format!("expected round furniture with a radius of {radius_m} m, found none")));
     }
-    let walls = walls(&plan, radius_m, body);
+    let walls = walls(plan, radius_m, body);
     if let Some(end) = walls.lines().flatten().find(|end| !(end.x.is_finite() && end.y.is_finite())) {
         return Err(wrong(format!("expected walls and furniture in metres, found ({}, {})", end.x, end.y)));
     }
     let plane = Plane::new(places).map_err(|cause| DirectionsError::Map { file: file.to_owned(), cause })?;
     Ok(plane.among(Arc::new(walls)))
+}
+
+/// Returns the markers on the landmarks of a floor, and notices about those that show nothing.
+fn markers(
+    plan: &FloorPlan,
+    file: &str,
+    read: &DirectionsMission,
+    landmarks: &[Point],
+    camera: &MarkerCamera,
+) -> Result<(Markers, Vec<String>), DirectionsError> {
+    let radius_m = read.land.map_or(0.0, |land| land.radius_m);
+    let in_file = |cause| DirectionsError::Map { file: file.to_owned(), cause };
+    let shown = Markers::new(camera.clone(), landmarks, radius_m, kinds(plan, read)).map_err(in_file)?;
+    let is_beside = |id: u32| {
+        let mut own = plan.marker.iter().filter(|marker| marker.id == id);
+        own.any(|marker| {
+            nearest(landmarks, Point::new(marker.at[0], marker.at[1]), reach_m(radius_m)).is_some()
+        })
+    };
+    let numbers = read.markers.iter().flat_map(|(kind, numbers)| numbers.iter().map(move |id| (*kind, *id)));
+    let apart = numbers.filter(|(_, id)| !is_beside(*id));
+    let notices = apart.map(|(kind, id)| format!("{file}: marker {id} ({kind}) is not beside any landmark"));
+    Ok((shown, notices.collect()))
+}
+
+/// Returns the markers of a floor that the mission has kinds for.
+pub fn kinds<'a>(plan: &'a FloorPlan, read: &'a DirectionsMission) -> impl Iterator<Item = Marker> + 'a {
+    plan.marker.iter().filter_map(|marker| {
+        let at = Point::new(marker.at[0], marker.at[1]);
+        Some(Marker { kind: read.kind(marker.id)?, at, facing_rad: marker.facing_deg.to_radians() })
+    })
 }
 
 /// Returns the landmarks of a floor, which are the pieces of round furniture whose radius differs from this one by at most 10

@@ -62,7 +62,7 @@ fn check(mission: &Mission, robot: &Robot) -> Result<(), StageError> {
     Python::attach(|py| {
         let object = navigator.object.bind(py);
         object.call_method1("_check", (mission, robot)).map(drop).map_err(|error| {
-            // A `ValueError` is for the author of the mission, who does not need a traceback.
+            // A `ValueError` reports a mistake in the mission, so it is shown without a traceback.
             match error.is_instance_of::<PyValueError>(py) {
                 true => error.value(py).to_string().into(),
                 false => failure(py, navigator.kind, error),

@@ -84,7 +84,7 @@ impl ByWorld {
     /// Makes the figures from the attempts in all worlds.
     ///
     /// # Errors
-    /// The error of a case that cannot be set up.
+    /// Returns an error if a case cannot be set up.
     pub fn figures(&self, worlds: &[Vec<Attempt>]) -> Result<Vec<Figure>, EvalError> {
         Ok((self.figures)(&(self.cases)()?, worlds))
     }

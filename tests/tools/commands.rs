@@ -238,7 +238,17 @@ fn a_robot_is_sent_to_a_room_by_its_name() {
     assert_eq!((&told["task"], &told["name"]), (&4.into(), &"Lounge".into()), "{told:#}");
     support::wait_until("the fourth task", || status("task") == 3);
     assert_eq!(status("name"), "to rest");
+    // No task leads to the store, but it is written on the drawing.
+    let told = place.fine("send goal STORE --json").json();
+    assert_eq!((&told["task"], &told["name"]), (&serde_json::Value::Null, &"STORE".into()), "{told:#}");
+    support::wait_until("the way to the store", || status("task") == 4);
+    assert_eq!((status("name"), status("task_count")), ("STORE".into(), 5.into()));
     for (wrong, words) in [
+        (
+            "goal washroom",
+            "expected the name of one place of sketch-a.svg, found \"washroom\" at (192, 820) and at (362, 820)",
+        ),
+        ("goal library", "there are back to work, coffee machine, for a coffee, lounge, office 1, office 2"),
         ("pause lounge", "NAME: expected the order `goal`, found `pause`"),
         ("goal lonuge", "did you mean \"lounge\"?"),
         ("goal lounge --task 2", "--task"),

@@ -244,6 +244,7 @@ impl Supervisor {
                 message.header.stamp_ns = stamp_ns;
                 (message.order, message.task) = (ordered.order.code(), ordered.task);
                 ordered.here.iter().for_each(|here| message.set_here(here));
+                ordered.place.iter().for_each(|place| message.set_place(place));
             })?;
         }
         Ok(())

@@ -244,8 +244,9 @@ impl Agenda {
         Ok(Some(order))
     }
 
-    /// Switches from the task under way to another one, and releases a robot that is held.
-    fn go_to(&mut self, task: usize) {
+    /// Switches from the task under way to another one, and releases a robot that is held. Has no effect if the mission is over for
+    /// good.
+    pub fn go_to(&mut self, task: usize) {
         if !self.is_last() {
             self.wait_for(task);
             (self.now.held, self.now.ordered) = (None, true);
@@ -276,7 +277,7 @@ impl Agenda {
             Order::Pause => self.hold(Hold::Paused),
             Order::Unattended => self.hold(Hold::Unattended),
             Order::Resume => self.now.held = None,
-            // Either a task that does not exist, or the robot's position, which the navigator handles itself.
+            // A task that does not exist, or a place or the robot's position, which the navigator handles itself.
             Order::Goal | Order::Here => {}
         }
     }

@@ -3,6 +3,7 @@
 use sketchnav_schemas::channels::{ChannelSpec, NAVIGATORS};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::floor_plan::Marker;
+use sketchnav_schemas::message::NamedPlace;
 use sketchnav_schemas::mission::{Mission, Parameters};
 use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::ros2::derived::Derived;
@@ -31,6 +32,9 @@ pub type Doubt = fn(&RunConfig, &Files<'_>) -> Result<Doubts, StageError>;
 
 /// Finds the drawing that the robot is localized in, if the run has one.
 pub type FindCanvas = fn(&RunConfig, &Files<'_>) -> Result<Option<Canvas>, StageError>;
+
+/// Finds a place by the name that a person gives it, in a run that is under way.
+pub type FindPlace = fn(&RunConfig, &Files<'_>, &str) -> Result<NamedPlace, StageError>;
 
 /// Checks a mission against the markers of its floor.
 pub type CheckMarkers = fn(&Mission, &[Marker]) -> Result<(), StageError>;
@@ -87,6 +91,8 @@ pub struct Navigator {
     pub planned: Option<Planned>,
     /// Finds the drawing that the robot is localized in, for the order `here`. `None` if the navigator uses no drawing.
     pub canvas: Option<FindCanvas>,
+    /// Finds a place that is the goal of no task, for the order `goal`. `None` if the navigator only drives to tasks.
+    pub place: Option<FindPlace>,
     /// Whether an order to resume may name the state of the route to continue from.
     pub resumes_at_states: bool,
     /// Creates the navigator's report about a finished run. `None` if the general report is enough.
@@ -112,6 +118,7 @@ impl Navigator {
             doubts: None,
             planned: None,
             canvas: None,
+            place: None,
             resumes_at_states: false,
             account: None,
         }

@@ -5,7 +5,7 @@
 //! arrived. Orders come from the supervisor and from the pad.
 //!
 //! The module `driving` computes velocities from estimates, and the [`Agenda`] is responsible for the order of tasks, people's
-//! orders and time limits. Memory is only allocated when a sketch or a route arrives.
+//! orders and time limits. Memory is only allocated when a sketch, a route or an order to go to a place arrives.
 
 mod arrival;
 mod driving;
@@ -21,9 +21,9 @@ use crate::mission::SketchMission;
 use serde::{Deserialize, Serialize};
 use sketchnav_motion::agenda::{Agenda, Due, Hold, Phase, Standing, TaskInfo};
 use sketchnav_schemas::channels::{ODOMETRY, SCAN, STATUS};
-use sketchnav_schemas::codes::{Process, TaskState, Tracking};
-use sketchnav_schemas::geometry::{Base, Pose};
-use sketchnav_schemas::message::{Here, MissionCommand, Odometry};
+use sketchnav_schemas::codes::{Order, Process, TaskState, Tracking};
+use sketchnav_schemas::geometry::{Base, Point, Pose, Sketch};
+use sketchnav_schemas::message::{MissionCommand, NamedPlace, Odometry};
 use sketchnav_schemas::mission::{Mission, MissionError};
 use sketchnav_schemas::robot::RobotError;
 use sketchnav_schemas::run::{Pad, RunConfig};
@@ -63,6 +63,7 @@ pub enum PlannerError {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct State<D = driving::State> {
     agenda: Standing,
+    place: Option<NamedPlace>,
     drawing: DrawingSeq,
     asking: Asking,
     driver: D,
@@ -91,6 +92,8 @@ pub struct Planner {
     wall_direction_rad: f64,
     pad: Pad,
     tasks: Option<Vec<Task>>,
+    /// A place that a person gave as the goal by its name. It follows the last task on the agenda.
+    place: Option<NamedPlace>,
     /// Number of the sketch that the tasks refer to, if the route says so.
     tasks_sketch: u64,
     /// Width and height of the drawing, in pixels.
@@ -123,6 +126,7 @@ impl Planner {
             wall_direction_rad: 0.0,
             pad: run.pad,
             tasks: None,
+            place: None,
             tasks_sketch: 0,
             size_px: [0.0; 2],
             ask_patience_s: parameters.ask_patience_s,
@@ -150,7 +154,7 @@ impl Planner {
         let before = std::mem::replace(&mut self.drawing.sketch, map.header.seq);
         if self.pad.draws() && before != 0 && before != map.header.seq {
             self.driver.forget();
-            self.agenda.begin_again();
+            self.begin_again();
             if self.tasks_sketch != map.header.seq {
                 self.set_tasks(None);
             }
@@ -171,21 +175,42 @@ impl Planner {
         }
         let before = std::mem::replace(&mut self.drawing.route, route.header.seq);
         if self.pad.draws() && before != 0 && before != route.header.seq {
-            self.agenda.begin_again();
+            self.begin_again();
         }
         self.set_tasks(Some(Task::of_route(route)));
         self.tasks_sketch = route.header.source_seq;
     }
 
     fn set_tasks(&mut self, tasks: Option<Vec<Task>>) {
-        self.agenda.set_tasks(tasks.iter().flatten().map(TaskInfo::from));
         self.tasks = tasks;
+        self.list_tasks();
+    }
+
+    fn set_place(&mut self, place: Option<NamedPlace>) {
+        self.place = place;
+        self.list_tasks();
+    }
+
+    /// Puts the tasks on the agenda, and the place after them.
+    fn list_tasks(&mut self) {
+        let place = self.place.as_ref().map(Task::from);
+        self.agenda.set_tasks(self.tasks.iter().flatten().chain(&place).map(TaskInfo::from));
+    }
+
+    fn begin_again(&mut self) {
+        self.agenda.begin_again();
+        self.set_place(None);
     }
 
     /// Handles a person's order. `held` says why the robot was held before the order, if it was.
     fn on_order(&mut self, order: &MissionCommand, held: Option<Hold>) {
+        match Order::from_code(order.order) {
+            Some(Order::Goal) => self.on_goal(order),
+            Some(Order::Start) if self.agenda.task() == 0 => self.set_place(None),
+            _ => {}
+        }
         let now_s = self.agenda.elapsed_s();
-        if let Some(here) = order.here().filter(|here| self.is_told(order, here)) {
+        if let Some(here) = order.here().filter(|here| self.is_told(order, &here.at)) {
             self.driver.tell(&here, now_s);
             self.agenda.find();
         } else if matches!(held, Some(Hold::Lost | Hold::Asks)) && self.agenda.held().is_none() {
@@ -193,11 +218,23 @@ impl Planner {
         }
     }
 
+    /// Goes to the place of an order. If the order names a task instead, the agenda has already switched to it, and an earlier place
+    /// no longer follows the tasks.
+    fn on_goal(&mut self, order: &MissionCommand) {
+        let Some(count) = self.tasks.as_ref().map(Vec::len) else { return };
+        if let Some(place) = order.place().filter(|place| self.is_told(order, &place.at)) {
+            self.set_place(Some(place));
+            self.agenda.go_to(count);
+        } else if (order.task as usize) < count {
+            self.set_place(None);
+        }
+    }
+
     /// Returns true if the place that a person reports is in the drawing, and newer than what was known when the planner started.
-    fn is_told(&self, order: &MissionCommand, here: &Here) -> bool {
+    fn is_told(&self, order: &MissionCommand, at: &Point<Sketch>) -> bool {
         let is_old = self.too_old_ns.is_some_and(|old_ns| order.header.stamp_ns <= old_ns);
         let [width, height] = self.size_px;
-        !is_old && (0.0..width).contains(&here.at.x) && (0.0..height).contains(&here.at.y)
+        !is_old && (0.0..width).contains(&at.x) && (0.0..height).contains(&at.y)
     }
 
     /// Returns which part of the drawing is missing, if any.
@@ -244,7 +281,8 @@ impl Planner {
     }
 
     fn begin(&mut self, chart: &Chart) {
-        if let Some(task) = self.tasks.as_ref().and_then(|tasks| tasks.get(self.agenda.task())) {
+        let place = self.place.as_ref().map(Task::from);
+        if let Some(task) = self.tasks.iter().flatten().chain(&place).nth(self.agenda.task()) {
             self.driver.begin(task, chart);
         }
     }
@@ -314,7 +352,7 @@ impl Planner {
 }
 
 impl Stage for Planner {
-    const FORM: &'static str = "sketch planner 11";
+    const FORM: &'static str = "sketch planner 12";
     type State = State;
 
     fn receive(&mut self, message: &Incoming<'_>) -> Result<(), StageError> {
@@ -352,7 +390,7 @@ impl Stage for Planner {
 
     fn state(&self) -> impl Serialize {
         let (agenda, driver) = (self.agenda.standing(), self.driver.state());
-        State { agenda, drawing: self.drawing, asking: self.asking, driver }
+        State { agenda, place: self.place, drawing: self.drawing, asking: self.asking, driver }
     }
 
     /// The sketch and the route of the state must have arrived again. If people draw during the run, newer ones may have arrived
@@ -361,10 +399,11 @@ impl Stage for Planner {
         self.agenda.restore(state.agenda);
         self.asking = state.asking;
         if state.drawing == self.drawing || !self.pad.draws() {
+            self.set_place(state.place);
             self.driver.restore(state.driver);
             self.drawing = state.drawing;
         } else {
-            self.agenda.begin_again();
+            self.begin_again();
         }
         Ok(())
     }

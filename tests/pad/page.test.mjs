@@ -10,7 +10,7 @@ import { pauseMs } from "../../services/pad/page/link.js";
 import { LANDSCAPE, blank, withGoal, withStroke } from "../../services/pad/page/model.js";
 import { warnings } from "../../services/pad/page/panel.js";
 import { merged } from "../../services/pad/page/settings.js";
-import { advice, enabled, headline, isAsked, meant, seconds, stages, taskWords, tooMuch } from "../../services/pad/page/states.js";
+import { advice, enabled, headline, isAsked, meant, seconds, stages, taskWords, tooMuch, wheelNews } from "../../services/pad/page/states.js";
 import { fitted, held, onScreen, onSheet, panned, zoomed } from "../../services/pad/page/view.js";
 
 const feed = (state, ...allowed) => ({ state, allowed, ready: true });
@@ -32,6 +32,16 @@ test("stopping waits for no answer and needs no wheel, only a link", () => {
   assert.deepEqual(on(page({ feed: driving, busy: true })), ["abort"]);
   assert.deepEqual(on(page({ feed: driving, drives: false })), ["abort"]);
   assert.deepEqual(on(page({ feed: driving, up: false })), []);
+});
+
+test("a page that asked for the wheel hears what became of it", () => {
+  const asks = { ...feed("driving"), asks: true };
+  assert.equal(wheelNews(null, asks), null);
+  assert.equal(wheelNews(asks, asks), null);
+  assert.equal(wheelNews(asks, null), null);
+  assert.equal(wheelNews(asks, { ...feed("driving"), drives: true }), "You drive.");
+  assert.match(wheelNews(asks, { ...feed("driving"), drives: false }), /keeps the wheel/);
+  assert.match(advice(page({ drives: false, feed: asks })), /asked for the wheel/);
 });
 
 test("every state has a headline and advice", () => {

@@ -195,6 +195,25 @@ fn a_question_is_answered_by_a_tap_and_by_a_button() {
     place.assert_nothing_left("asks");
 }
 
+/// Only a page that could not be heard used to lose the wheel. A person who watches can ask for it.
+#[test]
+fn the_wheel_is_handed_over_while_the_robot_drives() {
+    let Some(browser) = Browser::find() else { return };
+    let (place, port) = (Place::new(), free_port());
+    let mission = repository().join("sim/missions/building/building-a.toml");
+    let mut running =
+        place.start(&format!("run {} --pad --port {port} --system handed --json", mission.display()));
+    wait_for(&mut running, port);
+    let ended = browser.hands_over(&place, &format!("http://127.0.0.1:{port}/?token={TOKEN}"));
+    assert_eq!(ended.code, Some(0), "{ended}");
+    let looks = ["wide-light", "wide-dark", "phone-light", "phone-dark"];
+    let pictures = ["may-ask", "asked", "asks"].map(|name| looks.map(|look| format!("{name}-{look}.png")));
+    keep_pictures(place.files(), pictures.as_flattened());
+    running.signal(Signal::SIGINT);
+    running.end();
+    place.assert_nothing_left("handed");
+}
+
 /// Checks what the page of a study measures about the pen, and what it stores.
 #[test]
 fn a_participant_completes_a_session_and_the_next_can_begin() {

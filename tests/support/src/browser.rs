@@ -107,6 +107,13 @@ impl Browser {
         self.runs(script)
     }
 
+    /// Asks for the wheel on one page at `link` and hands it over on another, while the robot drives.
+    pub fn hands_over(&self, place: &Place, link: &str) -> Ended {
+        let mut script = needs::program("node").expect("node, which was there before");
+        script.arg(repository().join("tests/pad/handing.mjs")).arg(link).arg(place.files());
+        self.runs(script)
+    }
+
     fn runs(&self, mut script: Command) -> Ended {
         script.env("SKETCHNAV_PLAYWRIGHT", &self.playwright).env("SKETCHNAV_CHROMIUM", &self.chromium);
         script.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());

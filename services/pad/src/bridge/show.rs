@@ -147,6 +147,7 @@ impl Bridge<'_> {
             body: body.unwrap_or_default().to_owned(),
             driver: self.sessions.driver().map(str::to_owned),
             wheel: unattended || self.sessions.driver().is_none(),
+            pleas: self.sessions.open_pleas().cloned().collect(),
             driver_may: self.allowed(true, now),
             watcher_may: self.allowed(false, now),
         };

@@ -53,16 +53,6 @@ pub struct Weakest {
 }
 
 impl Plan {
-    /// Describes the probability of arrival and the entry that is most likely to fail, or returns `None` if they were not
-    /// estimated.
-    pub fn stated(&self) -> Option<String> {
-        let percent = 100.0 * self.probability?;
-        let weakest = self.weakest.map_or(String::new(), |Weakest { entry, failures, journeys }| {
-            format!("; most failures at entry {}: {failures} of {journeys} simulated journeys", entry + 1)
-        });
-        Some(format!("probability of arrival {percent:.1} %{weakest}"))
-    }
-
     /// Creates the map of a path. Its first entry is `*`, for the landmark under the window.
     pub fn new(atlas: &Atlas, path: Path, verify: Verify) -> Result<Self, Error> {
         Self::choosing(atlas, path, |_, check| match verify {

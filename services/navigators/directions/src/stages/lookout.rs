@@ -141,6 +141,13 @@ impl Lookout {
         shapes
     }
 
+    /// Describes the stated probability of arrival of the current task, or of the first one before the start, and the entry that is
+    /// most likely to fail.
+    fn stated(&self) -> Option<String> {
+        let task = self.journey.map_or(0, |journey| journey.task as usize);
+        self.itinerary.as_ref()?.journeys().get(task)?.stated()
+    }
+
     /// Returns the names of the kinds of the dots in view, beside these.
     fn names(&self) -> impl Iterator<Item = Shape> {
         let dots = self.description.iter().flat_map(|all| all.dots());
@@ -193,6 +200,7 @@ impl lookout::Lookout for Lookout {
     }
 
     fn draw(&mut self, picture: &mut Picture) {
+        picture.words.extend(self.stated());
         picture.shapes.extend(self.side_m.iter().flat_map(|side_m| self.shapes(*side_m)));
         picture.shapes.extend(self.names());
     }
@@ -201,7 +209,7 @@ impl lookout::Lookout for Lookout {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::messages::{BelievedLandmark, Chart, DescribedDot, Directions};
+    use crate::messages::{BelievedLandmark, Chart, DescribedDot, Directions, PlannedJourney};
     use crate::stages::mission::KIND;
     use sketchnav_schemas::codes::Process;
     use sketchnav_stage::Access;
@@ -251,6 +259,35 @@ mod tests {
         let there = dots(&shapes, Color::Particle);
         assert_eq!((there.len(), dots(&shapes, Color::Scan)), (1, there.clone()));
         assert_eq!(dots(&shapes, Color::Goal), there);
+    }
+
+    /// What to expect of a journey used to be printed on the terminal only.
+    #[test]
+    fn the_page_says_how_probable_the_arrival_is_and_which_entry_is_weakest() {
+        let mut itinerary: Box<Itinerary> = bytemuck::zeroed_box();
+        itinerary.journey_count = 2;
+        itinerary.journeys[0] = PlannedJourney {
+            probability: 0.617,
+            weakest_entry: 4,
+            failure_count: 95,
+            simulated_count: 512,
+            ..PlannedJourney::new(1.0)
+        };
+        itinerary.journeys[1] = PlannedJourney::new(1.0);
+        let mut lookout = lookout();
+        let mut picture = Picture::default();
+        lookout.draw(&mut picture);
+        assert!(picture.words.is_empty(), "nothing is planned yet");
+        lookout.intend(&itinerary, &[]);
+        lookout.draw(&mut picture);
+        let words = "probability of arrival 61.7 %; most failures at entry 4: 95 of 512 simulated journeys";
+        assert_eq!(picture.words, [words]);
+        let mut journey: Box<Journey> = bytemuck::zeroed_box();
+        journey.task = 1;
+        lookout.follow(&journey);
+        let mut picture = Picture::default();
+        lookout.draw(&mut picture);
+        assert!(picture.words.is_empty(), "the second task has no estimate");
     }
 
     #[test]

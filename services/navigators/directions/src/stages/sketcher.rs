@@ -32,7 +32,7 @@ use crate::markers::LandmarkKind;
 use crate::messages::{DIRECTIONS, ITINERARY, Itinerary, MAX_PLANNED, PlannedJourney, PlannedLandmark};
 use crate::navigator::Navigator;
 use crate::path::{Atlas, Measure, Path, Start, best};
-use crate::plan::Plan;
+use crate::plan::{Plan, Weakest};
 use crate::plane::{DotId, Plane};
 use crate::reliability::Reliability;
 use crate::transitions::Kinds;
@@ -170,7 +170,7 @@ fn written(
         return Err(wrong(&reason));
     }
     let landmarks = vec![(0..).zip(read.landmarks.iter().copied()).collect()];
-    let journeys = vec![PlannedJourney { distance_m: 0.0, probability: -1.0 }];
+    let journeys = vec![PlannedJourney::new(0.0)];
     Ok(Made { dots: Vec::new(), maps: vec![map], plans: Vec::new(), journeys, charts: None, landmarks })
 }
 
@@ -209,14 +209,22 @@ fn plans(
         landmarks: landmarks.collect(),
         maps: plans.iter().map(|plan| plan.map.clone()).collect(),
         dots: atlas.plane.dots().to_vec(),
-        journeys: plans.iter().map(|plan| journey(&plan.path, plan.probability)).collect(),
+        journeys: plans.iter().map(|plan| journey(&plan.path, plan.probability, plan.weakest)).collect(),
         charts: None,
         plans,
     })
 }
 
-fn journey(path: &Path, probability: Option<f64>) -> PlannedJourney {
-    PlannedJourney { distance_m: path.distance, probability: probability.unwrap_or(-1.0) }
+fn journey(path: &Path, probability: Option<f64>, weakest: Option<Weakest>) -> PlannedJourney {
+    let mut journey = PlannedJourney::new(path.distance);
+    if let Some(probability) = probability {
+        journey.probability = probability;
+    }
+    if let Some(Weakest { entry, failures, journeys }) = weakest {
+        journey.weakest_entry = u32::from(entry) + 1;
+        (journey.failure_count, journey.simulated_count) = (failures, journeys);
+    }
+    journey
 }
 
 /// Makes the chart for a navigator with a belief.
@@ -246,7 +254,7 @@ fn charted(
         dots: atlas.plane.dots().to_vec(),
         maps: Vec::new(),
         plans: Vec::new(),
-        journeys: planned.map(|(path, &probability)| journey(path, Some(probability))).collect(),
+        journeys: planned.map(|(path, &probability)| journey(path, Some(probability), None)).collect(),
         landmarks: charts.paths.iter().map(landmarks).collect(),
         charts: Some(charts),
     })
@@ -342,7 +350,7 @@ fn text(mission: &Mission, made: &Made) -> String {
         let between = if index == 0 { String::new() } else { format!("{BETWEEN}\n") };
         // A line break in the name would end the comment.
         let name = one_line(&mission.task[index].name);
-        let stated = made.plans.get(index).and_then(Plan::stated);
+        let stated = made.journeys.get(index).and_then(PlannedJourney::stated);
         let stated = stated.map_or(String::new(), |stated| format!("# {name}: {stated}\n"));
         // Writing to a string never fails.
         let _ = write!(text, "{between}{stated}{map}");
@@ -516,7 +524,8 @@ mod tests {
     #[test]
     fn a_low_probability_is_doubted() {
         let mission = run(KNOWN, [0.15, 0.15]).mission;
-        let doubts = |probability| doubts(&mission, &[PlannedJourney { distance_m: 1.0, probability }]);
+        let doubts =
+            |probability| doubts(&mission, &[PlannedJourney { probability, ..PlannedJourney::new(1.0) }]);
         assert_eq!(doubts(0.025), ["task 1 (over): the stated probability of arrival is 2.5 %"]);
         assert!(doubts(0.9).is_empty() && doubts(-1.0).is_empty());
     }
@@ -524,7 +533,7 @@ mod tests {
     #[test]
     fn a_robot_does_not_start_below_the_probability_that_the_mission_states() {
         let mut mission = run(KNOWN, [0.15, 0.15]).mission;
-        let journey = |probability| [PlannedJourney { distance_m: 1.0, probability }];
+        let journey = |probability| [PlannedJourney { probability, ..PlannedJourney::new(1.0) }];
         assert_eq!((objection(&mission, &journey(0.5)), objection(&mission, &journey(-1.0))), (None, None));
         assert_eq!(
             objection(&mission, &journey(0.25)).unwrap(),

@@ -372,7 +372,7 @@ pub fn of_kind(kind: &str) -> impl Iterator<Item = &'static ChannelSpec> + Clone
     all().filter(move |spec| spec.belongs_to(kind))
 }
 
-/// Returns the channel with this name.
+/// Returns the channel with the given name.
 pub fn find(name: &str) -> Option<&'static ChannelSpec> {
     all().find(|spec| spec.name == name)
 }

@@ -33,8 +33,8 @@ fn meant(nearest: Option<&str>) -> String {
     )
 }
 
-/// Returns the index of the task with this name or, if there is no such task, of the one whose goal is the
-/// place with this name. Case and spaces are ignored.
+/// Returns the index of the task with the given name or, if there is no such task, of the one whose goal is the place with the
+/// given name. Case and spaces are ignored.
 ///
 /// # Errors
 /// [`NameError`] if there is no such task, with the name that was probably meant, or if there are several.

@@ -54,7 +54,8 @@ impl Shape {
         }
     }
 
-    /// Returns the floor with this shape and number. The number determines the sizes of its rooms and the positions of their doors.
+    /// Returns the floor with the given shape and number. The number determines the sizes of its rooms and the positions of their
+    /// doors.
     pub fn plan(self, number: u64) -> FloorPlan {
         let mut rng = seed::stream(number, &format!("offices/{}", self.name()));
         let corridors = self.corridors();

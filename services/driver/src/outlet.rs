@@ -159,7 +159,7 @@ impl Thinning {
         Self { gap_ns, most, found: 0, sent: 0, last_ns: None, is_fast: false }
     }
 
-    /// Returns true if a reading with this timestamp should be sent now. (The last reading before a tick is sent in any case.)
+    /// Returns true if a reading with the given timestamp should be sent now. (The last reading before a tick is sent in any case.)
     fn takes(&self, stamp_ns: u64) -> bool {
         let is_far = !self.is_fast || self.last_ns.is_none_or(|last| stamp_ns >= last + self.gap_ns);
         is_far && self.sent < self.most

@@ -11,8 +11,8 @@ const SOLID: [u8; 2] = [0, 255];
 const VEILED: [u8; 2] = [0, 64];
 const CLEAR: [u8; 2] = [0, 0];
 
-/// Returns an image of walls, which are black on a transparent background, or `None` if the cells do not form
-/// a grid of this size.
+/// Returns an image of walls, which are black on a transparent background, or `None` if the cells do not form a grid of the given
+/// size.
 pub fn png(walls: &Walls) -> Option<Vec<u8>> {
     painted(walls, |cell| if cell == WALL { SOLID } else { CLEAR })
 }

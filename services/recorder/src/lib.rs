@@ -397,7 +397,7 @@ fn path(run: &RunConfig) -> anyhow::Result<&Path> {
     run.recording.as_ref().map(Path::new).context("run.json: expected the recording's path, found none")
 }
 
-/// Returns the file of the part with this number, from 1.
+/// Returns the file of the part with the given number, from 1.
 fn file(run: &RunConfig, path: &Path, number: u32) -> PathBuf {
     match run.split.is_never() {
         true => part(path, number),

@@ -62,7 +62,7 @@ pub struct Timebase {
 }
 
 impl Timebase {
-    /// Starts at this simulation time, in nanoseconds.
+    /// Starts at the given simulation time, in nanoseconds.
     pub fn at(begin_ns: u64) -> Self {
         Self { begin_ns, first_ns: None, last: None }
     }

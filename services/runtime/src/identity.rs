@@ -122,7 +122,7 @@ impl Handle {
     }
 }
 
-/// Returns a descriptor of the process that currently has this id. The descriptor becomes readable when the process ends.
+/// Returns a descriptor of the process that currently has the given id. The descriptor becomes readable when the process ends.
 ///
 /// # Errors
 /// `ESRCH` if there is no such process, `ENOSYS` before Linux 5.3.
@@ -133,7 +133,7 @@ pub fn pidfd(pid: u32) -> nix::Result<OwnedFd> {
     Ok(unsafe { OwnedFd::from_raw_fd(fd as i32) })
 }
 
-/// Returns the start time of the process that currently has this id, in clock ticks since boot. This is field 22 of
+/// Returns the start time of the process that currently has the given id, in clock ticks since boot. This is field 22 of
 /// proc_pid_stat(5).
 fn started(pid: u32) -> Option<u64> {
     stat_field(pid, 22)?.parse().ok()

@@ -161,7 +161,7 @@ fn corrupt_newest(slots: &[PathBuf]) -> Result<()> {
 }
 
 impl System {
-    /// Returns the path of the file that exists once the planned fault with this number, from 1, has happened.
+    /// Returns the path of the file that exists once the planned fault with the given number, from 1, has happened.
     fn fault_file(&self, number: usize) -> PathBuf {
         self.folder().join(format!("fault-{number}"))
     }

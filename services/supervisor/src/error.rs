@@ -80,12 +80,12 @@ impl Error {
     }
 }
 
-/// Returns true if a process with this status received bad input, which would make it fail again.
+/// Returns true if a process with the given status received bad input, which would make it fail again.
 pub(crate) fn is_bad_input(status: ExitStatus) -> bool {
     status.code() == Some(BAD_INPUT)
 }
 
-/// Returns true if a recorder with this status has written as much as it could.
+/// Returns true if a recorder with the given status has written as much as it could.
 pub(crate) fn is_incomplete(status: ExitStatus) -> bool {
     status.code() == Some(INCOMPLETE.into())
 }

@@ -29,7 +29,7 @@ const THREADS: usize = 1;
 pub struct Port(u16);
 
 impl Port {
-    /// Returns the port with this number, or a free port if it is 0.
+    /// Returns the port with the given number, or a free port if it is 0.
     ///
     /// # Errors
     /// [`ViewError::Address`] if the port is taken.

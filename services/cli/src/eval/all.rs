@@ -272,7 +272,7 @@ fn of_study(
     Ok(Ok(entry(figures.into_iter().map(|figure| figure.table).collect())))
 }
 
-/// Reads the tables in a study's file, if they are of this size and by this program.
+/// Reads the tables in a study's file, if they are of the given size and by this program.
 fn tables_of(data: &Path, size: Size, program: &str) -> Option<Vec<studies::Table>> {
     let bytes = sketchnav_files::read(data, PAGE).ok()?;
     let mut object = serde_json::from_slice::<Value>(&bytes).ok()?;

@@ -274,7 +274,7 @@ impl Experiment {
     }
 }
 
-/// Returns the table with this number, counted from 1, or `None` if there are no tables.
+/// Returns the table with the given number, counted from 1, or `None` if there are no tables.
 fn numbered<'a, T>(tables: &'a [T], number: &str) -> Result<Option<&'a T>, Wrong> {
     let known = || (1..=tables.len()).map(|number| number.to_string()).collect::<Vec<_>>().join(", ");
     let index = number.parse::<usize>().ok().and_then(|number| number.checked_sub(1));

@@ -88,7 +88,7 @@ impl Ground {
         }
     }
 
-    /// Returns true if a robot at this position keeps its clearance from solids.
+    /// Returns true if a robot at the given position keeps its clearance from solids.
     pub fn clears(&self, solid: &Convex, at: [f64; 2]) -> bool {
         gap_m(solid, at) >= self.clearance_m
     }

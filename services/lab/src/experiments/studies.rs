@@ -57,7 +57,7 @@ pub struct ByWorld {
 pub type World = (usize, u64);
 
 impl ByWorld {
-    /// Returns the worlds of a study of this size.
+    /// Returns the worlds of a study of the given size.
     pub fn worlds(&self, size: Size) -> Vec<World> {
         (1..).zip(size.seeds(self.offset)).collect()
     }

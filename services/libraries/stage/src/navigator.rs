@@ -94,8 +94,7 @@ pub struct Navigator {
 }
 
 impl Navigator {
-    /// Creates a navigator with these stages (sketcher, localizer, planner) and without any of the optional
-    /// parts.
+    /// Creates a navigator with the given stages (sketcher, localizer, planner) and without any of the optional parts.
     pub const fn new(kind: &'static str, about: &'static str, stages: [Make; 3]) -> Self {
         Self {
             kind,

@@ -192,8 +192,8 @@ pub enum Response {
 }
 
 impl Verification {
-    /// Creates a verification that accepts a landmark with this sign, which is either a count of occupied quadrants from 0 to 4
-    /// or a panorama.
+    /// Creates a verification that accepts a landmark with the given sign, which is either a count of occupied quadrants from 0 to
+    /// 4 or a panorama.
     pub fn new(expected: impl Into<Sign>) -> Result<Self, Error> {
         match expected.into() {
             Sign::Count(count @ 5..) => Err(Error::Parameter {

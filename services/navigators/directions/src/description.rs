@@ -72,7 +72,7 @@ impl Descriptor {
         }
     }
 
-    /// Returns the index of the candidate that the word means, or `None` if the view has no such landmark.
+    /// Returns the index of the candidate that the word refers to, or `None` if the view has no such landmark.
     ///
     /// For [`Descriptor::New`], pass only the new candidates. [`Descriptor::Same`] means none of them.
     pub fn pick(self, candidates: &[Point]) -> Option<usize> {
@@ -93,8 +93,8 @@ impl Descriptor {
         }
     }
 
-    /// Returns the index of the position that the word means when the reference lies in a corner of a window with this side.
-    /// Positions are relative to the reference. A position error may have put the only candidate outside the quadrant, so if
+    /// Returns the index of the position that the word refers to when the reference lies in a corner of a window with the given
+    /// side. Positions are relative to the reference. A position error may have put the only candidate outside the quadrant, so if
     /// the quadrant is empty, its edges are moved outwards by `slack`.
     pub fn pick_in(self, places: &[Point], corner: Corner, side: f64, slack: f64) -> Option<usize> {
         let shown = |slack: f64| -> Vec<usize> {

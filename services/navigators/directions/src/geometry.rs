@@ -116,7 +116,7 @@ impl Corner {
         self.inward().dot(other.inward()) == 0.0
     }
 
-    /// Returns true if a quadrant with this side covers a point, given relative to the landmark. The edges belong to the
+    /// Returns true if a quadrant with the given side covers a point, given relative to the landmark. The edges belong to the
     /// quadrant.
     pub fn covers(self, relative: Point, side: f64) -> bool {
         self.nearly_covers(relative, side, 0.0)

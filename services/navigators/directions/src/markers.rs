@@ -35,7 +35,7 @@ pub(crate) const ANY_KIND: &str = "landmark";
 pub struct LandmarkKind(ArrayString<MOST_LETTERS>);
 
 impl LandmarkKind {
-    /// Returns the kind with this name, or `None` if that is no such word, too long, or a word of maps.
+    /// Returns the kind with the given name, or `None` if that is no such word, too long, or a word of maps.
     pub fn of(name: &str) -> Option<Self> {
         let is_letter = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
         let is_word = name.starts_with(|c: char| c.is_ascii_lowercase()) && name.chars().all(is_letter);
@@ -198,8 +198,8 @@ impl Markers {
         self.kind(landmark).map_or("pole".to_owned(), |kind| kind.to_string())
     }
 
-    /// Returns the kind of a landmark if the camera may see it from a robot to which the landmark lies at this position. Whether
-    /// anything hides the landmark is not considered.
+    /// Returns the kind of a landmark if the camera may see it from a robot to which the landmark lies at the given position.
+    /// Whether anything hides the landmark is not considered.
     pub fn shown(&self, landmark: DotId, at: Point) -> Option<Shown> {
         let Marked { kind, markers } = self.marked.get(landmark as usize)?.as_ref()?;
         let mount = self.camera.mount();

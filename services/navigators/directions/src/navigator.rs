@@ -7,7 +7,7 @@
 //! and serializable.
 //!
 //! For each entry of the map, the navigator
-//! 1. *describes*: it stands still, looks, and picks the landmark that the word means;
+//! 1. *describes*: it stands still, looks, and picks the landmark that the word refers to;
 //! 2. for a trajectory, *centres* the window on the pair and *slides* until a new dot comes into view;
 //! 3. *verifies*, if the map says how: it looks around the landmark and counts the occupied quadrants;
 //! 4. *adjusts*, which moves the landmark to its corner; or *recovers*, which moves it to the corner of the recovery and
@@ -152,7 +152,7 @@ const MOST_SEEN: usize = 128;
 /// The current activity of a navigator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Activity {
-    /// Looks for the landmark that a word means.
+    /// Looks for the landmark that a word refers to.
     Seek,
     /// Brings a pair of landmarks to the middle of the window, or slides along the line through them.
     Slide,
@@ -210,7 +210,7 @@ struct Mark {
 /// The current phase of the work on an entry.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 enum Phase {
-    /// Stands still, looks, and picks the landmark that the word means. With a corner, the reference lies in it.
+    /// Stands still, looks, and picks the landmark that the word refers to. With a corner, the reference lies in it.
     Describe { word: Descriptor, corner: Option<Corner>, is_recovery: bool },
     /// On land, drives to another place beside the reference, or as far as it gets in time, to look again from there.
     Elsewhere { word: Descriptor, corner: Corner, is_recovery: bool, until_s: f64 },

@@ -110,7 +110,7 @@ pub struct Start {
 }
 
 impl Start {
-    /// Creates a start with the window's centre at this position. Rejects a view without a dot.
+    /// Creates a start with the window's centre at the given position. Rejects a view without a dot.
     pub fn at(plane: &Plane, window: Window, centre: Point) -> Result<Self, Error> {
         let eye = Eye { at: centre, walls: plane.walls() };
         Self::nearest(plane, window, centre, |dot| match window.land {

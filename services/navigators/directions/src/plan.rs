@@ -32,7 +32,7 @@ pub struct Plan {
     pub checks: Vec<Check>,
     /// The custom map of the path.
     pub map: CustomMap,
-    /// The landmarks that the map means, one for each entry: the landmark at which the next entry begins or, for the last
+    /// The landmarks that the map refers to, one for each entry: the landmark at which the next entry begins or, for the last
     /// entry, the goal.
     pub landmarks: Vec<DotId>,
     /// The probability of arrival, if it was estimated.
@@ -113,7 +113,7 @@ impl Plan {
         self.path.sensing() + (Corner::ALL.len() * verified) as f64
     }
 
-    /// Returns the landmarks that the map means, one for each entry.
+    /// Returns the landmarks that the map refers to, one for each entry.
     pub fn landmarks(&self) -> Vec<DotId> {
         self.landmarks.clone()
     }

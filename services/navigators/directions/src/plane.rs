@@ -78,7 +78,7 @@ impl Plane {
         self.markers.as_ref()?.kind(dot)
     }
 
-    /// Returns the kind of a dot if a camera may see it from a robot to which the dot lies at this position.
+    /// Returns the kind of a dot if a camera may see it from a robot to which the dot lies at the given position.
     pub fn shown(&self, dot: DotId, at: Point) -> Option<Shown> {
         self.markers.as_ref()?.shown(dot, at)
     }

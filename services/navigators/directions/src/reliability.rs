@@ -133,7 +133,7 @@ pub struct Reliability {
 }
 
 impl Reliability {
-    /// Returns the fitted models with these errors.
+    /// Returns the fitted models with the given errors.
     pub fn fitted(noise: Noise) -> Self {
         Self { landmarks: LandmarkModel::FITTED, trajectories: TrajectoryModel::FITTED, noise }
     }

@@ -21,7 +21,7 @@ pub fn config(cases: u32) -> Config {
     }
 }
 
-/// Creates a plane of dots at these positions.
+/// Creates a plane of dots at the given positions.
 pub fn plane(pairs: &[(f64, f64)]) -> Plane {
     Plane::new(pairs.iter().map(|&(x, y)| Point::new(x, y)).collect()).unwrap()
 }
@@ -46,7 +46,7 @@ pub fn camera(miss: f64) -> MarkerCamera {
     }
 }
 
-/// Creates a plane of dots with these kinds. Each dot that has one carries a marker to each side.
+/// Creates a plane of dots with the given kinds. Each dot that has one carries a marker to each side.
 pub fn plane_of_kinds(camera: MarkerCamera, dots: &[(f64, f64, &str)]) -> Plane {
     let places = dots.iter().map(|&(x, y, _)| Point::new(x, y));
     let around = |(x, y, kind): &(f64, f64, &str)| {

@@ -31,7 +31,7 @@ pub enum Movement {
 pub struct Transition {
     /// The landmark that is attained.
     pub to: DotId,
-    /// The landmark that the word means: the target itself, or the second of a trajectory's pair.
+    /// The landmark that the word refers to: the target itself, or the second of a trajectory's pair.
     pub seen: DotId,
     /// Distance that the window slides, in the plane's unit, or 0 for a transition within a parkway.
     pub slide: f32,
@@ -122,7 +122,7 @@ impl Candidates {
         }
     }
 
-    /// Returns the dot that a word means, or `None` for words whose landmark isn't known beforehand.
+    /// Returns the dot that a word refers to, or `None` for words whose landmark isn't known beforehand.
     pub fn pick(&self, word: Descriptor) -> Option<DotId> {
         Descriptor::DEFINITE
             .contains(&word)
@@ -267,7 +267,7 @@ impl Transitions {
     }
 }
 
-/// Returns the transition to the landmark that a word means or, by their bearings, to all of them.
+/// Returns the transition to the landmark that a word refers to or, by their bearings, to all of them.
 fn seeks(
     candidates: &Candidates,
     corner: Corner,

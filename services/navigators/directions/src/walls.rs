@@ -49,7 +49,7 @@ pub struct Walls {
 }
 
 impl Walls {
-    /// Creates walls along lines with this thickness.
+    /// Creates walls along lines with the given thickness.
     pub fn new(lines: impl IntoIterator<Item = [Point; 2]>, thickness: f64, body: Body) -> Self {
         let half = thickness / 2.0;
         let pieces: Vec<_> = lines.into_iter().map(|ends| Piece { ends, half }).collect();

@@ -372,7 +372,7 @@ mod tests {
         Landmark { name: String::new(), outline: corners.to_vec() }
     }
 
-    /// Returns a sketch of squares with these lower left corners.
+    /// Returns a sketch of squares with the given lower left corners.
     fn sketch(squares: &[[f64; 2]]) -> Sketch {
         let landmarks = squares.iter().map(|[x, y]| square(*x, *y)).collect();
         Sketch { landmarks, route: vec![at(0.0, 0.0), at(10.0, 0.0)], metres_per_pixel: 1.0 }

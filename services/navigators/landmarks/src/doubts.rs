@@ -131,7 +131,7 @@ pub fn of(
     }
 }
 
-/// Returns the doubts about a sketch that is driven by a belief, with sensors of this range.
+/// Returns the doubts about a sketch that is driven by a belief, with sensors of the given range.
 fn of_sketch(sketch: &Sketch, reach_m: f64) -> Vec<Doubt> {
     let line = Line::of(sketch);
     let turns = line.turns();
@@ -199,7 +199,7 @@ fn alike(sketch: &Sketch, line: &Line, turns: &[DrawnMetres], reach_m: f64) -> V
     turns.iter().filter_map(of_turn).collect()
 }
 
-/// Returns how far a robot with this pose sees in each direction, from 0 to 1 for the range of its sensors.
+/// Returns how far a robot with the given pose sees in each direction, from 0 to 1 for the range of its sensors.
 fn view(sketch: &Sketch, at: Point<Drawn>, heading: f64, reach_m: f64) -> [f64; DIRECTIONS] {
     std::array::from_fn(|i| {
         let direction = heading + TAU * i as f64 / DIRECTIONS as f64;

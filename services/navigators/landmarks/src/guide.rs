@@ -383,7 +383,7 @@ mod tests {
         }
     }
 
-    /// Returns a certain estimate at this position, facing along x, in a drawing to scale.
+    /// Returns a certain estimate at the given position, facing along x, in a drawing to scale.
     fn sure(at: Point<Drawn>) -> Estimate {
         Estimate { at, ..STANDING.estimate }
     }

@@ -277,7 +277,7 @@ mod tests {
     use crate::outlines::Outlines;
     use crate::sketch::{Landmark, Sketch};
 
-    /// Returns the outlines of squares of 1 m with these lower left corners.
+    /// Returns the outlines of squares of 1 m with the given lower left corners.
     fn squares(corners: &[[f64; 2]]) -> Outlines {
         let outline =
             |x: f64, y: f64| [[x, y], [x + 1.0, y], [x + 1.0, y + 1.0], [x, y + 1.0]].map(Point::from).into();

@@ -103,7 +103,7 @@ impl Waiting {
 mod tests {
     use super::*;
 
-    /// Returns a leg of this length, driven at 0.5 m/s.
+    /// Returns a leg of the given length, driven at 0.5 m/s.
     fn metres(length: f64) -> Leg {
         Leg { length: Some(DrawnMetres(length)), speed_mps: 0.5, least_s: 3.0 }
     }

@@ -42,7 +42,7 @@ pub fn understand(
     Ok(instructions)
 }
 
-/// Returns the parameters of extraction for a robot of this size.
+/// Returns the parameters of extraction for a robot of the given size.
 pub(crate) fn extraction_of(parameters: &Parameters, robot: &Robot) -> extraction::Parameters {
     extraction::Parameters { robot_m: 2.0 * robot.radius_m, ..parameters.extraction.clone() }
 }

@@ -184,7 +184,7 @@ impl First {
         Self { trial, ground, people, made: Mutex::default() }
     }
 
-    /// Returns the first drive with this seed, and drives it unless the last one was the same.
+    /// Returns the first drive with the given seed, and drives it unless the last one was the same.
     fn made(&self, method: &str, seed: u64) -> Result<Arc<Made>, EvalError> {
         let mut kept = self.made.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(made) = kept.as_ref().filter(|made| made.method == method && made.seed == seed) {

@@ -84,7 +84,7 @@ fn crossed([a, b, c]: [Point; 3]) -> DoubleCross {
     DoubleCross::of(a, b, c, 1e-9)
 }
 
-/// Returns the relation of c, at this angle from straight ahead at b. `distance` says whether c is farther from b than the
+/// Returns the relation of c, at the given angle from straight ahead at b. `distance` says whether c is farther from b than the
 /// perpendicular at a is in that direction, nearer, or as far. It does not matter if c is ahead of b.
 fn at_angle(angle: f64, distance: Option<i32>) -> DoubleCross {
     let zone = match (angle.cos(), distance) {

@@ -194,14 +194,14 @@ impl<'a> Trial<'a> {
         self.dots = own.iter().map(|&index| self.dots[index]).collect();
     }
 
-    /// Takes a look, and returns the dot that a word means.
+    /// Takes a look, and returns the dot that a word refers to.
     fn picks(&mut self, landmark: DotId, corner: Corner, word: Descriptor) -> Option<DotId> {
         self.look_around(landmark, corner);
         self.picked(corner, word)
     }
 
-    /// Takes a look, and returns the dot that the word of a transition means. It is known by its bearing if the word is `*`. The
-    /// reference itself cannot be confused with another dot.
+    /// Takes a look, and returns the dot that the word of a transition refers to. It is known by its bearing if the word is `*`.
+    /// The reference itself cannot be confused with another dot.
     fn seeks(&mut self, from: DotId, transition: &Transition) -> Option<DotId> {
         if transition.word == Descriptor::Same {
             return Some(from);
@@ -225,7 +225,7 @@ impl<'a> Trial<'a> {
         heading.pick(bearing_deg, &places, tolerance).map(|index| dots[index])
     }
 
-    /// Returns the dot that a word means in the last look.
+    /// Returns the dot that a word refers to in the last look.
     pub(crate) fn picked(&self, corner: Corner, word: Descriptor) -> Option<DotId> {
         let (side, slack) = (self.atlas.window.side, self.pilot.settings.slack());
         word.pick_in(&self.places, corner, side, slack).map(|index| self.dots[index])

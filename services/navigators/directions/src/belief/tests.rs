@@ -14,7 +14,7 @@ use crate::path::{Measure, Objective, best};
 use crate::signature::Signature;
 use crate::traversal::{Helicopter, Noise, STEP_S};
 
-/// Returns a world with this position error, and its navigator.
+/// Returns a world with the given position error, and its navigator.
 fn world(seed: u64, sigma: f64) -> (Atlas, Pilot) {
     let (window, noise) = (Window::new(100.0, 15.0).unwrap(), Noise::of_sigma(sigma));
     let kinds = Kinds { words: &crate::arrival::WORDS, trajectories: true };

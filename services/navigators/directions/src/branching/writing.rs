@@ -237,7 +237,7 @@ impl Worths {
         self.of[choice].iter().sum()
     }
 
-    /// Returns the value of a reading with these signs and one place for all other views.
+    /// Returns the value of a reading with the given signs and one place for all other views.
     fn by(&self, signs: &[(u8, usize)], other: usize) -> f32 {
         let reading = Reading { signs: signs.to_vec(), other, nothing: None };
         (0..=u8::MAX).map(|seen| self.of[reading.takes(Signature::of_code(seen))][usize::from(seen)]).sum()

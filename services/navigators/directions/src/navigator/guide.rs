@@ -95,7 +95,7 @@ pub enum Decision {
 /// The next step once the reference lies in its corner.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, serde::Deserialize)]
 pub enum Next {
-    /// Seeks the landmark that the word of a recovery means.
+    /// Seeks the landmark that the word of a recovery refers to.
     Seek(Descriptor),
     /// Continues with this order of the guide.
     Entry(u16),

@@ -39,7 +39,7 @@ struct Off {
 }
 
 impl Heading {
-    /// Returns the heading of a robot whose initial error has this standard deviation, in radians.
+    /// Returns the heading of a robot whose initial error has the given standard deviation, in radians.
     pub fn of_sigma(sigma_rad: f64) -> Self {
         Self { turned_rad: 0.0, variance: sigma_rad * sigma_rad }
     }

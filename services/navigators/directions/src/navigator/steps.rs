@@ -258,7 +258,7 @@ fn go_without<G: Guide>(navigator: &Navigator<G>, state: &mut State<G::Memory>) 
     }
 }
 
-/// Returns the displacement from the corner to another place, which has this number, from 1.
+/// Returns the displacement from the corner to another place, which has the given number, from 1.
 fn aside(settings: &Settings, corner: Corner, elsewhere: u8) -> Point {
     let along = usize::from(elsewhere).checked_sub(1).and_then(|place| ELSEWHERE.get(place));
     settings.window.centre_from(corner) * along.copied().unwrap_or_default()
@@ -289,7 +289,7 @@ fn remember<M>(state: &mut State<M>, settings: &Settings, corner: Option<Corner>
     std::mem::swap(&mut state.before, &mut state.tracks);
 }
 
-/// Returns the position of the landmark that a word means, relative to the window's centre. With a bearing, `*` means the
+/// Returns the position of the landmark that a word refers to, relative to the window's centre. With a bearing, `*` means the
 /// landmark at that bearing. A robot on land, which sees all around, also finds it outside the quadrant.
 fn picked<M>(
     state: &State<M>,
@@ -333,7 +333,7 @@ fn picked<M>(
     word.pick(&candidates).map(|index| candidates[index] + origin)
 }
 
-/// Makes the landmark at this position the reference, then looks around it or continues.
+/// Makes the landmark at the given position the reference, then looks around it or continues.
 fn attain<G: Guide>(navigator: &Navigator<G>, state: &mut State<G::Memory>, place: Point) {
     state.reference = Some(Mark::new(place));
     (state.elsewhere, state.retreats) = (0, 0);

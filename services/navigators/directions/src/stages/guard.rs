@@ -91,7 +91,7 @@ mod tests {
         Guard::new(&sketchnav_sim::files::robot(&file.to_string_lossy()).unwrap()).unwrap()
     }
 
-    /// Returns a scan of a disc with this radius.
+    /// Returns a scan of a disc with the given radius.
     fn scan(at: Point, radius_m: f64) -> Box<LaserScan> {
         let mut scan: Box<LaserScan> = Box::new(Zeroable::zeroed());
         (scan.beam_count, scan.range_min_m, scan.range_max_m) = (720, 0.05, 10.0);

@@ -1,5 +1,5 @@
-//! The localizer, which describes what is in view once per tick: how isolated each dot is, what surrounds it, and which dot
-//! each word means (Park and Kender 1995, 5.6 and 6.3.1).
+//! The localizer, which describes what is in view once per tick: how isolated each dot is, what surrounds it, and which dot each
+//! word refers to (Park and Kender 1995, 5.6 and 6.3.1).
 //!
 //! On land, the markers that the camera sees show the kinds of the landmarks beside them.
 //!

@@ -83,13 +83,13 @@ impl Lookout {
         self.journey = Some(*journey);
     }
 
-    /// Returns the landmarks that the map of the current task means.
+    /// Returns the landmarks that the map of the current task refers to.
     fn landmarks(&self) -> Vec<PlannedLandmark> {
         let under_way = self.itinerary.iter().zip(&self.journey);
         under_way.flat_map(|(all, journey)| all.landmarks(journey.task as usize)).copied().collect()
     }
 
-    /// Returns the position of the window's centre, assuming that the reference is the landmark that the map means.
+    /// Returns the position of the window's centre, assuming that the reference is the landmark that the map refers to.
     fn centre(&self) -> Option<[f64; 2]> {
         let journey = self.journey.as_ref().filter(|journey| journey.has_reference == 1)?;
         let in_map = || {
@@ -107,7 +107,7 @@ impl Lookout {
         all.filter_map(move |believed| Some((at(believed.landmark)?, believed.probability)))
     }
 
-    /// Returns all shapes, with a window of this side in the middle. The robot's forward axis is the window's first axis.
+    /// Returns all shapes, with a window of the given side in the middle. The robot's forward axis is the window's first axis.
     fn shapes(&self, side_m: f64) -> Vec<Shape> {
         let half_m = side_m / 2.0;
         let corners = vec![[-half_m, -half_m], [half_m, -half_m], [half_m, half_m], [-half_m, half_m]];

@@ -32,8 +32,8 @@
 //! In either case, the mission may state by how much the robot's heading may deviate from the map's axes at the start:
 //! `heading_noise_deg = 2.0`. The maps then include bearings, by which the robot corrects its heading.
 //!
-//! The custom map may also be written by hand: `map_file = "mine.directions"` in place of `plane_file`, `calibration` and
-//! `goal`. For the judge, the task may then list `landmarks = [[x, y], …]`, the landmark that the map means at each entry.
+//! The custom map may also be written by hand: `map_file = "mine.directions"` in place of `plane_file`, `calibration` and `goal`.
+//! For the judge, the task may then list `landmarks = [[x, y], …]`, the landmark that the map refers to at each entry.
 
 use std::collections::BTreeMap;
 
@@ -116,7 +116,7 @@ impl Method {
         Err(wrong("navigator.method", expected, found))
     }
 
-    /// Returns the objective that the search minimises for a navigator with these settings, or `None` if the plan is chosen by
+    /// Returns the objective that the search minimises for a navigator with the given settings, or `None` if the plan is chosen by
     /// simulation.
     pub fn objective(self, settings: &Settings) -> Option<Objective> {
         match self {
@@ -290,7 +290,7 @@ impl DirectionsMission {
         })
     }
 
-    /// Returns the kind of landmark that the marker with this number shows, if the mission says it.
+    /// Returns the kind of landmark that the marker with the given number shows, if the mission says it.
     pub fn kind(&self, marker: u32) -> Option<LandmarkKind> {
         self.markers.iter().find(|(_, numbers)| numbers.contains(&marker)).map(|(kind, _)| *kind)
     }

@@ -53,7 +53,7 @@ pub struct Made {
     pub journeys: Vec<PlannedJourney>,
     /// The chart, if the navigator has a belief, in which case there are no maps.
     pub charts: Option<Charts>,
-    /// For each task, the landmarks that its map means. Each has its number in `dots` or, for a map written by hand, its
+    /// For each task, the landmarks that its map refers to. Each has its number in `dots` or, for a map written by hand, its
     /// position in the task's list.
     pub landmarks: Vec<Vec<(DotId, Point)>>,
 }

@@ -56,7 +56,7 @@ fn a_written_map_that_branches_goes_on_where_its_signs_say() {
     let (report, _) = run(&stairs(), &map, &[0, 1, 2, 3], (0.5, 0.5));
     assert_eq!((report.kind, &report.attained[..]), (Kind::Direct, &[0, 1, 2, 3][..]));
     assert_eq!(report.attained, report.meant);
-    // From one step higher, the navigator arrives as well, but by other landmarks than those that its map means.
+    // From one step higher, the navigator arrives as well, but by other landmarks than those that its map refers to.
     let (report, _) = run(&stairs(), &map, &[0, 1, 2, 3], (7.0, 6.0));
     assert_eq!((report.kind, &report.attained[..]), (Kind::Unaware, &[1, 2, 3][..]));
 }

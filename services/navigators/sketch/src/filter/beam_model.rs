@@ -127,7 +127,7 @@ pub struct Powers<T> {
 }
 
 impl BeamModel {
-    /// Creates the model with these parameters, and buffers for `parameters.beams` readings.
+    /// Creates the model with the given parameters, and buffers for `parameters.beams` readings.
     pub fn new(parameters: &Parameters) -> Self {
         let p = parameters;
         let step = p.bearing_error_rad / (BEARINGS / 2) as f32;

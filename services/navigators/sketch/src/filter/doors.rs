@@ -116,7 +116,7 @@ impl Side {
         BESIDE * self.width_px + SLOPE * along.max(0.0)
     }
 
-    /// Returns the position at this distance along the wall and this distance off the gap's line.
+    /// Returns the position at the given distance along the wall and this distance off the gap's line.
     fn at(&self, along: f32, beside: f32) -> Vector {
         self.end + self.away * along + turned(self.away) * beside
     }
@@ -272,7 +272,7 @@ impl<'a> Nearest<'a> {
         face_away(x, y, rx, ry, ux, uy, maybe);
     }
 
-    /// Returns the gap between the walls of a cell and of its neighbour at this offset, if the walls are on opposite sides.
+    /// Returns the gap between the walls of a cell and of its neighbour at the given offset, if the walls are on opposite sides.
     fn gap(&self, [column, row]: [usize; 2], [dx, dy]: [usize; 2]) -> Option<Gap> {
         let here = vector(self.get([column, row])?);
         let there = vector(self.get([column + dx, row + dy])?);

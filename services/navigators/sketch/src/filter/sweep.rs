@@ -23,7 +23,7 @@ const IN_WALL: u32 = u32::MAX;
 /// A place beyond every wall.
 const FAR: Place = Place::MAX;
 
-/// Returns the place at this number of cells along the lines.
+/// Returns the place at the given number of cells along the lines.
 fn place(cells: f32) -> Place {
     let parts = cells * PARTS;
     2 * parts as Place + Place::from(parts.fract() > 0.0)

@@ -199,7 +199,7 @@ pub struct Explorer {
 }
 
 impl Explorer {
-    /// Creates an explorer that has seen nothing, for a robot whose laser has this range.
+    /// Creates an explorer that has seen nothing, for a robot whose laser has the given range.
     ///
     /// # Errors
     /// Returns an error if a parameter of the mapper is invalid.

@@ -60,7 +60,7 @@ mod tests {
         Judge::default().open_share(free, 0.05)
     }
 
-    /// Returns a floor of 10 × 6 m in cells of 5 cm, divided by a wall with a passage of this width.
+    /// Returns a floor of 10 × 6 m in cells of 5 cm, divided by a wall with a passage of the given width.
     fn parted(passage_m: f64) -> Region {
         Region::of(204, 124, |k| {
             let (x, y) = (k % 204, k / 204);

@@ -49,7 +49,7 @@ fn sought(entry: &Entry, is_first: bool) -> String {
     }
 }
 
-/// Returns what a word says before and after the noun for its landmark.
+/// Returns the words before and after the noun for the landmark of a word.
 pub(super) const fn around_noun(word: Descriptor) -> [&'static str; 2] {
     match word {
         Descriptor::Obvious => ["the only", " in view"],

@@ -18,7 +18,7 @@ use super::range_code::DIRECTIONS;
 use super::range_table::RangeTable;
 use super::workers::Workers;
 
-/// Number of particles that a thread takes at a time.
+/// Number of particles that a thread processes at a time.
 const BLOCK: usize = 256;
 
 /// Sixteen particles, as their positions in pixels and their matrices from metres in the robot's axes to pixels.

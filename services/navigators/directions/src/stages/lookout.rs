@@ -47,7 +47,7 @@ pub struct Lookout {
 }
 
 impl Lookout {
-    /// Creates a lookout for this robot, and for landmarks of these kinds.
+    /// Creates a lookout for a robot and the given kinds of landmarks.
     pub fn new(robot: &Robot, kinds: Vec<LandmarkKind>) -> Self {
         let side_m = robot.view.as_ref().map(|view| view.side_m);
         let Around { reach_m } = Around::robot(robot);

@@ -136,7 +136,7 @@ mod tests {
         assert!(slow.trials[0].elsewhere.is_none());
     }
 
-    /// A robot that waited for markers that the simulator does not provide used to end as lost.
+    /// Regression test: a robot that waited for markers that the simulator does not provide ended as lost.
     #[test]
     fn in_corridors_only_what_drives_by_the_laser_is_driven() {
         let simulator = Elsewhere::new("irsim", 7, |_, _, _| Ok(()));

@@ -17,7 +17,7 @@ use crate::experiments::trial::Trial;
 use crate::experiments::{people, protocol};
 use series::{First, Series};
 
-/// The drives of a series: the word for each in tables, and what it is.
+/// The drives of a series, each with its word in tables and its description.
 const DRIVES: [(&str, &str); 3] = [
     ("first", "first drives, by the drawing"),
     ("second", "second drives, in what was learned"),

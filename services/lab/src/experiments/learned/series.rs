@@ -60,17 +60,17 @@ pub struct First {
     made: Mutex<Option<Arc<Made>>>,
 }
 
-/// The first drive, with its result and what was learned on it.
+/// The first drive, with its result and the map learned on it.
 #[derive(Debug)]
 struct Made {
     method: String,
     seed: u64,
     outcomes: Vec<TaskOutcome>,
-    /// What was learned, or `None` if nothing was.
+    /// The learned map, or `None` if nothing was learned.
     learned: Option<Lesson>,
 }
 
-/// What was learned.
+/// The result of learning.
 #[derive(Debug)]
 pub(super) struct Lesson {
     pub(super) learned: Learned,
@@ -80,7 +80,7 @@ pub(super) struct Lesson {
     pub(super) goals: Vec<Option<[f64; 2]>>,
 }
 
-/// What is known about a task of a series.
+/// Information about a task of a series.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct InSeries {
     /// Number of the drive, from 0.

@@ -14,7 +14,7 @@ use crate::records::{
 
 /// A part of a recording, or the beginning of a chunk.
 pub(crate) enum Piece {
-    /// A chunk. Its parts come next.
+    /// A chunk, followed by its parts.
     Chunk,
     /// A part.
     Part(Part),

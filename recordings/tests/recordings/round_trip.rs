@@ -194,9 +194,9 @@ fn with_x(raw: &RawMessage, x: f64) -> RawMessage {
     raw
 }
 
-/// If a driver computes its quaternions, their x and y are 0 except for rounding errors, and may be −0. Its whole odometry was
-/// once rejected. A single tilted quaternion, which must be rejected, ended the command that encountered it, even if that command
-/// only copied messages.
+/// Regression test: if a driver computes its quaternions, their x and y may be −0 or have rounding errors, and all of its
+/// odometry was rejected. A single tilted quaternion, which must be rejected, ended the command that encountered it, even if that
+/// command only copied messages.
 #[test]
 fn rounding_in_a_quaternion_is_accepted_and_a_tilt_is_kept() {
     let folder = tempfile::tempdir().unwrap();

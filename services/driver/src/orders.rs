@@ -32,7 +32,7 @@ impl Orders {
         Ok(Self { commands, ticks_before, newest: None, sent: vec![nothing; KEPT] })
     }
 
-    /// Notes that a tick was sent.
+    /// Records that a tick was sent.
     pub fn ticked(&mut self, tick: u64) {
         self.sent[tick as usize % KEPT] = (tick, Instant::now());
     }

@@ -94,7 +94,7 @@ impl Outlet {
         Ok(())
     }
 
-    /// Sends the reading that was held back. A tick follows.
+    /// Sends the reading that was held back, before a tick.
     pub fn flush(&mut self) -> Result<(), DriverError> {
         if std::mem::take(&mut self.is_holding) {
             let mut loan = self.writer.loan(0)?;
@@ -173,7 +173,7 @@ impl Thinning {
         }
     }
 
-    /// Notes that a tick was sent.
+    /// Records that a tick was sent.
     fn ticked(&mut self) {
         self.is_fast = self.found > self.most;
         (self.found, self.sent) = (0, 0);

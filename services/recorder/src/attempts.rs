@@ -27,7 +27,7 @@ impl Attempts {
         true
     }
 
-    /// Notes that the recording continues and has reached the device, so that the next failure counts as a new one.
+    /// Records that the recording continues and has reached the device, so that the next failure counts as a new one.
     pub(crate) fn succeeded(&mut self) {
         *self = Self::new();
     }

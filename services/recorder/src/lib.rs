@@ -5,7 +5,7 @@
 //! than the capacity of the channels.
 //!
 //! A full disk does not stop the robot. The recorder reports the failure and, once there is space again, continues in a new part
-//! with the messages that the channels still have. It counts the missing ones.
+//! with the messages that the channels still contain, and counts the missing ones.
 //!
 //! If the recorder is killed, the restarted one continues in a new part with the messages after the last
 //! checkpoint, which it takes from the channels' histories. At the end, the parts are joined into one file.

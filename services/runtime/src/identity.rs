@@ -1,9 +1,8 @@
 //! Identifies the process named in a lock file, so that no other process is mistaken for it.
 //!
-//! A process id alone is not enough. The kernel reuses ids, and the same id refers to another process in
-//! another PID namespace, while containers may share the folders of systems. A lock file therefore also
-//! contains the process's start time, its PID namespace and the boot id of the machine. Signals are sent
-//! through a pidfd, which never refers to another process.
+//! A process id alone is not enough, because the kernel reuses ids, and the same id refers to different processes in different PID
+//! namespaces, while containers may share the folders of systems. A lock file therefore also contains the process's start time, its
+//! PID namespace and the boot id of the machine. Signals are sent through a pidfd, which never refers to another process.
 
 use std::fmt::{Display, Formatter};
 use std::fs;

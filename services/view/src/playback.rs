@@ -103,7 +103,7 @@ impl Playback {
         }
     }
 
-    /// Notes that the last message has been played.
+    /// Records that the last message has been played.
     pub fn end(&mut self, now: Instant) {
         self.state = State::Ended;
         self.anchor = (self.last_ns, now);

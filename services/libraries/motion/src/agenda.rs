@@ -2,7 +2,6 @@
 //! on all of them.
 //!
 //! All planners of this project use an agenda, although a planner can do without one. The agenda receives
-//! All planners of this project use an agenda, although a planner can do without one. The agenda receives
 //! orders, decides in each step what is due, and sends the command and the status of the step. It does not
 //! depend on the kind of task or on how the robot moves.
 

@@ -59,7 +59,7 @@ pub struct Drawn {
     pub walls: fn(&RunConfig, &[u8]) -> Option<Walls>,
     /// Writes the drawing and its marks into a mission, so that the mission can be driven without a page.
     pub keep: fn(&mut Mission, &Kept<'_>) -> Result<(), StageError>,
-    /// Learns from drives. `None` if the navigator does not.
+    /// Learns from drives. `None` if the navigator does not learn.
     pub lessons: Option<Lessons>,
 }
 

@@ -1,12 +1,12 @@
 //! Estimates the robot's pose in the drawing. This is our own method, which the navigator uses by default
 //! instead of exact matches.
 //!
-//! The hidden state is a pose in the drawing, the local stretch of the drawing along each axis, and where each drawn
-//! object really is. It is tracked by a Rao-Blackwellised particle filter (Montemerlo, Thrun, Koller and Wegbreit
-//! 2002): hypotheses of pose and stretch, each with a Gaussian estimate of the [`Shift`](crate::shift::Shift) of each
-//! object near it, which the echoes assigned to that object update. Each hypothesis samples its own assignment. If an
-//! echo could come from one of two objects, or from one that was not drawn, it comes from each of them in some
-//! hypotheses. Once an object's place is known, the echoes of its neighbour no longer fit it.
+//! The hidden state consists of a pose in the drawing, the local stretch of the drawing along each axis, and the true position of
+//! each drawn object. It is tracked by a Rao-Blackwellised particle filter (Montemerlo, Thrun, Koller and Wegbreit 2002):
+//! hypotheses of pose and stretch, each with a Gaussian estimate of the [`Shift`](crate::shift::Shift) of each object near it,
+//! which the echoes assigned to that object update. Since each hypothesis samples its own assignment, an echo that could come from
+//! one of two objects, or from one that was not drawn, is assigned to each of them in some hypotheses. Once an object's place is
+//! known, the echoes of its neighbour no longer fit it.
 //!
 //! People differ in how carefully they draw. Each hypothesis therefore also has a care, a factor on how far objects and route
 //! are out of place, and those whose care fits the sketch prevail.

@@ -546,8 +546,8 @@ mod tests {
         assert!((before - DrawnMetres(0.1)..=before).contains(&along), "{along:?}");
     }
 
-    /// The look-ahead is a driven distance, but it used to be added to a drawn one without conversion. In a sketch at half the
-    /// scale, the robot looked twice as far ahead and cut its corners.
+    /// Regression test: the look-ahead, a driven distance, was added to a drawn distance without conversion. In a sketch at half
+    /// the scale, the robot looked twice as far ahead and cut its corners.
     #[test]
     fn a_robot_looks_equally_far_ahead_at_any_scale_of_the_drawing() {
         let turn = |stretch: f64| {

@@ -224,7 +224,7 @@ impl<R: BufRead> CarmenLog<R> {
         Ok(None)
     }
 
-    /// Completes a scan with what the lines before it state.
+    /// Completes a scan with information from the preceding lines.
     fn finish(&self, scan: ScanLine) -> Result<CarmenScan, Fault> {
         if scan.surplus.is_some() && scan.surplus != self.reading.surplus {
             return Err(scan.surplus_fault());

@@ -112,7 +112,7 @@ fn take_turns(place: &Place) -> Vec<Turn> {
                 return taken;
             }
             let observers = attach(place, attached);
-            // The mission runs in real time. This process only waits, so that it does not disturb what is measured.
+            // The mission runs in real time. This process only waits, so that it does not disturb the measurement.
             sleep(SETTLE);
             let begin = next_tick();
             sleep(TURN);

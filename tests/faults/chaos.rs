@@ -115,7 +115,7 @@ fn killing_starting_processes_loses_nothing() {
     chaos_finds_no_loss("--kills 20 --seed 6 --at-start-up");
 }
 
-/// A restarted recorder reads again what was not written yet. The recording contains the number of restarts of the recorder.
+/// A restarted recorder rereads messages that were not written yet. The recording contains the number of restarts of the recorder.
 #[test]
 fn a_killed_recorder_leaves_no_gap() {
     kill_in_turn(&["recorder"]);

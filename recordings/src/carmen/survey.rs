@@ -384,7 +384,7 @@ impl Survey {
         others.chain(scans).chain(odometry).collect()
     }
 
-    /// Describes in words what the log has instead of scans.
+    /// Describes in words the contents of a log without scans.
     fn found(&self) -> String {
         let odometry = (self.odometry_lines > 0).then(|| format!("{} ODOM", self.odometry_lines));
         let others = self.others.iter().map(|(word, count)| format!("{count} {word}"));

@@ -1,4 +1,4 @@
-//! Ends commands with an exit code and what is printed with it.
+//! Exit codes of commands, and the output that accompanies them.
 
 use std::ffi::{OsStr, OsString};
 
@@ -20,7 +20,7 @@ pub enum Failure {
     Plain(anyhow::Error),
     /// Anything else: exit 3.
     Other(anyhow::Error),
-    /// Anything else, after the command printed what it could: exit 3.
+    /// Anything else, after the command has printed as much as possible: exit 3.
     Reported(anyhow::Error),
     /// The recording is incomplete: exit 4.
     Incomplete(anyhow::Error),

@@ -47,7 +47,7 @@ pub fn drive_in_learned(learned: &Path, mission: &mut Mission, robot: &Robot) ->
     check(mission, robot).map_err(|error| anyhow!("--learned: {error}")).or_input()
 }
 
-/// Checks what the mission's navigator requires of the mission, the robot and the world's markers.
+/// Checks the requirements of the mission's navigator for the mission, the robot and the world's markers.
 fn check(mission: &Mission, robot: &Robot) -> Result<(), Box<dyn Error + Send + Sync>> {
     let navigator = sketchnav_navigators::of(mission)?;
     (navigator.check)(mission, robot)?;
@@ -131,7 +131,7 @@ pub fn grace(options: &SystemOptions) -> Grace {
 /// Classifies an error as bad input if the user can correct it.
 pub fn classify(error: SystemError) -> Failure {
     match &error {
-        // The user needs to know what a service reports about its input, but not that a service's process reported it.
+        // The user needs the service's report about its input, but not the information that it came from the process of a service.
         SystemError::Died(death) if error.is_bad_input() => {
             // What comes before the error, such as a traceback, is in the process's log.
             let last = death.last_lines.rsplit_once("\nerror: ").map(|(_, last)| last);

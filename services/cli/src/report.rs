@@ -63,7 +63,7 @@ pub struct Report {
     #[serde(skip_serializing_if = "Option::is_none")]
     not_drawn: Option<String>,
     processes: Vec<ProcessFigures>,
-    /// What a person should check first, if anything.
+    /// A hint about what to check first, if there is one.
     #[serde(skip)]
     hint: Option<&'static str>,
 }
@@ -175,7 +175,7 @@ impl Report {
         self.verdict.success
     }
 
-    /// Says what is missing from the recording, or returns `None` if it is complete.
+    /// Describes the gaps of the recording, or returns `None` if it is complete.
     pub fn incomplete(&self) -> Option<&str> {
         self.incomplete.as_deref()
     }

@@ -16,7 +16,7 @@ const LOOK: Duration = Duration::from_millis(20);
 /// Maximum number of lines of a plan that are printed.
 const MOST_LINES: usize = 60;
 
-/// What is known about the plan of a run.
+/// Information about the plan of a run.
 #[derive(Debug, Default)]
 pub struct Received {
     /// The navigator's doubts about the plan.

@@ -108,7 +108,7 @@ pub struct FloorPicture<'a> {
     pub shapes: &'a FloorShapes,
     /// Paths of the people walking on the floor.
     pub people: &'a [Vec<Point<World>>],
-    /// Polygons of what a camera saw at some times.
+    /// Polygons of the camera's view at some times.
     pub views: &'a [Vec<Point<World>>],
     /// The robot's start pose.
     pub start: Pose<World>,

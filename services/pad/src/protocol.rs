@@ -353,7 +353,7 @@ pub enum Step {
     Here,
     /// Use the learned map for the next drive.
     Accept,
-    /// Discard what was learned.
+    /// Discard the learned map.
     Reject,
 }
 

@@ -17,8 +17,7 @@ pub fn png(walls: &Walls) -> Option<Vec<u8>> {
     painted(walls, |cell| if cell == WALL { SOLID } else { CLEAR })
 }
 
-/// Returns an image of what was seen, of which walls are black, free space is a veil, and the rest is transparent. `None` as for
-/// [`png`].
+/// Returns an image of the map, in which walls are black, free space is a veil, and the rest is transparent. `None` as for [`png`].
 pub fn seen_png(seen: &Walls) -> Option<Vec<u8>> {
     painted(seen, |cell| match cell {
         WALL => SOLID,

@@ -57,7 +57,7 @@ pub trait Onlooker: Tap {
 pub struct Spent {
     /// Time spent in the simulation.
     pub world: Duration,
-    /// Time spent reading what a person provides.
+    /// Time spent reading a person's input.
     pub sketcher: Duration,
     /// Time spent in all steps of the localizer.
     pub localizer: Duration,

@@ -137,7 +137,7 @@ impl Bridge {
         Ok(())
     }
 
-    /// Publishes what is derived from a message.
+    /// Publishes the messages derived from a message.
     fn derive(&mut self, inlet: &Inlet, sample: &RawSample, now: Duration) -> Result<(), BridgeError> {
         let (spec, message) = (inlet.reader.spec(), sample.message());
         if let Some((diagnostics, _)) = &mut self.diagnostics {

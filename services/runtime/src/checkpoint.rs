@@ -92,8 +92,8 @@ pub(crate) fn slots(system: &System, process: Process) -> Result<[PathBuf; 2]> {
 }
 
 impl<T: DeserializeOwned> Checkpoints<T> {
-    /// Opens the slots of the node's process and reads what an earlier instance left. `version` names the
-    /// format of the state and must change with it.
+    /// Opens the slots of the node's process and reads the checkpoints of an earlier instance. `version` names the format of the
+    /// state and must change with it.
     ///
     /// # Errors
     /// [`Error::File`] if shared memory is full or inaccessible.

@@ -284,7 +284,7 @@ impl Error {
     }
 }
 
-/// Explains iceoryx2's name for an error to people, and what they can do about it.
+/// Explains iceoryx2's name for an error, and how to fix the problem.
 fn explained(cause: &str) -> String {
     if let Some(limit) = limits::exhausted_file_limit() {
         return format!(

@@ -380,7 +380,7 @@ fn is_own(found: &Metadata) -> bool {
     complaint(found, getuid().as_raw()).is_none()
 }
 
-/// Describes what is wrong with a file that must belong to this user only, if anything. (Its mode is chosen by iceoryx2 and
+/// Describes the problem with a file that must belong to this user only, if there is one. (Its mode is chosen by iceoryx2 and
 /// corrected later.)
 fn complaint(found: &Metadata, uid: u32) -> Option<String> {
     let kind = found.file_type();

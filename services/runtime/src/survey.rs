@@ -12,7 +12,7 @@ use crate::shared::{self, SHARED_MEMORY};
 use crate::system::{self, System};
 use crate::{Error, Result, root};
 
-/// Space in `/dev/shm` that a system may need, in bytes: twice what the demo uses.
+/// Space in `/dev/shm` that a system may need, in bytes: twice that of the demo.
 const NEEDED_BYTES: u64 = 24 << 20;
 
 /// The space in `/dev/shm`.

@@ -143,7 +143,7 @@ impl Child {
     /// restarts.
     pub(crate) fn schedule(&mut self, status: ExitStatus, progress: u32) -> bool {
         let now = Instant::now();
-        // Clearing what a dead process left in shared memory is part of its recovery.
+        // Clearing a dead process's remains in shared memory is part of its recovery.
         let died = self.ended.map_or(now, |(_, when)| when);
         self.mourned.get_or_insert((died, progress));
         let pause = self.restarts.pause_after_death(self.end(status), progress);

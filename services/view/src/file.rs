@@ -239,7 +239,7 @@ impl ShownTopic {
         std::iter::once(&self.own).chain(self.derived.iter().map(|(_, topic)| topic))
     }
 
-    /// Shows a message and what is derived from it. A damaged message is not shown, and nothing is derived from one that
+    /// Shows a message and the messages derived from it. A damaged message is not shown, and nothing is derived from one that
     /// cannot be decoded.
     fn show(&mut self, message: &RawMessage, skipped: &mut Rejections) {
         if message.is_damaged() {

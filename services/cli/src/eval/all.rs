@@ -30,7 +30,7 @@ use crate::output::{out, say};
 
 /// The word for all experiments on the command line.
 pub const WORD: &str = "all";
-/// Number of jobs in a part, which is what an interrupted run loses.
+/// Number of jobs in a part, and thus the maximum that an interrupted run loses.
 const JOBS_OF_A_PART: usize = 32;
 /// The folder of the parts, inside the results folder.
 const PARTS: &str = "parts";

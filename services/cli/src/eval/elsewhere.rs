@@ -69,7 +69,7 @@ pub fn open(options: &EvalOptions, project: &Path) -> anyhow::Result<Option<Else
     Ok(Some(Elsewhere::new(word, crc32fast::hash(&text), drive)))
 }
 
-/// Checks that the Python can import what the driver needs.
+/// Checks that the Python can import the driver's dependencies.
 fn check_python(python: &Path, simulator: Simulator) -> anyhow::Result<()> {
     let word = simulator.word();
     let imported = Command::new(python).args(["-c", &format!("import {word}, sketchnav._core")]).output();

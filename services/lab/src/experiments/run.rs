@@ -54,7 +54,7 @@ pub struct Driven {
     pub is_left_lost: bool,
     /// The map of the drive, if it is evaluated by regions joined by doors.
     pub witness: Option<Witness>,
-    /// What the robot saw, if it learns from the drive.
+    /// The learner of the drive, if the robot learns from it.
     pub lesson: Option<Attended>,
     /// Verdicts on the tasks. If poses are given again after failures, the first failed task is the last one here.
     pub verdicts: Vec<TaskVerdict>,

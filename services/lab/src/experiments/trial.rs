@@ -89,7 +89,7 @@ pub struct Trial {
     pub elsewhere: Option<Elsewhere>,
     /// True if the robot learns from the drive.
     pub is_learned_from: bool,
-    /// What was learned on an earlier drive, which the mission names [`LEARNED_FILE`].
+    /// The map learned on an earlier drive, which the mission names [`LEARNED_FILE`].
     pub learned: Option<Arc<[u8]>>,
     /// The series of drives that the trial belongs to, if later ones follow from the first one.
     pub series: Option<Series>,

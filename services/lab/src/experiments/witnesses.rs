@@ -109,7 +109,7 @@ impl RoomsSaid {
 pub struct Rooms {
     /// The drawing.
     pub drawing: Floor,
-    /// What the robot has seen.
+    /// The robot's map.
     pub map: Floor,
     /// Where the goal is, with at least one hypothesis.
     pub answer: Answer,
@@ -151,7 +151,7 @@ impl Asked {
     }
 }
 
-/// Maps what a robot sees, as the planner does, for the evaluation by regions and doors at the end.
+/// Maps the robot's surroundings, as the planner does, for the evaluation by regions and doors at the end.
 #[derive(Debug)]
 pub struct Witness {
     mount: Pose<Base>,

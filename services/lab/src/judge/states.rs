@@ -130,7 +130,8 @@ impl<'a> TrueScene<'a> {
         }
     }
 
-    /// Returns true if, judging by what the sonars hit, each object of the state that was matched at that time is actually there.
+    /// Returns true if, according to the objects hit by the sonars, each object of the state that was matched at that time is
+    /// actually there.
     ///
     /// The state may have matched what was seen shortly before (4.6.4). Therefore, the latest view in which something meets an
     /// object's relations counts.

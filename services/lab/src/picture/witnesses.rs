@@ -30,7 +30,7 @@ pub struct Claims<'a> {
     pub claims: [Option<Point<World>>; 3],
     /// True pose of the origin of the robot's map.
     pub origin: Pose<World>,
-    /// What the robot has seen, as regions and doors, and the answer about it, if there is one.
+    /// The robot's map as regions and doors, and the answer based on it, if there is one.
     pub rooms: Option<(&'a Floor, &'a Answer)>,
 }
 

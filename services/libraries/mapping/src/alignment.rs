@@ -101,7 +101,7 @@ pub struct Problem<'a> {
     pub forbidden: &'a [Forbidden],
 }
 
-/// The partner of a sample of the drawing, which is what the sample is aligned with.
+/// The partner with which a sample of the drawing is aligned.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Partner {
     /// The sample has no partner, because the map does not include it.

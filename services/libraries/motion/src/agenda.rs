@@ -76,7 +76,7 @@ impl From<&Task> for TaskInfo {
     }
 }
 
-/// What a planner has to do in a step.
+/// The action due in a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Due {
     /// Begin [`Agenda::task`], and drive.

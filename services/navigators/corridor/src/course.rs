@@ -80,7 +80,7 @@ pub enum Next {
     Blocked,
 }
 
-/// What the robot is doing.
+/// The robot's current activity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reason {
     /// Driving along the corridor.

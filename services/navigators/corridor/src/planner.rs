@@ -351,7 +351,7 @@ impl Planner {
     }
 }
 
-/// What the robot is doing, in words for people.
+/// The robot's current activity, in words for people.
 struct Words(Reason);
 
 impl std::fmt::Display for Words {

@@ -11,8 +11,8 @@
 //! People differ in how carefully they draw. Each hypothesis therefore also has a care, a factor on how far objects and route
 //! are out of place, and those whose care fits the sketch prevail.
 //!
-//! A beam that passes where an object should be speaks against a hypothesis. What is occluded costs nothing, because a beam
-//! ends where it returns.
+//! A beam that passes where an object should be speaks against a hypothesis. Occluded objects have no cost, because a beam ends
+//! where it returns.
 //!
 //! An update does not allocate. The random generator is part of the state.
 
@@ -60,7 +60,7 @@ pub struct Believing {
     /// Number of independent observations that an echo counts as. It is small because successive echoes of the same spot repeat
     /// their errors.
     pub independent: f64,
-    /// As `independent`, for what an echo says of the shift of its object.
+    /// As `independent`, but for the information of an echo about the shift of its object.
     pub learned: f64,
     /// As `independent`, for a marker.
     pub marked: f64,
@@ -173,7 +173,7 @@ pub struct Beam {
     pub range_m: f64,
 }
 
-/// What a robot sees at an update.
+/// A robot's view at an update.
 #[derive(Debug, Clone, Copy)]
 pub struct Sight<'a> {
     /// Beams of its range sensor, at most [`BEAMS`].
@@ -273,7 +273,7 @@ impl Belief {
         self.since >= self.settings.step
     }
 
-    /// Weights the hypotheses by what the robot sees, and resamples them if necessary.
+    /// Weights the hypotheses by the robot's view, and resamples them if necessary.
     pub fn seen(&mut self, sight: &Sight<'_>, outlines: &Outlines) {
         self.since = 0.0;
         let within = Within { outlines: outlines.all(), settings: self.settings };
@@ -380,7 +380,7 @@ mod tests {
 
     const SQUARES: [[f64; 2]; 2] = [[3.0, 1.0], [6.0, -2.5]];
 
-    /// Returns what a robot sees in a scene that is larger by the factor `stretch`, from a pose in the scene's own unit.
+    /// Returns a robot's view of a scene that is larger by the factor `stretch`, from a pose in the scene's own unit.
     fn see(scene: &Sketch, from: Point<Drawn>, heading_rad: f64, stretch: f64) -> [Beam; 16] {
         std::array::from_fn(|i| {
             let angle_rad = i as f64 * FRAC_PI_8;

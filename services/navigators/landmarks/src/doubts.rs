@@ -23,7 +23,7 @@ const BEND: DrawnMetres = DrawnMetres(1.0);
 const TURN_RAD: f64 = FRAC_PI_4;
 /// Number of directions in which views are compared.
 const DIRECTIONS: usize = 36;
-/// Two places look alike if what is seen from them differs by less than this on average, as a share of the range.
+/// Average difference between the views from two places below which they look alike, as a share of the range.
 const ALIKE: f64 = 0.06;
 /// Least part of the directions in which something is seen from a place that is compared.
 const SEEN: f64 = 0.25;

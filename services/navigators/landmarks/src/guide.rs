@@ -206,8 +206,8 @@ impl Guide {
         self.state.trail.is_going_back()
     }
 
-    /// Returns what the route does at the robot's position, for people to see. The route counts as turning if
-    /// it bends by more than 20° within the next drawn metre.
+    /// Describes the route at the robot's position, for people. The route counts as turning if it bends by more than 20° within
+    /// the next drawn metre.
     pub fn command(&self) -> Command {
         if self.state.outcome.is_some() {
             return Command::Stop;

@@ -1,5 +1,5 @@
 //! A hypothesis of a [`crate::belief`]: a pose in the drawing, the stretch there, and the shifts of the objects near it. It is
-//! compared with what the robot sees.
+//! compared with the robot's view.
 
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
@@ -139,7 +139,7 @@ pub struct Likely {
     pub fits: f64,
 }
 
-/// The objects with which a hypothesis compares what the robot sees.
+/// The objects that a hypothesis compares with the robot's view.
 pub struct Within<'a> {
     /// Outlines of all objects.
     pub outlines: &'a [Outline],

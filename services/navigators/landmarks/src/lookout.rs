@@ -220,7 +220,7 @@ impl Sketched {
         (!self.line.is_empty()).then_some(line)
     }
 
-    /// Returns what the range sensors see: rings, and discs for objects that meet the relevant state.
+    /// Returns the view of the range sensors: rings, and discs for objects that meet the relevant state.
     fn objects(&self, view: &LandmarkView, progress: &LandmarkProgress, radius_m: f64) -> [Shape; 2] {
         let [mut seen, mut met] = [Vec::new(), Vec::new()];
         for (i, object) in view::objects(view).enumerate() {

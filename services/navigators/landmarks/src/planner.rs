@@ -77,7 +77,7 @@ struct Course {
     command: [f64; 2],
     /// Number of the state that the robot is waiting for.
     next: usize,
-    /// What has just happened, as a value of [`LandmarkEvent`].
+    /// The latest event, as a value of [`LandmarkEvent`].
     event: u32,
 }
 

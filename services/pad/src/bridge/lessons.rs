@@ -87,7 +87,7 @@ impl Bridge<'_> {
         });
     }
 
-    /// Offers what was learned, unless something has happened since.
+    /// Offers the learned map, unless something has happened since.
     pub(super) fn offer(&mut self, number: u64, learned: Learned) {
         if number == self.lessons.changes {
             self.lessons.offered = Some(learned);

@@ -124,7 +124,7 @@ pub trait Record: Serialize + DeserializeOwned {
     }
 }
 
-/// What is studied, which is the same for all participants.
+/// The subject of the study, which is the same for all participants.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Facts {
@@ -220,7 +220,7 @@ impl Record for Participant {
     }
 }
 
-/// What the page measures while a participant draws.
+/// The page's measurements while a participant draws.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Measures {
@@ -268,7 +268,7 @@ pub struct Drive {
     pub path: String,
     /// The recording. The path is relative to the study's folder if the recording is in it.
     pub recording: String,
-    /// What the page has measured.
+    /// The page's measurements.
     pub measures: Measures,
 }
 

@@ -407,7 +407,7 @@ mod tests {
     }
 
     impl Counts {
-        /// Compares what is found in scans at random places with what the map-maker expects there.
+        /// Compares the landmarks found in scans at random places with those expected by the map-maker.
         fn add(&mut self, site: &Site<'_>) {
             let trial = site.journey(Way::nowhere(site.poles[0]), Vec::new(), None).unwrap();
             let finder = settings::finder(&trial.mission, &trial.robot).unwrap().unwrap();

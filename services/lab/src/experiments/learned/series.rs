@@ -89,7 +89,7 @@ pub struct InSeries {
     pub way_m: f64,
     /// True if the goal's true place was seen on the first drive.
     pub is_seen: bool,
-    /// True if the robot accepts the task in what was learned.
+    /// True if the robot accepts the task in the learned map.
     pub is_accepted: bool,
     /// How the robot localized itself at the start. `None` except for the first task of a later drive.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -245,7 +245,7 @@ impl First {
         tasks.iter().map(&mut way).collect()
     }
 
-    /// Adds what is known about the tasks of a drive to their outcomes. `driven` is the drive, unless it is the first.
+    /// Adds the information about the tasks of a drive to their outcomes. `driven` is the drive, unless it is the first.
     fn describe(
         &self,
         outcomes: &mut [TaskOutcome],

@@ -179,8 +179,8 @@ impl<T> Checkpoints<T> {
         Error::BadCheckpoint { path: self.slots[slot].path().into(), why }
     }
 
-    /// Marks the latest checkpoint as unusable, and returns the reason as an error. A successor then finds the other slot, or
-    /// nothing usable.
+    /// Marks the latest checkpoint as unusable, and returns the reason as an error. A successor then uses the other slot, if it is
+    /// valid.
     pub(crate) fn refuse_newest(&mut self, why: &str) -> Error {
         let newest = 1 - self.next;
         self.slots[newest].words()[VERSION].store(0, SeqCst);
@@ -324,7 +324,7 @@ mod tests {
         let place = Place::new();
         place.write(4);
         let (checkpoints, _) = place.open("test 1");
-        // This is as far as `write` gets before its last line but one.
+        // The state of the slot before the last two lines of `write`.
         checkpoints.slots[0].words()[NUMBER].store(0, SeqCst);
         checkpoints.slots[0].write(HEAD, &[5; 3]);
         let (mut successor, found) = place.open("test 1");

@@ -324,7 +324,7 @@ mod tests {
 
     use super::explained;
 
-    /// A user saw nothing but `ExceedsMaxSupportedSubscribers` when eight observers had taken all places.
+    /// Regression test: the only output was `ExceedsMaxSupportedSubscribers` when eight observers had taken all places.
     #[test]
     fn errors_of_the_shared_memory_library_are_explained() {
         let said = [

@@ -282,8 +282,7 @@ mod tests {
         assert_eq!(accepted(tally, &[40, 41, 43]), (vec![40, 41, 43], 1));
     }
 
-    /// A pad was killed in the middle of a mission, and its successor reported all 1675 messages that had been sent until then as
-    /// lost.
+    /// Regression test: when a pad was killed in the middle of a mission, its successor reported all 1675 earlier messages as lost.
     #[test]
     fn a_restarted_pad_does_not_count_earlier_messages_as_lost() {
         let tally = Tally::new(SCAN.spec, Process::Pad);

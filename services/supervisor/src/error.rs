@@ -136,7 +136,7 @@ impl Display for Death {
 mod tests {
     use super::*;
 
-    /// A user saw only a SIGKILL, and went looking for its sender.
+    /// Regression test: the error only mentioned a SIGKILL, so a user went looking for its sender.
     #[test]
     fn a_process_killed_as_unresponsive_is_reported_as_such() {
         let (process, status) = (Process::Planner, ExitStatus::from_raw(9));

@@ -1,6 +1,5 @@
-//! Owns the processes of a system. The supervisor creates and holds all channels, starts the processes, and
-//! restarts those that die. At the end, it takes everything down, leaving behind no process, shared memory or
-//! folder.
+//! Owns the processes of a system. The supervisor creates and holds all channels, starts the processes, and restarts those that
+//! die. At the end, it shuts everything down, leaving no processes, shared memory or folders behind.
 //!
 //! ```text
 //! start:     system → channels → processes, in any order → order to start the mission
@@ -16,7 +15,7 @@
 //! once. A process that is stopped or hangs is reported as unresponsive, and killed if it stays that way. Kills, deaths,
 //! restarts, recoveries and unresponsive processes are all reported on `faults`.
 //!
-//! The supervisor does not depend on what the services compute.
+//! The supervisor is independent of the services' computations.
 
 // `say!` prints, and escapes text that could control a terminal.
 #![deny(clippy::print_stdout, clippy::print_stderr)]

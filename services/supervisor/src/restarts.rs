@@ -1,7 +1,7 @@
 //! Decides when to restart a process that has died: immediately, then after growing pauses, and finally not at all.
 //!
-//! The decision depends on progress. A process that is killed over and over, but sends something new in between, is restarted
-//! each time. A process that dies of the same message each time is eventually given up, and so is one that hangs.
+//! The decision depends on progress. A process that is killed over and over, but sends something new in between, is restarted each
+//! time. A process that dies on the same message each time, or hangs, is eventually given up.
 
 use std::time::Duration;
 
@@ -10,14 +10,13 @@ const FIRST_PAUSE: Duration = Duration::from_millis(50);
 /// Maximum number of attempts in a row. Their pauses add up to about six seconds.
 const ATTEMPTS: u32 = 8;
 
-/// A process that ran for this long without hanging, and was then killed from outside, was healthy and just had nothing to
-/// send.
+/// Time without hanging after which a process that is killed from outside counts as healthy, with nothing to send.
 const PEACEFUL: Duration = Duration::from_secs(10);
 
-/// The ways a life of a process may end.
+/// How a life of a process ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum End {
-    /// The process hung and was killed for that.
+    /// The process was killed because it hung.
     Hung,
     /// The process failed by itself, with an error, a panic or a crash.
     Failed,

@@ -30,7 +30,7 @@ const LOOK_EVERY: Duration = Duration::from_millis(4);
 const EARLY_END: Duration = Duration::from_secs(2);
 /// Maximum size of a channel's file, with any number of readers. For a sketch, 103 MiB were measured.
 const LARGEST_FILE_MIB: u64 = 256;
-/// A signal that arrives this long after the shutdown began means that the user does not want to wait.
+/// Time since the beginning of the shutdown after which a signal means that the user does not want to wait.
 const PATIENCE: Duration = Duration::from_secs(1);
 
 /// Maximum time for the recorder to connect to its writers before they are ended.
@@ -60,7 +60,7 @@ impl Default for Grace {
     }
 }
 
-/// The channels of the supervisor that a player of a recording writes instead, through [`Supervisor::node`].
+/// The supervisor's channels that a player of a recording writes instead, through [`Supervisor::node`].
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Ceded {
     /// Whether orders are ceded. If so, the supervisor does not give any.
@@ -80,7 +80,7 @@ pub enum Progress {
     Interrupted,
 }
 
-/// A running system. Dropping it shuts it down like [`Supervisor::shut_down`].
+/// A running system. Dropping it has the same effect as [`Supervisor::shut_down`].
 ///
 /// It must be started from a thread that lives as long as the system, because the kernel ends the processes started by a thread
 /// when that thread ends.
@@ -359,8 +359,8 @@ impl Supervisor {
         }
     }
 
-    /// Waits until the recorder has connected, which its first health report shows. A mission of a few instants may end before
-    /// that, and everything it sent would then be lost.
+    /// Waits until the recorder has connected, as shown by its first health report. Otherwise, all messages of a mission of a few
+    /// instants could be lost.
     fn await_recorder(&mut self) -> Result<()> {
         let (begun, asked) = (Instant::now(), self.end_requests());
         loop {
@@ -500,7 +500,7 @@ impl Supervisor {
         Err(Error::Stalled { seconds: stands.as_secs(), tick, rejected: rejected.map(word).collect() })
     }
 
-    /// Ends the recorder. If it is dead, or is killed while it ends, a successor writes what is left.
+    /// Ends the recorder. If it is dead, or is killed while it ends, a successor writes the remaining messages.
     fn end_recorder(&mut self) -> Result<()> {
         loop {
             self.revive_recorder()?;
@@ -542,7 +542,7 @@ impl Supervisor {
         let mut killed = Vec::new();
         let mut children: Vec<_> = self.children.iter_mut().filter(|child| kind(child.process)).collect();
         for child in &mut children {
-            // Anything that a recorder missed by ending too early is not recorded anywhere.
+            // Messages that a recorder misses by ending too early are not recorded anywhere.
             if child.process == Process::Recorder
                 && !child.resumes()
                 && let Some((status, _)) = child.ended()?

@@ -43,7 +43,7 @@ pub struct CarmenScan {
     pub beams: Beams,
     /// Ranges in metres, from right to left. NaN for a number in the log that no laser could have measured.
     pub ranges_m: Vec<f32>,
-    /// The maximum range that the log states, in metres.
+    /// The maximum range according to the log, in metres.
     pub range_max_m: Option<f64>,
     /// The pose according to the corrected log, or `None` if the log's lines state no pose.
     pub reference: Option<Pose<World>>,
@@ -148,8 +148,8 @@ pub fn open(path: &Path) -> Result<Box<dyn BufRead>, CarmenError> {
 struct Chain {
     /// The pose in the last ODOM line.
     last: Option<Pose<Odom>>,
-    /// Set right after a scan: the robot's pose that the scan states. If the next ODOM line repeats it, the chain restarts
-    /// from there.
+    /// The robot's pose according to a scan, set right after the scan. If the next ODOM line repeats it, the chain restarts from
+    /// there.
     reset: Option<Pose<Odom>>,
     odometry: Pose<Odom>,
 }

@@ -193,7 +193,7 @@ impl Index {
         self.metadata.keys().map(String::as_str)
     }
 
-    /// Reads an attachment at the position that the index gives.
+    /// Reads an attachment at the position from the index.
     pub(crate) fn attachment(
         &self,
         path: &Path,
@@ -208,7 +208,7 @@ impl Index {
         found.ok_or_else(|| open.stopped(Damage::NoIndex.into()))
     }
 
-    /// Reads the metadata of a name at the position that the index gives.
+    /// Reads the metadata of a name at the position from the index.
     pub(crate) fn metadata(
         &self,
         path: &Path,

@@ -347,7 +347,7 @@ fn the_examples_of_the_package_run_as_they_are() {
     place.fine("chaos spin.toml --kills 5");
 }
 
-/// Type checkers once did not see the fields and the version of a navigator's messages.
+/// Regression test: type checkers did not see the fields and the version of a navigator's messages.
 #[test]
 fn a_type_checker_accepts_the_package_and_the_navigator() {
     let Some(python) = needs::python("wheel", "SKETCHNAV_WHEEL_PYTHON", "mypy, sketchnav._core") else {

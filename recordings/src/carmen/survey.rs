@@ -28,7 +28,7 @@ const MAX_OTHERS: usize = 32;
 pub enum OdometrySource {
     /// The ODOM lines, chained by `Chain`.
     Lines,
-    /// The pose of the robot that each scan states.
+    /// The pose of the robot according to each scan.
     Scans,
 }
 

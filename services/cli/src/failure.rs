@@ -31,7 +31,7 @@ pub enum Failure {
 pub enum Outcome {
     /// Done, every task reached, no difference: exit 0.
     Success,
-    /// Done, but some task was not reached, or the recordings differ: exit 1.
+    /// The command completed, but a task was not reached, or the recordings differ: exit 1.
     Short,
     /// Recovered, but with losses: exit 3.
     Loss,

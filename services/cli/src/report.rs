@@ -258,7 +258,8 @@ impl Report {
     }
 }
 
-/// Returns what to check first if no task was reached, where the mission gives the start twice: for the robot and in its drawing.
+/// Returns a hint about what to check first if no task was reached and the mission states the start twice, for the robot and in its
+/// drawing.
 fn hint(mission: &Mission, verdict: &Verdict) -> Option<&'static str> {
     let is_given_twice = mission.navigator.given.contains_key("start");
     let is_none_reached = !verdict.tasks.is_empty() && verdict.tasks.iter().all(|task| !task.reached);
@@ -323,7 +324,7 @@ mod tests {
 
     use super::*;
 
-    /// A wrong heading in the drawing once gave "0 of 3 tasks reached", and nothing else.
+    /// Regression test: with a wrong heading in the drawing, the only output was "0 of 3 tasks reached".
     #[test]
     fn after_a_run_that_reached_nothing_the_starts_are_doubted() {
         let by_drawing =

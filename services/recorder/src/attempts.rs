@@ -48,7 +48,7 @@ mod tests {
         (*now - begin).as_secs_f64()
     }
 
-    /// A disk that had been full for a long time once made the recorder slow for good. When the disk filled up again, the
+    /// Regression test: after the disk had been full for a long time, the recorder stayed slow. When the disk filled up again, the
     /// recorder returned later than the channels can bridge.
     #[test]
     fn pauses_grow_while_the_disk_is_full_and_reset_afterwards() {

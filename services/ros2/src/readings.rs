@@ -223,7 +223,7 @@ mod tests {
         assert_eq!(of(1_699_999_999, 0, 4), 500);
     }
 
-    /// The timestamps of a second robot with another clock once made a mission 56 years older.
+    /// Regression test: the timestamps of a second robot with another clock made a mission 56 years older.
     #[test]
     fn a_stamp_that_cannot_be_right_is_rejected() {
         let mut time = Timebase::at(0);

@@ -172,7 +172,7 @@ impl Source {
         Ok(newest_ns)
     }
 
-    /// Closes a channel that no viewer watches, and forgets its last message, which may be outdated when a viewer returns.
+    /// Closes a channel that no viewer watches, and discards its last message, which may be outdated when a viewer returns.
     fn close(&mut self) {
         if self.reader.take().is_some() {
             self.own.forget();

@@ -168,7 +168,7 @@ mod tests {
         assert_eq!(judge(&run(), &alone, &truth(20.0), &[]).unstopped, 1);
     }
 
-    /// The worst case, a navigator that never returns, once did not count as an outage.
+    /// Regression test: the worst case, a navigator that never returns, was not counted as an outage.
     #[test]
     fn a_process_that_never_returns_is_absent_until_the_end() {
         let dead = [fault("died", "localizer", 0.0)];

@@ -56,7 +56,7 @@ pub struct Driven {
     pub witness: Option<Witness>,
     /// The learner of the drive, if the robot learns from it.
     pub lesson: Option<Attended>,
-    /// Verdicts on the tasks. If poses are given again after failures, the first failed task is the last one here.
+    /// Verdicts on the tasks. If poses are set after failures, the first failed task is the last one here.
     pub verdicts: Vec<TaskVerdict>,
 }
 

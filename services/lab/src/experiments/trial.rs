@@ -1,5 +1,4 @@
-//! Trials, which consist of a mission, the poses that are given again after failures, and the precision with
-//! which a person marks the start.
+//! Trials, which consist of a mission, the poses to set after failures, and the precision with which a person marks the start.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -42,7 +41,7 @@ impl StartError {
     pub const OF_PEOPLE: Self = Self { spread_share: 0.01, heading_deg: 5.0 };
 }
 
-/// A pose that is given again after a failure.
+/// A pose to set after a failure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Restart {
     /// True pose of the robot.
@@ -196,8 +195,8 @@ impl From<Vec<u8>> for Page {
 /// The drawing of a trial, and how people handle it.
 #[derive(Debug, Clone)]
 pub struct Sheet {
-    /// Poses that are given again if a task fails: after task k fails, the robot continues with task k + 1
-    /// from `restarts[k]`. If this is empty, the tasks after a failed one are driven without a new pose.
+    /// Poses to set if a task fails: after task k fails, the robot continues with task k + 1 from `restarts[k]`. If this is empty,
+    /// the tasks after a failed one are driven without a new pose.
     pub restarts: Vec<Restart>,
     /// Error of every start mark, or `None` if marks are exactly as in the mission.
     pub start_error: Option<StartError>,
@@ -248,8 +247,7 @@ impl Trial {
 }
 
 impl Sheet {
-    /// Creates the sheet for a drawing in a file named by the mission. The pose is given once, with the
-    /// errors of people.
+    /// Creates the sheet for a drawing in a file named by the mission. The pose is set once, with the errors of people.
     pub fn new(paper: Arc<DrawnMap>) -> Self {
         let start_error = Some(StartError::OF_PEOPLE);
         Self { restarts: Vec::new(), start_error, paper, correspondence: None }

@@ -64,7 +64,7 @@ const ABORTED: &str = "given up by a person";
 /// The part of a task that every status reports, regardless of the kind of task.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TaskInfo {
-    /// Name of the task, for people to read.
+    /// Display name of the task.
     pub name: Text<32>,
     /// Time limit, in seconds of simulation time.
     pub time_limit_s: f64,

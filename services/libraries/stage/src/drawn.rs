@@ -111,7 +111,7 @@ pub struct StartMark {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GoalMark {
-    /// Name, for people to read.
+    /// Display name.
     #[serde(default)]
     pub name: String,
     /// Position, in image pixels.

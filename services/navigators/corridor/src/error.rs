@@ -114,7 +114,7 @@ pub enum CorridorError {
         name: String,
         /// Number of the missing marker.
         found: u32,
-        /// Numbers of the floor's markers, as a list for people to read.
+        /// Numbers of the floor's markers, as a list.
         known: String,
     },
     /// The robot has neither of the sensors that this method can use.

@@ -321,7 +321,7 @@ enum End {
     Lost(Lost),
 }
 
-/// Why a robot is lost, in words for people.
+/// Display text for why a robot is lost.
 enum Lost {
     State(usize),
     NoGoal,
@@ -340,7 +340,7 @@ impl std::fmt::Display for Lost {
     }
 }
 
-/// What the robot is doing, in words for people.
+/// Display text of the robot's current activity.
 struct About {
     next: usize,
     command: Command,

@@ -20,7 +20,7 @@ pub(super) struct Lessons {
     drove: bool,
     /// When the end of the last drive will have been recorded.
     due: Option<Duration>,
-    /// Number of changes that invalidate what is being learned.
+    /// Number of changes that invalidate the current lesson.
     changes: u64,
     offered: Option<Learned>,
     /// The learned map that the robot drives in.

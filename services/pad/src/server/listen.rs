@@ -1,9 +1,9 @@
 //! The listener, which accepts connections, gives each a time limit for its request, and limits how long it
 //! stays open.
 //!
-//! A connection carries one request. It is closed after the response, and none stays open to wait for another request. Both the
-//! head and the rest must arrive within time limits. A WebSocket has its own limits from then on. A connection that is closed
-//! before its head has arrived receives the reason (408, 431, 503).
+//! Each connection carries one request and is closed after the response. Both the head and the rest of the request must arrive
+//! within time limits. A WebSocket has its own limits from then on. A connection that is closed before its head has arrived
+//! receives the reason (408, 431, 503).
 
 use std::io::{Cursor, ErrorKind};
 use std::net::{IpAddr, SocketAddr};

@@ -439,7 +439,7 @@ pub(super) mod tests {
     }
 
     prop_compose! {
-        /// Any participant who has finished.
+        /// A participant who has finished.
         pub fn any_kept()(
             code in "[a-z0-9][a-z0-9-]{0,20}", age in prop::option::of(AGES[0]..=AGES[1]), sheet in orientation(),
             measures in any_measures(), ratings in prop::collection::vec(1..=5_u8, STATEMENTS.len()),

@@ -47,10 +47,10 @@ pub trait Instructed: Guide + Sized {
         simulation: &Simulation,
     ) -> Result<Option<Vec<Navigator<Self>>>, StageError>;
 
-    /// Describes the progress of a journey, as text for people.
+    /// Describes the progress of a journey in words.
     fn progress(&self, output: &Output) -> impl std::fmt::Display;
 
-    /// Explains why a journey failed, as text for people.
+    /// Explains in words why a journey failed.
     fn failure(&self, outcome: Outcome, output: &Output) -> impl std::fmt::Display;
 
     /// Sends details about a journey in addition to its state.

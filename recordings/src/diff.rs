@@ -17,7 +17,7 @@ use crate::error::RecordingError;
 use crate::reader::{Part, Parts, RawMessage, Recording};
 use crate::writer::topic_name;
 
-/// Where two recordings begin to differ.
+/// The first difference between two recordings.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Difference {
     /// The channel.

@@ -21,7 +21,7 @@ pub struct Index {
     pub(crate) chunks: Vec<ChunkEntry>,
     pub(crate) directory: Directory,
     pub(crate) statistics: Option<Statistics>,
-    /// Where the last metadata record of each name begins.
+    /// Offset of the last metadata record of each name, in bytes.
     metadata: BTreeMap<String, u64>,
     /// Offset and length of everything that the summary lists.
     known: BTreeMap<u64, u64>,

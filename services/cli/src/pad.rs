@@ -19,7 +19,7 @@ use crate::notify::Manager;
 use crate::output::{self, say};
 use crate::study;
 
-/// How often to check for dead processes and for the end.
+/// Interval at which to check for dead processes and for the end.
 const REFRESH: Duration = Duration::from_millis(100);
 
 /// Serves the page and drives by people's drawings on it, until a person ends it.

@@ -36,7 +36,7 @@ pub struct Report {
     verdict: Verdict,
     #[serde(flatten)]
     doubts: Doubts,
-    /// How the planner reports that it drove, if it had to deviate from the method.
+    /// The planner's report of how it drove, if it had to deviate from the method.
     #[serde(skip_serializing_if = "Option::is_none")]
     driven: Option<&'static str>,
     /// Duration of the run by the clock, in seconds, or `None` if its supervisor was killed at its end.

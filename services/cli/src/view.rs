@@ -26,7 +26,7 @@ use crate::systems;
 
 /// Maximum time that a view may take to end after its mission has ended.
 const GOODBYE: Duration = Duration::from_secs(2);
-/// How often to check whether the view has ended.
+/// Interval at which to check whether the view has ended.
 const LOOK_EVERY: Duration = Duration::from_millis(10);
 
 /// The source of a view.

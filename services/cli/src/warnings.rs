@@ -10,7 +10,7 @@ use sketchnav_supervisor::{Error as SystemError, Progress, Supervisor};
 
 use crate::output::say;
 
-/// How often to check whether the navigator has planned.
+/// Interval at which to check whether the navigator has planned.
 const LOOK: Duration = Duration::from_millis(20);
 
 /// Maximum number of lines of a plan that are printed.

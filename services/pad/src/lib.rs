@@ -50,7 +50,7 @@ use guard::{Guard, Token};
 use study::{Folder, Sitting};
 use token::TOKEN_VARIABLE;
 
-/// Where the pad listens, and which requests it accepts.
+/// The addresses at which the pad listens, and the requests that it accepts.
 #[derive(Debug, Clone)]
 pub struct Settings {
     /// Address to listen on.

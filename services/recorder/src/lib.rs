@@ -43,7 +43,7 @@ use crate::core::{Core, Positions, Report};
 use crate::disk::{Disk, part, set_aside};
 use crate::latencies::Latencies;
 
-/// How long to sleep between two passes.
+/// Time to sleep between two passes.
 const NAP: Duration = Duration::from_millis(5);
 /// Maximum time between two flushes that are also synced to the device.
 const SYNC_PERIOD: Duration = Duration::from_secs(1);
@@ -66,7 +66,7 @@ struct State {
     /// The numbers of this recording's parts, from 1. The last part is being written. Numbers whose files already existed
     /// belong to other recordings and are skipped.
     parts: Vec<u32>,
-    /// How often the recorder was killed and restarted.
+    /// Number of times that the recorder was killed and restarted.
     restarts: u32,
     /// The last sequence numbers that are safe in the parts so far.
     positions: Positions,

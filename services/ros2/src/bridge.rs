@@ -19,9 +19,9 @@ use crate::participant::{Intake, Outlet, Participant};
 use crate::topics::{Delivery, Source, Topic};
 use crate::{BridgeError, Settings, Summary};
 
-/// How often to look for messages, since messages do not wake observers.
+/// Interval at which to look for messages, since messages do not wake observers.
 const LOOK_EVERY: Duration = Duration::from_millis(4);
-/// How often to publish the state of the processes, and to check whether the system still runs.
+/// Interval at which to publish the state of the processes, and to check whether the system still runs.
 const SECOND: Duration = Duration::from_secs(1);
 /// The topic of orders.
 pub const ORDER_TOPIC: &str = "order";

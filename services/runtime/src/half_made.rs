@@ -35,7 +35,7 @@ pub(crate) fn is_unfinished(file: &Metadata) -> bool {
     file.mode() & PERMISSIONS == UNFINISHED
 }
 
-/// How long each file has been seen unfinished.
+/// Time for which each file has been unfinished.
 #[derive(Debug)]
 pub(crate) struct Ages {
     patience: Duration,

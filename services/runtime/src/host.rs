@@ -81,7 +81,7 @@ struct Head {
     outputs: outputs::Positions,
     /// Positions of the outputs before the stage's last announcement, which it repeats after a restart.
     spoken_from: outputs::Positions,
-    /// How often the stage began to handle the next request without completing it.
+    /// Number of times that the stage began to handle the next request without completing it.
     attempts: u32,
     stamp_ns: u64,
 }
@@ -116,7 +116,7 @@ struct Host<'a> {
     checkpoints: Checkpoints<Saved>,
     /// Positions of the outputs before the stage's last announcement.
     spoken_from: outputs::Positions,
-    /// How often the process has already died while handling the next request.
+    /// Number of times that the process has already died while handling the next request.
     attempts: u32,
     /// Simulation time of the last instant, in nanoseconds.
     stamp_ns: u64,

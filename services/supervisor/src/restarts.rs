@@ -22,7 +22,7 @@ pub(crate) enum End {
     Failed,
     /// The process was killed by another process.
     Killed {
-        /// How long the process had been running.
+        /// Time for which the process had been running.
         after: Duration,
     },
 }

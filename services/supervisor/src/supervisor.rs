@@ -39,13 +39,13 @@ const MEETING: Duration = Duration::from_secs(2);
 /// Time limits for processes and for a lockstep.
 #[derive(Debug, Clone, Copy)]
 pub struct Grace {
-    /// How long world, sketcher, localizer and planner may take to end.
+    /// Time limit for world, sketcher, localizer and planner to end.
     pub services: Duration,
-    /// How long the recorder may take to write the remaining messages and close its file.
+    /// Time limit for the recorder to write the remaining messages and close its file.
     pub recorder: Duration,
-    /// How long a process may be stopped (SIGSTOP) during the mission before it is killed and restarted.
+    /// Time for which a process may be stopped (SIGSTOP) during the mission before it is killed and restarted.
     pub stopped: Duration,
-    /// How long every process of a lockstep may wait for another one before the mission is ended.
+    /// Time for which all processes of a lockstep may wait for each other before the mission is ended.
     pub stalled: Duration,
 }
 
@@ -302,9 +302,9 @@ impl Supervisor {
     /// Ends the services, and then the recorder, which by then has received everything that was sent. Finally, the channels and
     /// the system are removed, even if an earlier step fails.
     ///
-    /// Everything that the supervisor has received can still be queried. A second call does nothing. Incomplete
-    /// recordings and logs are not errors; see [`Supervisor::recording_failure`] and [`Supervisor::logs_failure`]. A further SIGINT,
-    /// SIGTERM or SIGHUP, at least a second after the shutdown began, kills the processes that have not ended yet.
+    /// Everything that the supervisor has received can still be queried. A second call does nothing. Incomplete recordings and logs
+    /// are not errors; see [`Supervisor::recording_failure`] and [`Supervisor::logs_failure`]. A further SIGINT, SIGTERM or SIGHUP,
+    /// at least a second after the shutdown began, kills the processes that have not ended yet.
     ///
     /// # Errors
     /// - [`Error::Died`] if a process failed while it was ending.

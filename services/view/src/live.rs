@@ -18,11 +18,11 @@ use crate::Result;
 use crate::server::{Event, Port, Served, Server};
 use crate::topics::{Announced, Topic};
 
-/// How often to poll while a viewer watches. A channel's buffer holds the messages that arrive in between.
+/// Interval at which to poll while a viewer watches. A channel's buffer holds the messages that arrive in between.
 const LOOK_EVERY: Duration = Duration::from_millis(5);
-/// How often to check whether a viewer watches.
+/// Interval at which to check whether a viewer watches.
 const IDLE: Duration = Duration::from_millis(50);
-/// How often to check whether the system still runs.
+/// Interval at which to check whether the system still runs.
 const SECOND: Duration = Duration::from_secs(1);
 
 /// Why the view ended.

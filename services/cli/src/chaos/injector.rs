@@ -21,7 +21,7 @@ use sketchnav_schemas::seed;
 
 use crate::args::{ChaosOptions, KillSignal};
 
-/// How often to check the processes.
+/// Interval at which to check the processes.
 const LOOK_EVERY: Duration = Duration::from_micros(500);
 /// Fraction of the mission after which no process is killed, since it would have nothing left to recover.
 const LAST_SHARE: f64 = 0.95;
@@ -39,7 +39,7 @@ const PATIENCE: Duration = Duration::from_secs(20);
 
 /// The run to disturb.
 pub struct Plan {
-    /// How many messages the world sends in the whole mission.
+    /// Number of messages that the world sends in the whole mission.
     pub steps: u32,
     /// The process id of the run, which is that of its supervisor.
     pub supervisor: u32,

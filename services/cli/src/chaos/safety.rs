@@ -19,7 +19,7 @@ const STANDSTILL_MPS: f64 = 0.02;
 /// Time after a death, in simulated seconds, when a contact may be due to that death.
 const AFTERMATH_S: f64 = 5.0;
 
-/// How safe the robot was.
+/// Figures about the safety of the robot.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Safety {
     /// Contacts with walls that began within five simulated seconds of a death.

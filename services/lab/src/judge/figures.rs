@@ -75,7 +75,7 @@ pub struct Figures {
     pub unanswered_scans: u64,
 }
 
-/// How often the estimate was in the same room as the robot.
+/// Agreement of the estimate with the robot\'s true room.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct RoomFigures {
     /// Number of estimates made while the robot actually was in one of the rooms.

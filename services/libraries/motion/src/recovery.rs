@@ -24,7 +24,7 @@ const TURN_S: f64 = 8.0;
 pub enum Recovery {
     /// Drive backwards.
     BackUp {
-        /// Where backing up began.
+        /// Position at which backing up began.
         from: Point<Odom>,
         /// Latest time to stop, in seconds.
         until_s: f64,

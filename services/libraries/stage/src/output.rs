@@ -21,7 +21,7 @@ pub struct Put<'a> {
     pub fill: &'a mut Fill<'a>,
 }
 
-/// Where a stage's messages go. Implemented by hosts.
+/// The destination of a stage's messages, implemented by hosts.
 pub trait Sink {
     /// Lets the message be filled in place, then numbers it, sends it and returns its number.
     ///

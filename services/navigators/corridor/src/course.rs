@@ -48,19 +48,19 @@ const FAR_M: f64 = 2.0;
 const ALIGN: f64 = 0.06;
 /// Maximum error of the direction that is taken into account in a step, in radians.
 const ALIGN_MOST_RAD: f64 = 0.35;
-/// How long the robot waits at a closed junction for the requested side to open, in seconds. After that it takes the open side that
-/// reaches farther.
+/// Time for which the robot waits at a closed junction for the requested side to open, in seconds. After that it takes the open
+/// side that reaches farther.
 const PATIENCE_S: f64 = 3.0;
 /// Length beyond [`CLOSED_M`], in metres, for which a lane must be free. Walls close a corridor across its
 /// whole width, so a free lane means that something else is in the way.
 const LANE_M: f64 = 1.0;
-/// How long a corridor must have been closed from wall to wall before it counts as ended, in seconds.
+/// Time for which a corridor must have been closed from wall to wall before it counts as ended, in seconds.
 const END_S: f64 = 6.0;
 /// Time without progress until the robot counts as blocked, in seconds.
 const BLOCKED_S: f64 = 60.0;
 /// Distance along the corridor that counts as progress, in metres.
 const PROGRESS_M: f64 = 0.3;
-/// How long walls are remembered while they are out of sight, in seconds.
+/// Time for which walls are remembered while they are out of sight, in seconds.
 const MEMORY_S: f64 = 20.0;
 /// Half the length of the piece of wall that a marker represents, in metres.
 const WALL_PIECE_M: f64 = 0.8;
@@ -105,7 +105,7 @@ struct Guide {
     /// Distance covered and time passed since the last progress, in metres and in seconds.
     fresh_m: f64,
     stale_s: f64,
-    /// How long the corridor ahead has been blocked, in seconds.
+    /// Time for which the corridor ahead has been blocked, in seconds.
     closed_s: f64,
     /// Number of turns taken or passed.
     turns: usize,

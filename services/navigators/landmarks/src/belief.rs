@@ -207,7 +207,7 @@ pub struct Belief {
     spare: Vec<Hypothesis>,
     chance: Pcg64Mcg,
     fit: f64,
-    /// How far the robot has moved and turned since the last update, in metres and radians.
+    /// Distance and angle by which the robot has moved and turned since the last update, in metres and radians.
     since: f64,
 }
 

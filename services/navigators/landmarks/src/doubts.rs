@@ -34,7 +34,7 @@ const UNSURE: f64 = 0.5;
 const APART: DrawnMetres = DrawnMetres(2.0);
 /// Number of states that a smoother route has to save before it is proposed.
 const SAVED: usize = 2;
-/// How often each point of a route moves halfway to the middle of its neighbours when it is smoothed.
+/// Number of times that each point of a route moves halfway to the middle of its neighbours when it is smoothed.
 const SMOOTHINGS: usize = 12;
 /// Distance that a smoothed route keeps from objects, unless the drawn one was nearer.
 const BESIDE: DrawnMetres = DrawnMetres(0.5);

@@ -42,7 +42,8 @@ pub struct Guiding {
     /// Maximum ratio of the distance covered to the length of the drawn route. If it is exceeded, the robot
     /// is lost.
     pub most_way: f64,
-    /// How often a robot that would be lost drives back to a place where it was sure. With a pad, it asks the person instead.
+    /// Maximum number of times that a robot that would be lost drives back to a place where it was sure. With a pad, it asks the
+    /// person instead.
     pub returns: u32,
 }
 
@@ -106,7 +107,7 @@ pub struct State {
     outcome: Option<Outcome>,
     /// The robot's path, on which it drives back.
     trail: Trail,
-    /// How often the robot has driven back, and why it last did.
+    /// Number of times that the robot has driven back, and the reason for the last time.
     returns: u32,
     why: Option<Outcome>,
     /// Number of places where the robot was sure, as last heard.

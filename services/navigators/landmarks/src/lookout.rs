@@ -30,7 +30,7 @@ const DOUBTFUL: f64 = 0.3;
 /// The latest messages about the route, ready to be drawn.
 pub struct Lookout {
     radius_m: f64,
-    /// Whether the robot drives by its position in the sketch, and can be told it.
+    /// Whether the robot drives by its position in the sketch, which a person can then set.
     is_by_position: bool,
     sketched: Option<Sketched>,
     /// Position along the route at which the robot was lost, while it is.

@@ -93,7 +93,7 @@ impl Folder {
         Ok(Self { path: path.into(), facts })
     }
 
-    /// Where it is.
+    /// Returns the path of the folder.
     pub fn path(&self) -> &Path {
         &self.path
     }

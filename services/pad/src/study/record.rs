@@ -232,7 +232,7 @@ pub struct Measures {
     pub strokes: u32,
     /// Number of steps of the map that were undone.
     pub undone: u32,
-    /// How often the eraser changed the map.
+    /// Number of times that the eraser changed the map.
     pub erased: u32,
     /// Orientation of the screen at the first stroke.
     pub screen: Orientation,

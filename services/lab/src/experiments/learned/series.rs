@@ -54,7 +54,7 @@ pub struct Series {
 pub struct First {
     trial: Trial,
     ground: Arc<Ground>,
-    /// Where people begin to walk, in metres.
+    /// Starting points of people, in metres.
     people: Vec<[f64; 2]>,
     /// The last drive. All drives of a series have the same seed, so that it is driven once.
     made: Mutex<Option<Arc<Made>>>,
@@ -91,7 +91,7 @@ pub struct InSeries {
     pub is_seen: bool,
     /// True if the robot accepts the task in the learned map.
     pub is_accepted: bool,
-    /// How the robot localized itself at the start. `None` except for the first task of a later drive.
+    /// The result of localization at the start. `None` except for the first task of a later drive.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub search: Option<Search>,
     /// Why the robot failed at the task, on a later drive.
@@ -99,7 +99,7 @@ pub struct InSeries {
     pub cause: Option<Cause>,
 }
 
-/// How a robot without a mark localized itself.
+/// The result of localization without a mark.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Search {
     /// The robot's estimate was right at the end of the task, and the search took this time, in seconds.

@@ -108,8 +108,8 @@ pub struct Parameters {
     /// Share of the particles that assume the whole drawing to be stretched, each by a different part of the stretch at the place
     /// of the first scan. The others assume that the drawing as a whole is in proportion.
     pub anisotropic_share: f32,
-    /// Extent of a typical building, in metres. Together with the extent of the drawing, it gives a guess of the scale. Not used in a
-    /// learned map, whose scale is known.
+    /// Extent of a typical building, in metres. Together with the extent of the drawing, it gives a guess of the scale. Not used in
+    /// a learned map, whose scale is known.
     pub building_size_m: f32,
     /// Share of the drawing's mean scale that comes from `building_size_m` rather than from the first scan,
     /// from 0 to 1 (geometric mean). The first scan alone is not reliable, because it samples a single place

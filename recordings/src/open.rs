@@ -145,7 +145,7 @@ impl Open {
         }
     }
 
-    /// Returns where the last record that was read begins, and its length including its frame.
+    /// Returns the position of the last record that was read, and its length including its frame.
     pub(crate) fn record(&self) -> (u64, u64) {
         (self.record_at, self.file.at() - self.record_at)
     }

@@ -236,7 +236,7 @@ fn chunk_length(head: &[u8]) -> Option<u64> {
     fits.then_some(length)
 }
 
-/// Returns which kind of file this is if it does not begin as an MCAP file does.
+/// Returns the kind of the file if it does not begin as an MCAP file does.
 fn foreign(path: &Path) -> Stop {
     let mut begin = Vec::new();
     match sketchnav_files::open(path, "a recording")

@@ -440,7 +440,7 @@ pub fn last_word_of(process: Process, kind: &str) -> Option<&'static ChannelSpec
     of_role(role, kind)
 }
 
-/// The processes of every run, except its supervisor, in the order they start in.
+/// The processes of every run, except its supervisor, in the order in which they start.
 pub const SERVICES: [Process; 5] =
     [Process::World, Process::Sketcher, Process::Localizer, Process::Planner, Process::Recorder];
 /// The processes that host the stages of a navigator, in the order of an instant.

@@ -38,7 +38,7 @@ pub fn load(path: &Path, options: &SystemOptions) -> Result<(Mission, Robot), Fa
 /// Makes the mission one that is driven in the learned map `learned`.
 ///
 /// # Errors
-/// If the path is not UTF-8, or if the mission's navigator or method drives in no learned map.
+/// If the path is not UTF-8, or if the mission's navigator or method does not support learned maps.
 pub fn drive_in_learned(learned: &Path, mission: &mut Mission, robot: &Robot) -> Result<(), Failure> {
     let named = || learned.display().to_string();
     let path = std::path::absolute(learned).with_context(named).or_input()?.into_os_string().into_string();
@@ -123,7 +123,7 @@ pub fn lines(run: &RunConfig, link: Option<&Link>) -> Result<Vec<ProcessLine>, S
     services.chain(link.map(|link| link.line(&run.system))).collect()
 }
 
-/// Returns how long processes may go without a sign of life.
+/// Returns the maximum time that processes may go without a sign of life.
 pub fn grace(options: &SystemOptions) -> Grace {
     Grace { stopped: Duration::from_secs_f64(options.stopped_limit), ..Grace::default() }
 }

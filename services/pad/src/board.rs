@@ -256,7 +256,7 @@ impl Caller {
 }
 
 impl Calls {
-    /// Returns where to send the result of an abort, or `None` if no abort was requested.
+    /// Returns the channels for the result of an abort, or `None` if no abort was requested.
     pub fn take_aborts(&self) -> Option<Vec<oneshot::Sender<Answer>>> {
         self.aborts.lock().unwrap_or_else(PoisonError::into_inner).take()
     }

@@ -262,7 +262,7 @@ impl<'a> Recorder<'a> {
         self.core = Core::failed(failure);
     }
 
-    /// Drains every channel a last time and ends the file.
+    /// Drains every channel one last time and ends the file.
     ///
     /// # Errors
     /// An error if a channel fails, or [`Incomplete`] if the recording lacks messages or is in parts.

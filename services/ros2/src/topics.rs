@@ -95,7 +95,7 @@ fn of_channel(spec: &'static ChannelSpec) -> Topic {
     }
 }
 
-/// Returns how the messages of a channel are delivered.
+/// Returns the kind of delivery of a channel's messages.
 fn delivery_of(spec: &ChannelSpec) -> Delivery {
     match spec.role {
         _ if spec.is_latched() => Delivery::Latched,

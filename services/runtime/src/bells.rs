@@ -103,7 +103,7 @@ impl Bells {
         self.ring(writer);
     }
 
-    /// Returns how many readers have joined the process's channels.
+    /// Returns the number of readers that have joined the process's channels.
     pub(crate) fn readers_joined(&self, process: Process) -> u32 {
         self.slot(process).joined.load(SeqCst)
     }
@@ -113,7 +113,7 @@ impl Bells {
         self.slot(process).progress.fetch_add(1, SeqCst);
     }
 
-    /// Returns how much new work the process and its predecessors have done.
+    /// Returns the amount of new work that the process and its predecessors have done.
     pub(crate) fn progress(&self, process: Process) -> u32 {
         self.slot(process).progress.load(SeqCst)
     }

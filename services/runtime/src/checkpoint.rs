@@ -70,7 +70,7 @@ pub struct Found<T> {
 }
 
 impl<T> Found<T> {
-    /// Reports which slots were rejected, and why.
+    /// Reports the rejected slots and the reasons.
     pub fn report(&self, node: &Node) {
         for error in &self.refused {
             node.report_fault(FaultKind::StateRefused, 0, &error.to_string());

@@ -261,12 +261,12 @@ impl Node {
         signals::end_requested()
     }
 
-    /// Returns how many signals have asked the process to end. A second one means that the sender does not want to wait.
+    /// Returns the number of signals that have asked the process to end. A second one means that the sender does not want to wait.
     pub fn end_requests(&self) -> u32 {
         signals::requests()
     }
 
-    /// Returns how many messages the readers of this process have lost so far.
+    /// Returns the number of messages that the readers of this process have lost so far.
     pub fn lost_messages(&self) -> u64 {
         self.counters.lost.get()
     }
@@ -301,7 +301,7 @@ impl Node {
         self.bells.note_progress(self.process);
     }
 
-    /// Returns how much new work `process` has done, across all restarts.
+    /// Returns the amount of new work that `process` has done, across all restarts.
     pub fn progress(&self, process: Process) -> u32 {
         self.bells.progress(process)
     }

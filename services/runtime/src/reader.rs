@@ -153,7 +153,7 @@ impl RawReader {
         Ok(())
     }
 
-    /// Returns how many messages are missing according to their numbers.
+    /// Returns the number of missing messages, according to the numbers of those received.
     pub fn lost(&self) -> u64 {
         self.tally.lost
     }
@@ -229,7 +229,7 @@ impl<T: Message> Reader<T> {
         self.raw.take_kept(node, |message| take(bytemuck::from_bytes(message)))
     }
 
-    /// Returns how many messages are missing according to their numbers.
+    /// Returns the number of missing messages, according to the numbers of those received.
     pub fn lost(&self) -> u64 {
         self.raw.lost()
     }

@@ -1,5 +1,5 @@
-//! Reports what a system needs from its machine, and which processes are connected to its channels, for
-//! diagnostic tools. Nothing is changed.
+//! Reports a system's requirements of its machine, and the processes that are connected to its channels, for diagnostic tools.
+//! Nothing is changed.
 
 use std::path::PathBuf;
 

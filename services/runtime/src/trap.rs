@@ -30,7 +30,7 @@ pub(crate) struct Trap {
     faults: Vec<(usize, PlannedFault)>,
 }
 
-/// What to do with a message.
+/// Planned faults of a single message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Fate {
     pub(crate) is_dropped: bool,

@@ -134,7 +134,7 @@ impl Child {
         self.due.is_some()
     }
 
-    /// Returns how often the process has been restarted, and after which pause.
+    /// Returns the restarts of the process.
     pub(crate) fn restarts(&self) -> &Restarts {
         &self.restarts
     }

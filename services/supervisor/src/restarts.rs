@@ -70,7 +70,7 @@ impl Restarts {
         self.pause
     }
 
-    /// Returns how often the process has been restarted.
+    /// Returns the number of restarts of the process.
     pub(crate) fn total(&self) -> u64 {
         self.total
     }

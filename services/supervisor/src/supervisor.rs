@@ -283,7 +283,7 @@ impl Supervisor {
         &self.survived
     }
 
-    /// Returns how often `process` has been restarted.
+    /// Returns the number of restarts of `process`.
     pub fn restarts(&self, process: Process) -> u64 {
         self.survived.iter().filter(|death| death.process == process).count() as u64
     }
@@ -294,7 +294,8 @@ impl Supervisor {
         self.logs.as_deref()
     }
 
-    /// Returns why the output of a process could not be copied to the folder of [`Supervisor::logs`], or `None` if all of it was.
+    /// Returns the reason why the output of a process could not be copied to the folder of [`Supervisor::logs`], or `None` if all
+    /// of it was.
     pub fn logs_failure(&self) -> Option<&str> {
         self.logs_failure.as_deref()
     }

@@ -210,7 +210,7 @@ impl Gatherer {
         }
     }
 
-    /// Returns how many ticks a process lags behind.
+    /// Returns the number of ticks by which a process lags behind.
     fn queue(&self, process: Process) -> Option<u64> {
         let kind = self.run.mission.navigator_kind();
         let (input, output) = match process {

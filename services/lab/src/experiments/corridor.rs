@@ -256,7 +256,7 @@ pub(crate) const ARGD: [(&str, bool); 12] = [
     ("almost never collides", true),
 ];
 
-/// Returns what the thesis says about each line, in words.
+/// Returns the thesis's description of each line.
 pub(crate) fn remarks() -> Vec<Remark> {
     let of = |method: &'static str, said: [(&'static str, bool); 12]| {
         LINES.into_iter().zip(said).map(move |(line, (words, _))| Remark { method, line, words })

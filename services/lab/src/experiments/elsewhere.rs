@@ -95,7 +95,7 @@ fn lacks(trial: &Trial, methods: &[String]) -> Option<String> {
     .or_else(|| methods.iter().find_map(|method| needs_markers(trial, method)))
 }
 
-/// Returns why a drive requires the markers of a corridor.
+/// Returns the reason why a drive requires the markers of a corridor.
 fn needs_markers(trial: &Trial, method: &str) -> Option<String> {
     let run = trial.is_corridor().then(|| trial.run(method, 1, 0).ok()).flatten()?;
     let mission = CorridorMission::of(&run.mission).ok().filter(CorridorMission::needs_markers)?;

@@ -1,4 +1,4 @@
-//! Outcomes of tasks, each a single word with a few figures.
+//! Outcomes of tasks. Each is a single word with a few figures.
 
 use crate::experiments::cost::Cost;
 use crate::experiments::learned::series::InSeries;

@@ -177,7 +177,7 @@ impl Page {
         }
     }
 
-    /// Returns what determines the page, for use in fingerprints. This does not make the page.
+    /// Returns the data that determines the page, for use in fingerprints. This does not make the page.
     pub fn origin(&self) -> &[u8] {
         match self {
             Self::Drawn(bytes) => bytes,

@@ -43,8 +43,8 @@ pub struct Figures {
     pub estimates: usize,
     /// Conversion of the trajectory to metres: `map` or `mean scales`.
     pub metres_by: &'static str,
-    /// Why the trajectory is not aligned with the true one although there are estimates. In this case, there
-    /// is neither an absolute nor a local error.
+    /// The reason why the trajectory is not aligned with the true one although there are estimates. In this case, there is neither
+    /// an absolute nor a local error.
     pub not_aligned: Option<NotAligned>,
     /// Absolute trajectory error after alignment, in metres.
     pub absolute_m: Option<Statistics>,

@@ -192,8 +192,8 @@ impl<'a> TrueScene<'a> {
     }
 }
 
-/// Returns what meets a relation, which is either an object or the two on either side of its direction (4.6.4). Returns
-/// `None` if nothing does.
+/// Returns the objects that satisfy a relation: either one, or the two on either side of its direction (4.6.4). Returns `None` if
+/// there are none.
 fn witnesses<'s>(relation: &Relation, seen: &'s [Seen], features: Features) -> Option<Vec<&'s Seen>> {
     let alone = Features { neighbours: false, ..features };
     let met = |relation: &Relation| {

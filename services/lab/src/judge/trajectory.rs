@@ -55,7 +55,7 @@ impl Serialize for NotAligned {
     }
 }
 
-/// Returns why two trajectories in metres cannot be aligned, or `None` if they can.
+/// Returns the reason why two trajectories in metres cannot be aligned, or `None` if they can.
 pub fn not_aligned<F>(truth: &[Pose<F>], estimate: &[Pose<F>]) -> Option<NotAligned> {
     let (true_m, estimated_m) = (span(truth), span(estimate));
     let least_m = SHORTEST_SPAN_M.max(LEAST_SHARE * true_m);

@@ -406,7 +406,7 @@ impl Agenda {
         self.report(TaskState::Paused, question);
     }
 
-    /// Returns why the robot is held, or `None` if it is not.
+    /// Returns the reason why the robot is held, or `None` if it is not.
     pub fn held(&self) -> Option<Hold> {
         self.now.held
     }

@@ -70,7 +70,7 @@ impl Angles {
         Self { middle: -self.middle, ..self }
     }
 
-    /// Returns how far an angle is from the middle, on the shorter way round.
+    /// Returns the difference between an angle and the middle, in the shorter direction.
     fn off_middle(self, angle: i32, circle: i32) -> i32 {
         let off = (self.middle - angle).rem_euclid(circle);
         off.min(circle - off)

@@ -310,7 +310,7 @@ impl Course {
         }
     }
 
-    /// Decides how to continue, given how far the robot can get ahead, to the left and to the right.
+    /// Decides how to continue, given the free distances ahead, to the left and to the right.
     fn choose(&mut self, ahead_m: f64, sides_m: [f64; 2], turns: &[Turn], dt_s: f64) -> Reason {
         let guide = &mut self.guide;
         let is_open = sides_m.map(|reach_m| reach_m > guide.half_width_m + OPENING_M);
@@ -380,7 +380,7 @@ impl Course {
         !(-4..=4).any(is_open)
     }
 
-    /// Returns how far the robot can get, in metres, in a direction relative to that of the corridor.
+    /// Returns the distance that the robot can drive, in metres, in a direction relative to that of the corridor.
     fn reach_m(&self, here: Point<Odom>, from_way_rad: f64) -> f64 {
         self.farthest(here, self.guide.way_rad + from_way_rad).map_or(0.0, |(_, along_m)| along_m)
     }
@@ -431,8 +431,8 @@ impl Guide {
     }
 }
 
-/// Returns how far a ray from the robot gets before it meets the piece of wall that a marker represents, in metres, or `None` if it
-/// misses.
+/// Returns the distance from the robot to the point where a ray meets the piece of wall that a marker represents, in metres, or
+/// `None` if it misses.
 fn range(marker: &KnownMarker, [dx, dy]: [f64; 2]) -> Option<f64> {
     let [x, y, facing_rad] = [marker.x_m, marker.y_m, marker.facing_rad].map(f64::from);
     let (normal_y, normal_x) = facing_rad.sin_cos();

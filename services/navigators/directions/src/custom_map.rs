@@ -243,7 +243,7 @@ impl Verification {
         similar.unwrap_or(if says_nothing { Response::Correct } else { Response::Lost })
     }
 
-    /// Returns what to do if no landmark fits the word, or `None` if the map does not say.
+    /// Returns the action if no landmark fits the word, or `None` if the map has none.
     pub fn without_landmark(self) -> Option<Way> {
         self.ways().find(|(sign, _)| *sign == Sign::Nothing).map(|(_, way)| way)
     }

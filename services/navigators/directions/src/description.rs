@@ -34,7 +34,7 @@ pub enum Descriptor {
     New,
     /// The closest of several candidates that are interchangeable.
     Confusable,
-    /// The closest candidate, whichever it is.
+    /// The closest candidate, without further requirements.
     Any,
     /// The reference itself. This word is our own, and makes a robot drive from one side of a landmark to another.
     Same,

@@ -118,7 +118,7 @@ fn dots_around(rng: &mut Pcg64Mcg, candidates: u16) -> Vec<Point> {
     dots
 }
 
-/// Returns how often a quadrant of the paper's worlds has the given number of candidates, relative to how often it has one, by the
+/// Returns the frequency of quadrants with the given number of candidates in the paper's worlds, relative to those with one, by the
 /// Poisson distribution with mean 1.
 fn frequency(candidates: u16) -> f64 {
     (1..=candidates).map(|number| 1.0 / f64::from(number)).product()

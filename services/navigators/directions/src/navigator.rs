@@ -391,7 +391,7 @@ impl<M> State<M> {
         self.velocity = velocity.turned(self.heading.turned_rad);
     }
 
-    /// Returns how the journey ended, or `None` if it has not.
+    /// Returns the outcome of the journey, or `None` if it has not ended.
     pub fn outcome(&self) -> Option<Outcome> {
         match self.phase {
             Phase::Finished { outcome } => Some(outcome),

@@ -92,9 +92,8 @@ fn view_s(settings: &Settings) -> f64 {
     f64::from(settings.looks) * STEP_S
 }
 
-/// Returns how much longer it takes to reach a position and stop there than it would at full speed, in seconds. Within
-/// speed/gain of the position, the window slows down in proportion to the remaining distance until that is within the
-/// tolerance.
+/// Returns the additional time for reaching a position and stopping there, compared with full speed, in seconds. Within speed/gain
+/// of the position, the window slows down in proportion to the remaining distance until that is within the tolerance.
 fn stop_s(settings: &Settings) -> f64 {
     let &Settings { speed, gain, tolerance, .. } = settings;
     ((speed / (gain * tolerance)).ln() - 1.0).max(0.0) / gain

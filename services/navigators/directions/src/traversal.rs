@@ -98,7 +98,7 @@ pub struct Helicopter {
 }
 
 impl Helicopter {
-    /// Returns what the camera sees in `view`, relative to the window's centre and along its axes.
+    /// Returns the dots that the camera sees in `view`, relative to the window's centre and along its axes.
     pub fn look(&self, plane: &Plane, window: Window, noise: Noise, rng: &mut Pcg64Mcg, view: &mut Seen) {
         view.clear();
         let half = window.side / 2.0 + window.margin;

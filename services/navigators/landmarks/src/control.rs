@@ -211,7 +211,7 @@ impl Behaviour {
     }
 }
 
-/// Returns how much is near on one side of the front half. `side` is 1 for left and −1 for right.
+/// Returns the weighted nearness of obstacles on one side of the front half. `side` is 1 for left and −1 for right.
 fn nearness(sectors: &Sectors, settings: &Controlling, side: i8) -> f64 {
     let near = (1..=4).map(|off| {
         let x = (i32::from(side) * off).rem_euclid(i32::from(DIRECTIONS)) as usize;

@@ -199,7 +199,7 @@ fn alike(sketch: &Sketch, line: &Line, turns: &[DrawnMetres], reach_m: f64) -> V
     turns.iter().filter_map(of_turn).collect()
 }
 
-/// Returns how far a robot with the given pose sees in each direction, from 0 to 1 for the range of its sensors.
+/// Returns the free distance that a robot at the given pose sees in each direction, from 0 to 1 for the range of its sensors.
 fn view(sketch: &Sketch, at: Point<Drawn>, heading: f64, reach_m: f64) -> [f64; DIRECTIONS] {
     std::array::from_fn(|i| {
         let direction = heading + TAU * i as f64 / DIRECTIONS as f64;

@@ -71,7 +71,7 @@ pub struct Leg {
 }
 
 impl Leg {
-    /// Returns how long the leg takes if the drawing is to scale ("after scaling the sketched path", 4.8), in seconds.
+    /// Returns the duration of the leg if the drawing is to scale ("after scaling the sketched path", 4.8), in seconds.
     fn drawn_s(&self) -> Option<f64> {
         self.length.map(|length| Stretch::NONE.driven_m(length) / self.speed_mps)
     }

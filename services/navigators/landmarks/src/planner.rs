@@ -255,7 +255,7 @@ impl Planner {
         ];
     }
 
-    /// Returns what the route does at the robot's position.
+    /// Returns the command of the route at the robot's position.
     fn about(&self) -> Command {
         match &self.driver {
             Some(Driver::States(follower)) => follower.command(),

@@ -159,7 +159,7 @@ impl Dismissal {
     }
 }
 
-/// Returns what has arrived up to the end of the head, and anything after it.
+/// Returns the bytes received up to the end of the head, and any bytes after it.
 async fn head(reader: &mut (impl AsyncRead + Unpin)) -> Result<Vec<u8>, Dismissal> {
     let mut come = Vec::with_capacity(1024);
     loop {

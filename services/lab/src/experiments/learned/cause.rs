@@ -56,8 +56,8 @@ impl Cause {
 }
 
 impl Lesson {
-    /// Returns why the robot failed at a task. `first` is the number of the task on the first drive, and `index` on this one.
-    /// Returns `None` if the task never began.
+    /// Returns the reason why the robot failed at a task. `first` is the number of the task on the first drive, and `index` on this
+    /// one. Returns `None` if the task never began.
     pub(super) fn cause(&self, driven: &Driven, task: &Task, [first, index]: [usize; 2]) -> Option<Cause> {
         let goal = self.goals[first]?;
         if !task.there.contains(goal[0], goal[1]) {

@@ -199,7 +199,7 @@ impl First {
         Ok(kept.insert(made).clone())
     }
 
-    /// Returns what can be learned from a drive, or `None` if nothing can.
+    /// Returns the map learned from a drive, or `None` if nothing can be learned.
     fn learn(&self, driven: &Driven) -> Result<Option<Lesson>, EvalError> {
         let Some(Attended { learner, poses }) = &driven.lesson else { return Ok(None) };
         let mission = SketchMission::of(&driven.run.mission).map_err(sketchnav_sim::SimError::from)?;
@@ -334,7 +334,7 @@ impl Lesson {
         truth.pose().position().distance(&Point::new(at[0], at[1]))
     }
 
-    /// Returns how the robot localized itself in the first task of a drive.
+    /// Returns the result of localization in the first task of a drive.
     fn search(&self, driven: &Driven) -> Search {
         let spans = judge::spans(driven.run.mission.task.len(), &driven.log.status);
         let Some(span) = spans.first().copied().flatten() else { return Search::Wrong };

@@ -275,7 +275,7 @@ impl<'a> Search<'a> {
 /// Where a node may lead: the assumed place, the true place and the probability.
 type Step = (usize, usize, f64);
 
-/// Returns where a node leads from a true place.
+/// Returns the possible next steps of a node from a true place.
 fn follow(model: &Model, node: &Node, at: usize) -> Vec<Step> {
     let mut next: Vec<Step> = Vec::new();
     for &(to, p) in &model.outcome(at, node.action).to {
@@ -307,7 +307,7 @@ fn grouped(reads: &[usize; PANORAMAS]) -> Vec<(usize, Vec<u8>)> {
     groups
 }
 
-/// Returns how often journeys with a controller visit each believed place, and at which true places they then are.
+/// Returns the frequencies with which journeys with a controller visit each believed place, and the true places at these times.
 pub fn visits_of(model: &Model, policy: &Policy) -> Visits {
     let places = model.dots.len();
     let mut sums: Vec<Vec<(usize, f64)>> = vec![Vec::new(); places];

@@ -467,7 +467,7 @@ fn task_places(
 /// Maximum deviation of the robot's heading from the axes of the floor or plane at the start, in degrees.
 const MOST_ASIDE_DEG: f64 = 20.0;
 
-/// Checks what this kind of navigator requires of a mission and a robot.
+/// Checks the requirements of this kind of navigator for a mission and a robot.
 ///
 /// # Errors
 /// [`DirectionsError`] with the key or the sensor at fault.

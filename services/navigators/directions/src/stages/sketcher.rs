@@ -123,7 +123,7 @@ fn less_probable(mission: &Mission, journeys: &[PlannedJourney], limit: f64) -> 
     })
 }
 
-/// Returns why a robot should not start these journeys without a person's consent, or `None` if it may.
+/// Returns the reason why a robot should not start these journeys without a person's consent, or `None` if it may.
 fn objection(mission: &Mission, journeys: &[PlannedJourney]) -> Option<String> {
     let least = DirectionsMission::of(mission).ok()?.least_probability;
     let low = less_probable(mission, journeys, least).reduce(|all, next| format!("{all}; {next}"))?;

@@ -31,7 +31,7 @@ pub(super) struct Seen {
     pub notices: Vec<String>,
 }
 
-/// Returns what the map-maker sees, or `None` if the map was written by hand.
+/// Returns the map-maker's view, or `None` if the map was written by hand.
 pub(super) fn seen(
     run: &RunConfig,
     read: &DirectionsMission,

@@ -248,7 +248,7 @@ fn on_land_a_panorama_tells_the_wrong_pole_and_the_way_back() {
     assert_eq!((report.kind, report.recoveries), (Kind::Recovered, 1), "{report:?}");
 }
 
-/// Returns how many of forty journeys are direct although the heading error at the start has a standard deviation of 5°. The
+/// Returns the number of direct journeys out of forty although the heading error at the start has a standard deviation of 5°. The
 /// landmark to seek lies 2° inside the edge of its quadrant. With a larger error, the navigator believes it to be outside the
 /// quadrant and goes to another landmark, unless the bearing of the previous landmark has corrected the heading.
 fn direct(window: Window, from: Point, map: &str) -> usize {

@@ -82,7 +82,7 @@ pub enum Entry {
     LeftOut(LeftOut),
 }
 
-/// Why a log cannot be read at all.
+/// The reason why a log cannot be read at all.
 #[derive(Debug, thiserror::Error)]
 pub enum CarmenError {
     /// The system cannot open the file.

@@ -53,7 +53,7 @@ pub struct Lost {
     pub at: u64,
     /// Length of the part, in bytes.
     pub bytes: u64,
-    /// Why the part was left out.
+    /// The reason why the part was left out.
     pub reason: String,
     /// Number of messages in the part, if given in the file.
     pub messages: Option<u64>,

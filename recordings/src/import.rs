@@ -61,7 +61,7 @@ pub struct Imported {
     pub blind: u64,
 }
 
-/// Why a log cannot be imported.
+/// The reason why a log cannot be imported.
 #[derive(Debug, thiserror::Error)]
 pub enum ImportError {
     /// The log cannot be read.

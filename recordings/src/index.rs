@@ -1,5 +1,5 @@
 //! The index of a recording: the positions of its chunks and the times that they cover. It comes from the summary at the end of the
-//! file or, if a kill left none, from one pass over the file.
+//! file or, if the recorder was killed before writing one, from one pass over the file.
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -12,7 +12,7 @@ use crate::records::{Damage, FRAME_BYTES, MAX_RECORD_BYTES, Record};
 /// Size of the footer record and the magic after it.
 const TAIL_BYTES: u64 = FRAME_BYTES + 20 + 8;
 
-/// Why the next record cannot be read.
+/// The reason why the next record cannot be read.
 #[derive(Debug)]
 pub enum Stop {
     /// The file ends before or within the record that begins at this offset.

@@ -262,7 +262,7 @@ fn in_order(mut table: Vec<&'static ChannelSpec>) -> &'static [&'static ChannelS
     table.leak()
 }
 
-/// Why channels cannot be added.
+/// The reason why channels cannot be added.
 #[derive(Debug, Clone, thiserror::Error, PartialEq, Eq)]
 pub enum RegisterError {
     /// Two navigators have the same name.

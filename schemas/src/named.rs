@@ -3,7 +3,7 @@
 use crate::mission::{Mission, Task, task_key};
 use crate::nearest::{folded, nearest_name};
 
-/// Why a name does not refer to a task.
+/// The reason why a name does not refer to a task.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NameError {
     /// No task and no goal has this name.

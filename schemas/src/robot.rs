@@ -85,7 +85,7 @@ pub struct Limits {
     pub yaw_acceleration_radps2: f64,
 }
 
-/// Why a robot file is invalid.
+/// The reason why a robot file is invalid.
 #[derive(Debug, thiserror::Error)]
 pub enum RobotError {
     /// The text is not TOML, or has an unknown key or a value of the wrong type.

@@ -176,7 +176,7 @@ fn foreign(kind: &'static str, bytes: &[u8], exact: Vec<u8>) -> Ros2Error {
     }
 }
 
-/// Why a message cannot be converted into its ROS 2 form, or a form into a message.
+/// The reason why a message cannot be converted into its ROS 2 form, or a form into a message.
 #[derive(Debug, thiserror::Error)]
 pub enum Ros2Error {
     /// Not little-endian CDR.

@@ -66,7 +66,7 @@ impl std::fmt::Display for ScanKind {
     }
 }
 
-/// Why a line is left out.
+/// The reason why a line is left out.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Fault {
     /// The line does not have the number of fields that its content implies.

@@ -1,5 +1,4 @@
-//! Recordings are read back as they were written: every message type, files that a kill cut off, gaps and
-//! repetitions.
+//! Recordings are read back as they were written: every message type, files cut off by a kill, gaps and repetitions.
 
 use std::io::{self, Write};
 use std::path::Path;

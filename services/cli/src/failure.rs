@@ -11,7 +11,7 @@ use sketchnav_supervisor::INCOMPLETE;
 use crate::args::Cli;
 use crate::output::{self, out};
 
-/// Why a command failed.
+/// The reason why a command failed.
 #[derive(Debug)]
 pub enum Failure {
     /// Bad input or usage: exit 2.

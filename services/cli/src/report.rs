@@ -56,10 +56,10 @@ pub struct Report {
     /// The folder with the output of the processes.
     #[serde(skip_serializing_if = "Option::is_none")]
     logs: Option<PathBuf>,
-    /// Why some of that output is missing.
+    /// The reason why some of that output is missing.
     #[serde(skip_serializing_if = "Option::is_none")]
     logs_incomplete: Option<String>,
-    /// Why there are fewer pictures than expected.
+    /// The reason why there are fewer pictures than expected.
     #[serde(skip_serializing_if = "Option::is_none")]
     not_drawn: Option<String>,
     processes: Vec<ProcessFigures>,

@@ -21,7 +21,7 @@ const MOST_LINES: usize = 60;
 pub struct Received {
     /// The navigator's doubts about the plan.
     pub doubts: Vec<String>,
-    /// Why the robot should not start by the plan unless a person insists.
+    /// The reason why the robot should not start by the plan unless a person insists.
     pub objection: Option<String>,
     /// How the run ended, if it ended before there was a plan.
     pub ended: Option<Progress>,

@@ -79,7 +79,7 @@ pub const LINK_LIMIT_S: [f64; 2] = [1.0, 60.0];
 /// The default of that limit, in seconds.
 pub const DEFAULT_LINK_LIMIT_S: f64 = 3.0;
 
-/// Why a request is refused, in words for the page.
+/// The reason why a request is refused, in words for the page.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Refusal {
     /// It does not follow the protocol.

@@ -24,7 +24,7 @@ pub use sketchnav_stage::Tap;
 
 use parts::{Part, World};
 
-/// Why a rehearsal cannot begin or continue.
+/// The reason why a rehearsal cannot begin or continue.
 #[derive(Debug, thiserror::Error)]
 pub enum RehearsalError {
     /// The world, or the robot's start in it, is invalid.

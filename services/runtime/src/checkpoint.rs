@@ -65,7 +65,7 @@ pub struct Checkpoints<T> {
 pub struct Found<T> {
     /// The latest valid checkpoint, or `None` if there is none.
     pub state: Option<T>,
-    /// Why slots were rejected.
+    /// The reason why slots were rejected.
     pub refused: Vec<Error>,
 }
 

@@ -221,7 +221,7 @@ pub enum Error {
         path: PathBuf,
         /// The operation that failed.
         doing: &'static str,
-        /// Why it failed.
+        /// The reason why it failed.
         source: std::io::Error,
     },
     /// `run.json` cannot be parsed.
@@ -229,7 +229,7 @@ pub enum Error {
     RunConfig {
         /// Path of the file.
         path: PathBuf,
-        /// Why it cannot be parsed.
+        /// The reason why it cannot be parsed.
         source: serde_json::Error,
     },
     /// A signal could not be sent.
@@ -239,7 +239,7 @@ pub enum Error {
         process: Process,
         /// Process id of the receiver.
         pid: u32,
-        /// Why sending failed.
+        /// The reason why sending failed.
         source: std::io::Error,
     },
     /// A checkpoint is unusable.

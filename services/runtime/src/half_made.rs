@@ -73,7 +73,7 @@ pub(crate) fn has_open(pid: u32, file: &Metadata) -> bool {
     opened.any(|other| (other.dev(), other.ino()) == (file.dev(), file.ino()))
 }
 
-/// Watches the files of a system for its own lifetime, in a separate thread. It removes files that will never be finished.
+/// Watches the files of a system in a separate thread, until it is dropped. It removes files that will never be finished.
 ///
 /// The supervisor has one, which also reports files of other users. If the supervisor is killed, its processes die with it, perhaps
 /// while creating files. Processes that live on for a while (the recorder, which still closes its file, and observers) would wait

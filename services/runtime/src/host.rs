@@ -27,7 +27,7 @@ use crate::{Checkpoints, Error, Found, HealthReporter, Node, RawSample, Step, Wa
 /// Maximum sleep between two checks of the channels.
 const NAP: Duration = Duration::from_millis(250);
 
-/// Why a process that hosts a stage ended before it was asked to.
+/// The reason why a process that hosts a stage ended before it was asked to.
 #[derive(Debug, thiserror::Error)]
 pub enum HostError {
     /// Shared memory, a channel or a checkpoint failed.

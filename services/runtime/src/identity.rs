@@ -59,7 +59,7 @@ impl Identity {
     /// Returns a handle for sending signals to the process, if it is alive and can be reached from this process.
     ///
     /// # Errors
-    /// Why the process cannot be reached.
+    /// The reason why the process cannot be reached.
     pub(crate) fn handle(&self) -> Result<Handle, String> {
         let own =
             Self::own().map_err(|error| format!("{self}; this process cannot identify itself: {error}"))?;

@@ -21,7 +21,7 @@ use crate::system::System;
 use crate::writer::{RawWriter, Writer};
 use crate::{Error, Result, limits, signals};
 
-/// Why a wait ended.
+/// The reason why a wait ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Wake {
     /// A message may have arrived, so check every reader. (This may be a false alarm.)

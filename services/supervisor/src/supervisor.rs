@@ -103,7 +103,7 @@ pub struct Supervisor {
     recording: Option<PathBuf>,
     /// The folder next to the recording that contains the output of the processes.
     logs: Option<PathBuf>,
-    /// Why the output of a process is missing from that folder.
+    /// The reason why the output of a process is missing from that folder.
     logs_failure: Option<String>,
     /// Detects a stuck lockstep. `None` unless the processes are paced only by each other.
     stall: Option<Stall>,

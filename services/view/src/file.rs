@@ -56,7 +56,7 @@ fn named(path: &Path) -> String {
     path.display().to_string()
 }
 
-/// Why the playback of a stretch ended.
+/// The reason why the playback of a stretch ended.
 enum Turn {
     /// The stretch is over.
     Played,

@@ -25,7 +25,7 @@ const IDLE: Duration = Duration::from_millis(50);
 /// Interval at which to check whether the system still runs.
 const SECOND: Duration = Duration::from_secs(1);
 
-/// Why the view ended.
+/// The reason why the view ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
     /// A person or a program has asked the process to end.

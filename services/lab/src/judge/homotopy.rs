@@ -41,7 +41,7 @@ pub struct Anchor {
     pub drawing: Point<Sketch>,
 }
 
-/// Why anchors do not join the planes.
+/// The reason why anchors do not join the planes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum CorrespondenceError {
     /// There are fewer than three anchors, all of them are on a line, or the drawing is a mirror image of the floor.

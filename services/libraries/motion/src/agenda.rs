@@ -30,7 +30,7 @@ pub enum Phase {
     Over,
 }
 
-/// Why the robot is held although there are tasks left.
+/// The reason why the robot is held although there are tasks left.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Hold {
     /// A person stopped the robot.

@@ -2,7 +2,7 @@
 
 use crate::markers::LandmarkKind;
 
-/// Why input was rejected. The message of each variant says what was expected and what was found.
+/// The reason why input was rejected. The message of each variant says what was expected and what was found.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Error {
     /// The plane has no dots.
@@ -186,7 +186,7 @@ pub enum Error {
         from: u32,
         /// The dot from which the goal can be reached that is closest to `from`.
         to: u32,
-        /// Why no transition leads from `from` to `to`.
+        /// The reason why no transition leads from `from` to `to`.
         why: Barrier,
     },
 }

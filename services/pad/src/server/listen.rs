@@ -120,7 +120,7 @@ async fn rings(bell: &mut oneshot::Receiver<()>) {
     }
 }
 
-/// Why a connection is closed before its request is complete.
+/// The reason why a connection is closed before its request is complete.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Dismissal {
     /// The request takes too long.

@@ -184,7 +184,7 @@ fn errors_name_line_column_and_word() {
     }
 }
 
-/// Sentences may be broken into lines, and may have comments.
+/// Sentences may span several lines and contain comments.
 #[test]
 fn a_map_in_sentences_is_read() {
     let map = parsed(

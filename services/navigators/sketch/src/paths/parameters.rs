@@ -56,7 +56,7 @@ pub struct Parameters {
     /// Multiple of the time for the drawn path plus `astray_m`, at half a metre per second or the robot's speed limit if that is
     /// lower. After this time, the robot counts as lost, because its estimate must be wrong.
     pub astray_factor: f64,
-    /// Length, in metres, that is added to the drawn path before it is multiplied by `astray_factor`.
+    /// Length, in metres, that is added to that of the drawn path before the multiplication by `astray_factor`.
     pub astray_m: f64,
     /// Doubt about an arrival above which the robot looks around before it accepts the arrival. The doubt is
     /// minus the mean log likelihood of a beam, plus half the logarithm of one plus the number of times that

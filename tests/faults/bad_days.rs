@@ -158,7 +158,8 @@ fn full_shared_memory_is_refused_with_an_explanation() {
     place.assert_nothing_left("day");
 }
 
-/// A process that dies does not find enough space to restart and is given up. The supervisor then removes everything.
+/// A process that dies does not find enough space to restart, so the supervisor gives up on it. The supervisor then removes
+/// everything.
 #[test]
 fn shared_memory_that_fills_up_ends_the_mission_with_an_explanation() {
     let place = Place::new();

@@ -180,7 +180,7 @@ fn processes_killed_while_starting_start_again() {
     assert_eq!(restarts, 3 * SERVICES.len() as u64);
 }
 
-/// A process that dies each time before it makes any progress is given up, and the mission fails.
+/// The supervisor gives up on a process that dies each time before it makes any progress, and the mission fails.
 #[test]
 fn a_process_that_keeps_dying_is_given_up() {
     let place = Place::new();

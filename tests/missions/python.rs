@@ -202,7 +202,8 @@ fn the_error_for_a_misspelt_field_names_the_line_of_its_author() {
     assert!(error.contains(&slip) && !error.contains("messages.py"), "{ended}");
 }
 
-/// Exceptions in `save` restarted the process until it was given up, and those in `is_ready` and `recover` were ignored.
+/// Exceptions in `save` restarted the process until the supervisor gave up on it, and those in `is_ready` and `recover` were
+/// ignored.
 #[test]
 fn an_exception_in_any_method_is_an_error_of_the_stage() {
     let raises = "raise ArithmeticError('no wall')";

@@ -139,7 +139,7 @@ impl Child {
         &self.restarts
     }
 
-    /// Schedules a restart after a death. Returns false if the process is given up. `progress` is its progress across all
+    /// Schedules a restart after a death. Returns false if the process has failed for good. `progress` is its progress across all
     /// restarts.
     pub(crate) fn schedule(&mut self, status: ExitStatus, progress: u32) -> bool {
         let now = Instant::now();

@@ -37,8 +37,8 @@ pub(crate) struct Restarts {
 }
 
 impl Restarts {
-    /// Counts a death, given the progress of the process across all restarts. Returns the pause before the process is
-    /// restarted, or `None` if it is given up.
+    /// Counts a death, given the progress of the process across all restarts. Returns the pause before the process is restarted, or
+    /// `None` if it has failed for good.
     pub(crate) fn pause_after_death(&mut self, end: End, progress: u32) -> Option<Duration> {
         let got_on = self.progress.replace(progress) != Some(progress);
         let was_good = match end {

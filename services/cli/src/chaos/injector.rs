@@ -31,8 +31,7 @@ const LAST_SHARE_IN_REAL_TIME: f64 = 0.8;
 const PAIRS: f64 = 0.2;
 /// Maximum time after its start when a starting process is killed.
 const YOUNG: Duration = Duration::from_millis(12);
-/// Maximum number of times in a row that a process is killed while it starts. After a few more, the supervisor would
-/// give it up.
+/// Maximum number of times in a row that a process is killed while it starts. After a few more, the supervisor would give up on it.
 const YOUNG_KILLS: u32 = 3;
 /// Maximum time to wait for a recovery.
 const PATIENCE: Duration = Duration::from_secs(20);

@@ -182,7 +182,7 @@ fn a_filter_keeps_the_selected_messages() {
     assert_eq!(info(&to).unwrap().run["mission"], "two rooms");
 }
 
-/// Two halves of a recording, put together, are the recording.
+/// Merging the two halves of a recording restores the recording.
 #[test]
 fn halves_become_one() {
     let folder = tempfile::tempdir().unwrap();

@@ -25,7 +25,14 @@ fn from_a_picture_of_the_plane_the_navigator_arrives() {
         assert!(matches!(journey["kind"].as_str(), Some("direct" | "recovered")), "{judged}");
         assert!(journey["stated"].as_f64().is_some_and(|stated| stated > 0.5), "{judged}");
     }
-    let words = ["Custom maps", "(Isol", "parkways", "Entry of the custom map", "stated probability"];
+    let words = [
+        "Custom maps",
+        "(Isol",
+        "parkways",
+        "Entry of the custom map",
+        "stated probability",
+        "where most simulated journeys fail",
+    ];
     place.page_says(recording, &words);
 }
 

@@ -69,7 +69,7 @@ async function aRequestIsWithdrawn() {
   await phone.fill("#plea-name", "Anna");
   await phone.click("#plea button");
   await says(desktop, "pleas", "Anna asks for the wheel.");
-  await phone.click("#plea button:text('No longer ask')");
+  await phone.click("#plea button:text('Stop asking')");
   await desktop.waitForSelector("#pleas", { state: "hidden" });
   await says(phone, "say", "no longer ask");
 }

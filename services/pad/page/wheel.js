@@ -18,7 +18,7 @@ export function showWheel({ up, drives, study, feed }, say) {
   at("plea").hidden = !up || !feed || drives || feed.wheel || study;
   at("plea").classList.toggle("asks", Boolean(feed?.asks));
   const button = at("plea").querySelector("button");
-  const words = feed?.asks ? "No longer ask for the wheel" : "Ask for the wheel";
+  const words = feed?.asks ? "Stop asking" : "Ask for the wheel";
   if (button.textContent !== words) button.textContent = words;
   showPleas(up && drives ? feed?.pleas ?? [] : []);
 }

@@ -106,6 +106,10 @@ PlannedJourney = np.dtype(
     [
         ("distance_m", "<f8"),
         ("probability", "<f8"),
+        ("weakest_entry", "<u4"),
+        ("failure_count", "<u4"),
+        ("simulated_count", "<u4"),
+        ("reserved", "<u4"),
     ]
 )
 
@@ -152,6 +156,7 @@ MissionCommand = np.dtype(
         ("here_yaw_rad", "<f8"),
         ("has_heading", "<u4"),
         ("reserved", "<u4"),
+        ("place", "S32"),
     ]
 )
 
@@ -612,10 +617,10 @@ CHANNELS = {
     "landmark_route": ("sketchnav/LandmarkRoute/1/ccee207c01927f1c", LandmarkRoute, False, ("localizer", "planner", "pad", "recorder",)),
     "directions": ("sketchnav/Directions/1/6f64871dae83bea2", Directions, False, ("supervisor", "planner", "pad", "recorder",)),
     "chart": ("sketchnav/Chart/1/c41f02b33738ccc5", Chart, False, ("planner", "pad", "recorder",)),
-    "itinerary": ("sketchnav/Itinerary/1/1c577744a22642b1", Itinerary, False, ("supervisor", "pad", "recorder",)),
+    "itinerary": ("sketchnav/Itinerary/2/560049705bfb08fe", Itinerary, False, ("supervisor", "pad", "recorder",)),
     "understood": ("sketchnav/Understood/1/cf0efb456e05d81e", Understood, False, ("pad", "recorder",)),
-    "orders": ("sketchnav/MissionCommand/2/a84b107d9cf57f48", MissionCommand, False, ("localizer", "planner", "recorder",)),
-    "mission": ("sketchnav/MissionCommand/2/a84b107d9cf57f48", MissionCommand, False, ("localizer", "planner", "recorder",)),
+    "orders": ("sketchnav/MissionCommand/3/1f4826f6fb405dc3", MissionCommand, False, ("localizer", "planner", "recorder",)),
+    "mission": ("sketchnav/MissionCommand/3/1f4826f6fb405dc3", MissionCommand, False, ("localizer", "planner", "recorder",)),
     "contact": ("sketchnav/Contact/1/ef5da161b2eb61b4", Contact, False, ("recorder",)),
     "truth": ("sketchnav/GroundTruth/1/20954d63b5e53b0a", GroundTruth, False, ("recorder",)),
     "people": ("sketchnav/People/1/0a047672a30ae3ef", People, False, ("recorder",)),

@@ -248,10 +248,7 @@ fn a_robot_is_sent_to_a_room_by_its_name() {
     support::wait_until("the way on", || status("state") == 1);
     assert_eq!((status("name"), status("task")), ("STORE".into(), 4.into()), "the successor goes there, too");
     for (wrong, words) in [
-        (
-            "goal washroom",
-            "expected the name of one place of sketch-a.svg, found \"washroom\" at (192, 820) and at (362, 820)",
-        ),
+        ("goal washroom", "sketch-a.svg, found \"washroom\" at (192, 809) and at (362, 809)"),
         ("goal library", "there are back to work, coffee machine, for a coffee, lounge, office 1, office 2"),
         ("pause lounge", "NAME: expected the order `goal`, found `pause`"),
         ("goal lonuge", "did you mean \"lounge\"?"),

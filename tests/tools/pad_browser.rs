@@ -201,8 +201,8 @@ fn the_wheel_is_handed_over_while_the_robot_drives() {
     let Some(browser) = Browser::find() else { return };
     let (place, port) = (Place::new(), free_port());
     let mission = repository().join("sim/missions/building/building-a.toml");
-    let mut running =
-        place.start(&format!("run {} --pad --port {port} --system handed --json", mission.display()));
+    let mut running = place
+        .start(&format!("run {} --pad --port {port} --system handed --speed 1 --json", mission.display()));
     wait_for(&mut running, port);
     let ended = browser.hands_over(&place, &format!("http://127.0.0.1:{port}/?token={TOKEN}"));
     assert_eq!(ended.code, Some(0), "{ended}");

@@ -150,10 +150,18 @@ static_assert(offsetof(Chart, journeys) == 40);
 struct PlannedJourney {
     double distance_m;
     double probability;
+    std::uint32_t weakest_entry;
+    std::uint32_t failure_count;
+    std::uint32_t simulated_count;
+    std::uint32_t reserved;
 };
-static_assert(std::is_trivially_copyable_v<PlannedJourney> && sizeof(PlannedJourney) == 16);
+static_assert(std::is_trivially_copyable_v<PlannedJourney> && sizeof(PlannedJourney) == 32);
 static_assert(offsetof(PlannedJourney, distance_m) == 0);
 static_assert(offsetof(PlannedJourney, probability) == 8);
+static_assert(offsetof(PlannedJourney, weakest_entry) == 16);
+static_assert(offsetof(PlannedJourney, failure_count) == 20);
+static_assert(offsetof(PlannedJourney, simulated_count) == 24);
+static_assert(offsetof(PlannedJourney, reserved) == 28);
 
 struct PlannedLandmark {
     std::uint32_t task;
@@ -174,12 +182,12 @@ struct Itinerary {
     PlannedJourney journeys[64];
     PlannedLandmark landmarks[512];
 };
-static_assert(std::is_trivially_copyable_v<Itinerary> && sizeof(Itinerary) == 9248);
+static_assert(std::is_trivially_copyable_v<Itinerary> && sizeof(Itinerary) == 10272);
 static_assert(offsetof(Itinerary, header) == 0);
 static_assert(offsetof(Itinerary, journey_count) == 24);
 static_assert(offsetof(Itinerary, landmark_count) == 28);
 static_assert(offsetof(Itinerary, journeys) == 32);
-static_assert(offsetof(Itinerary, landmarks) == 1056);
+static_assert(offsetof(Itinerary, landmarks) == 2080);
 
 struct Understood {
     Header header;
@@ -222,8 +230,9 @@ struct MissionCommand {
     double here_yaw_rad;
     std::uint32_t has_heading;
     std::uint32_t reserved;
+    char place[32];
 };
-static_assert(std::is_trivially_copyable_v<MissionCommand> && sizeof(MissionCommand) == 64);
+static_assert(std::is_trivially_copyable_v<MissionCommand> && sizeof(MissionCommand) == 96);
 static_assert(offsetof(MissionCommand, header) == 0);
 static_assert(offsetof(MissionCommand, order) == 24);
 static_assert(offsetof(MissionCommand, task) == 28);
@@ -231,6 +240,7 @@ static_assert(offsetof(MissionCommand, here_px) == 32);
 static_assert(offsetof(MissionCommand, here_yaw_rad) == 48);
 static_assert(offsetof(MissionCommand, has_heading) == 56);
 static_assert(offsetof(MissionCommand, reserved) == 60);
+static_assert(offsetof(MissionCommand, place) == 64);
 
 struct Contact {
     Header header;
@@ -969,10 +979,10 @@ inline constexpr std::array<Channel, 37> CHANNELS{{
     {"landmark_route", "sketchnav/LandmarkRoute/1/ccee207c01927f1c", sizeof(LandmarkRoute), false},
     {"directions", "sketchnav/Directions/1/6f64871dae83bea2", sizeof(Directions), false},
     {"chart", "sketchnav/Chart/1/c41f02b33738ccc5", sizeof(Chart), false},
-    {"itinerary", "sketchnav/Itinerary/1/1c577744a22642b1", sizeof(Itinerary), false},
+    {"itinerary", "sketchnav/Itinerary/2/560049705bfb08fe", sizeof(Itinerary), false},
     {"understood", "sketchnav/Understood/1/cf0efb456e05d81e", sizeof(Understood), false},
-    {"orders", "sketchnav/MissionCommand/2/a84b107d9cf57f48", sizeof(MissionCommand), false},
-    {"mission", "sketchnav/MissionCommand/2/a84b107d9cf57f48", sizeof(MissionCommand), false},
+    {"orders", "sketchnav/MissionCommand/3/1f4826f6fb405dc3", sizeof(MissionCommand), false},
+    {"mission", "sketchnav/MissionCommand/3/1f4826f6fb405dc3", sizeof(MissionCommand), false},
     {"contact", "sketchnav/Contact/1/ef5da161b2eb61b4", sizeof(Contact), false},
     {"truth", "sketchnav/GroundTruth/1/20954d63b5e53b0a", sizeof(GroundTruth), false},
     {"people", "sketchnav/People/1/0a047672a30ae3ef", sizeof(People), false},

@@ -35,7 +35,8 @@ async function pictures(page, name) {
     for (const colorScheme of ["light", "dark"]) {
       await page.setViewportSize(size);
       await page.emulateMedia({ colorScheme });
-      await page.screenshot({ path: join(out, `${name}-${look}-${colorScheme}.png`) });
+      await page.click("#fit");
+      await page.screenshot({ path: join(out, `${name}-${look}-${colorScheme}.png`), animations: "disabled" });
     }
   }
   await page.setViewportSize(before);

@@ -49,7 +49,7 @@ export function bindWheel(wish) {
     }
     const name = at("plea-name").value.trim();
     localStorage.setItem(NAME, name);
-    wish({ ask: name }, "The page that drives is asked.");
+    wish({ ask: name }, "You have asked for the wheel.");
   });
   at("pleas").addEventListener("click", ({ target }) => {
     const [does, page] = (target.closest("button")?.value ?? "").split(" ");

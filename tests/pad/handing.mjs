@@ -31,11 +31,15 @@ const driven = (page) => page.evaluate(() => parseFloat(document.getElementById(
 /** Both themes, at the width of a phone and of a desk. */
 async function pictures(page, name) {
   const before = page.viewportSize();
-  for (const [look, size] of [["wide", { width: 1500, height: 900 }], ["phone", { width: 360, height: 780 }]]) {
+  const sizes = { wide: { width: 1500, height: 900 }, phone: { width: 360, height: 780 } };
+  for (const [look, size] of Object.entries(sizes)) {
     for (const colorScheme of ["light", "dark"]) {
       await page.setViewportSize(size);
       await page.emulateMedia({ colorScheme });
+      // The sheet takes its new size in one frame, and is drawn in the next.
+      await page.evaluate(() => new Promise((drawn) => { requestAnimationFrame(() => requestAnimationFrame(drawn)); }));
       await page.click("#fit");
+      await page.evaluate(() => new Promise((drawn) => { requestAnimationFrame(() => requestAnimationFrame(drawn)); }));
       await page.screenshot({ path: join(out, `${name}-${look}-${colorScheme}.png`), animations: "disabled" });
     }
   }
@@ -51,6 +55,8 @@ async function oneDrivesAndOneWatches() {
   const hand = await browser.newContext({ viewport: { width: 360, height: 780 }, isMobile: true, hasTouch: true });
   ({ page: phone } = await opened(hand, url, null));
   await says(phone, "link-role", "You watch");
+  // The rule that hides the hand tool on a phone used to hide the sheet of a page that watches a mission, too.
+  assert.ok(await phone.locator("#sheet").isVisible(), "the sheet is shown");
   assert.equal(await desktop.locator("#plea").isVisible(), false, "the page that drives has nothing to ask for");
   assert.equal(await desktop.locator("#pleas").isVisible(), false, "nobody asks");
 }

@@ -164,7 +164,7 @@ fn unknown_labels_and_markers_are_named() {
         (
             "desk = [61,",
             "desc = [61,",
-            "navigator.markers.desc: expected one object with this label in the sketch, found 0; did you mean \"desk\"?",
+            "navigator.markers.desc: expected one object with this label in the sketch or the words, found 0; did you mean \"desk\"?",
         ),
         (
             "desk = [61,",

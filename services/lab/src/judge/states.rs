@@ -194,10 +194,8 @@ impl<'a> TrueScene<'a> {
 /// Returns what meets a relation, which is either an object or the two on either side of its direction (4.6.4). Returns
 /// `None` if nothing does.
 fn witnesses<'s>(relation: &Relation, seen: &'s [Seen], features: Features) -> Option<Vec<&'s Seen>> {
-    let alone = Features { neighbours: false, ..features };
-    let met = |relation: &Relation| {
-        seen.iter().find(|one| matching::is_met(relation, std::slice::from_ref(*one), alone))
-    };
+    let met =
+        |relation: &Relation| seen.iter().find(|one| matching::is_met_by(relation, one, seen, features));
     if let Some(one) = met(relation) {
         return Some(vec![one]);
     }
@@ -250,7 +248,7 @@ mod tests {
         view.sectors_m = [f64::INFINITY; 16];
         view.sectors_m[4] = 1.2;
         (view.object_count, view.objects[0]) =
-            (1, SeenObject { place: 4, first: 4, count: 1, reserved: 0, proximity_m: 1.2, width: 30.0 });
+            (1, SeenObject { place: 4, first: 4, count: 1, landmark: 0, proximity_m: 1.2, width: 30.0 });
         let mut truth = GroundTruth::zeroed();
         truth.pose.orientation_w = 1.0;
         let event = |event: LandmarkEvent| {

@@ -242,6 +242,14 @@ impl Planner {
         }
     }
 
+    fn is_lost(&self) -> bool {
+        match &self.driver {
+            Some(Driver::States(follower)) => follower.is_lost(),
+            Some(Driver::Belief { guide, .. }) => guide.is_lost(),
+            None => false,
+        }
+    }
+
     fn stop(&mut self) {
         self.course.command = [0.0; 2];
     }
@@ -295,6 +303,7 @@ impl Planner {
         }
         .code();
         progress.event = self.course.event;
+        progress.is_lost = self.is_lost().into();
         if let Some(Driver::Belief { guide, .. }) = &self.driver {
             (progress.along_m, progress.length_m) = (guide.along().0, guide.length().0);
         }

@@ -543,7 +543,7 @@ struct SeenObject {
     std::uint32_t place;
     std::uint32_t first;
     std::uint32_t count;
-    std::uint32_t reserved;
+    std::uint32_t landmark;
     double proximity_m;
     double width;
 };
@@ -551,7 +551,7 @@ static_assert(std::is_trivially_copyable_v<SeenObject> && sizeof(SeenObject) == 
 static_assert(offsetof(SeenObject, place) == 0);
 static_assert(offsetof(SeenObject, first) == 4);
 static_assert(offsetof(SeenObject, count) == 8);
-static_assert(offsetof(SeenObject, reserved) == 12);
+static_assert(offsetof(SeenObject, landmark) == 12);
 static_assert(offsetof(SeenObject, proximity_m) == 16);
 static_assert(offsetof(SeenObject, width) == 24);
 
@@ -743,7 +743,7 @@ struct LandmarkProgress {
     static constexpr std::uint32_t EVENT_LOST = 3;
     std::uint32_t event;
     std::uint32_t met_count;
-    std::uint32_t reserved;
+    std::uint32_t is_lost;
     MetRelation met[64];
 };
 static_assert(std::is_trivially_copyable_v<LandmarkProgress> && sizeof(LandmarkProgress) == 576);
@@ -755,7 +755,7 @@ static_assert(offsetof(LandmarkProgress, state_count) == 44);
 static_assert(offsetof(LandmarkProgress, command) == 48);
 static_assert(offsetof(LandmarkProgress, event) == 52);
 static_assert(offsetof(LandmarkProgress, met_count) == 56);
-static_assert(offsetof(LandmarkProgress, reserved) == 60);
+static_assert(offsetof(LandmarkProgress, is_lost) == 60);
 static_assert(offsetof(LandmarkProgress, met) == 64);
 
 struct Journey {

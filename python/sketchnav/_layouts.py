@@ -370,7 +370,7 @@ SeenObject = np.dtype(
         ("place", "<u4"),
         ("first", "<u4"),
         ("count", "<u4"),
-        ("reserved", "<u4"),
+        ("landmark", "<u4"),
         ("proximity_m", "<f8"),
         ("width", "<f8"),
     ]
@@ -495,7 +495,7 @@ LandmarkProgress = np.dtype(
         ("command", "<u4"),
         ("event", "<u4"),
         ("met_count", "<u4"),
-        ("reserved", "<u4"),
+        ("is_lost", "<u4"),
         ("met", MetRelation, (64,)),
     ]
 )

@@ -194,8 +194,10 @@ impl<'a> TrueScene<'a> {
 /// Returns what meets a relation, which is either an object or the two on either side of its direction (4.6.4). Returns
 /// `None` if nothing does.
 fn witnesses<'s>(relation: &Relation, seen: &'s [Seen], features: Features) -> Option<Vec<&'s Seen>> {
-    let met =
-        |relation: &Relation| seen.iter().find(|one| matching::is_met_by(relation, one, seen, features));
+    let alone = Features { neighbours: false, ..features };
+    let met = |relation: &Relation| {
+        seen.iter().find(|one| matching::is_met(relation, std::slice::from_ref(*one), alone))
+    };
     if let Some(one) = met(relation) {
         return Some(vec![one]);
     }

@@ -6,7 +6,7 @@
 //! front of it.
 //!
 //! If its observations no longer fit the drawing, or if it does not find its goal, the robot drives back by its odometry to a
-//! place where it was sure ([`crate::retreat`]) and tries again. If it has done that often enough, it is lost.
+//! place where it was sure ([`crate::retreat`]) and tries again. After a limited number of such attempts, it is lost.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Point, wrap_angle};

@@ -90,7 +90,7 @@ impl Instructions {
         serde_json::to_vec(self).map_err(|error| LandmarksError::Instructions(error.to_string()))
     }
 
-    /// Returns the landmark states, or `None` if there are none. Their relations refer to the landmarks that markers are on.
+    /// Returns the landmark states, or `None` if there are none. Their relations name the landmarks that carry markers.
     ///
     /// # Errors
     /// [`Error::Word`] and [`Error::States`], neither of which occurs for words written by
@@ -108,7 +108,7 @@ impl Instructions {
         Ok(Some(route))
     }
 
-    /// Returns the index of the landmark that an object of the route is, or `None` if no marker is on it.
+    /// Returns the index of the landmark that is this object of the route, or `None` if it carries no markers.
     fn landmark(&self, route: &Route, object: usize) -> Option<usize> {
         let name = |landmark: usize| match &self.sketch {
             Some(sketch) => Some(language::spoken(&sketch.landmarks.get(landmark)?.name)),

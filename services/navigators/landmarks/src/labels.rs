@@ -1,8 +1,8 @@
-//! Tells which landmarks the robot sees, by the markers on them. Chronis 2007, 6.3, names object recognition as future work; the
-//! method `belief` uses markers in a way of its own ([`crate::belief`]).
+//! Recognizes landmarks by the markers on them, for a robot that drives by landmark states. Chronis 2007, 6.3, proposes object
+//! recognition as future work. The method `belief` uses markers as well, but in its hypotheses: see [`crate::belief`].
 //!
-//! A camera only looks ahead, while a landmark state is about objects on all sides. The robot therefore remembers where it last saw
-//! each marker, by its odometry. An object that its range sensors see is the landmark whose marker is in the middle of it.
+//! A camera may only look ahead, whereas a landmark state is about objects on all sides. The robot therefore remembers, by its
+//! odometry, where it last saw each marker.
 
 use std::f64::consts::FRAC_PI_8;
 
@@ -34,17 +34,18 @@ impl Labels {
         self.robot.moved(moved_m, turned_rad);
     }
 
-    /// Takes in that the robot sees a marker, given by its index among the known ones.
+    /// Records where the robot sees a marker, which is given by its index among the known ones.
     pub fn see(&mut self, marker: usize, at: Point<Base>) {
         if let Some(place) = self.places.get_mut(marker) {
             *place = Some(self.robot.odom_from_base(at));
         }
     }
 
-    /// Returns the index of the landmark that an object in view is, or `None` if no marker tells. `markers` are the known ones.
+    /// Returns the index of the landmark that an object in view is, or `None` if the object has not been recognized. `markers` are
+    /// the known ones.
     ///
-    /// A marker is on an object if it lies in the direction of one of its beams, and no farther from where that beam ends than
-    /// objects are thick. If several are, the nearest to the end of its beam counts.
+    /// A marker is on an object if it lies in the direction of one of the object's beams, and if its distance from the end of that
+    /// beam does not exceed the thickness of objects. If there are several, the one nearest to the end of its beam counts.
     pub fn landmark(
         &self,
         seen: &Seen,

@@ -41,7 +41,7 @@ pub struct Localizer {
     locator: Option<Locator>,
     /// The markers on objects, sorted by number.
     markers: Vec<Marked>,
-    /// What they tell about the objects in view, if the robot drives by landmark states.
+    /// Recognizes objects by these markers, if the robot drives by landmark states.
     labels: Option<Labels>,
 }
 
@@ -97,7 +97,7 @@ impl Localizer {
         })
     }
 
-    /// Adds the markers in view that are on landmarks.
+    /// Processes the markers in view that are on landmarks.
     fn see_markers(&mut self, view: &MarkerView) {
         let Self { markers, locator, labels, .. } = self;
         let markers = &*markers;
@@ -113,7 +113,7 @@ impl Localizer {
         }
     }
 
-    /// Returns the objects in view, with the landmarks that they are recognized as.
+    /// Returns the objects in view, each with the landmark that it has been recognized as.
     fn objects(&self) -> impl Iterator<Item = Seen> {
         let (sectors, settings) = (self.ring.sectors(), self.perception.settings());
         self.perception.last_seen().iter().map(move |seen| {
@@ -144,9 +144,8 @@ impl Localizer {
     }
 }
 
-/// Passes the latest measurement of the ring's own sensor to the ring. Returns true if it arrived after the
-/// previous instant, which is not always the case, because the robot may have other sensors that publish more
-/// often.
+/// Passes the latest measurement of the ring's own sensor to the ring. Returns true if it has arrived since the previous instant.
+/// This is not always so, because other sensors of the robot may publish more often.
 fn sense(ring: &mut Ring, instant: &Instant<'_>) -> Result<bool, Denied> {
     match ring.sensor() {
         RingSensor::Sonar => {

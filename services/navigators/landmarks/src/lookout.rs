@@ -59,7 +59,9 @@ impl lookout::Lookout for Lookout {
         {
             let sketched = Sketched::of(&instructions);
             let walls = painted(&sketched.outlines(), sketched.size_px.map(f64::from));
-            (self.walls, self.sketched, self.progress) = (Some(walls), Some(sketched), None);
+            // What was said before refers to another sketch.
+            (self.view, self.progress) = (None, None);
+            (self.walls, self.sketched) = (Some(walls), Some(sketched));
         }
         if let Some(view) = message.on(LANDMARK_VIEW)? {
             self.view = Some(Box::new(*view));

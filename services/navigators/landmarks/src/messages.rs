@@ -119,8 +119,8 @@ parts! {
         pub first: u32,
         /// Number of directions that the object covers.
         pub count: u32,
-        /// 1 plus the index of the landmark that the object is, if the robot has recognized it by a marker, or else 0. The index is
-        /// that in the sketch or, for a route in words, in the order in which the words mention the objects.
+        /// 1 plus the index of the landmark that the object is, or 0 if the robot has not recognized it by a marker. Landmarks are
+        /// counted as in the sketch or, if the route is in words, as the words mention them.
         pub landmark: u32,
         /// Mean distance from the robot's rim, in metres.
         pub proximity_m: f64,

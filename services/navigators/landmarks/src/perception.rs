@@ -81,7 +81,7 @@ pub struct Seen {
     pub width: f64,
     /// The first of the object's beams, counter-clockwise, and the number of its beams.
     pub beams: [u16; 2],
-    /// Index of the landmark that the object is, if the robot has recognized it: see [`crate::labels`].
+    /// Index of the landmark that the object is, or `None` if the robot has not recognized it ([`crate::labels`]).
     pub landmark: Option<usize>,
 }
 

@@ -76,7 +76,7 @@ impl Trail {
         self.back.is_some()
     }
 
-    /// Stays where the robot is, if it was on its way back.
+    /// Gives up the way back, if the robot is on one.
     pub const fn forget_way_back(&mut self) {
         self.back = None;
     }

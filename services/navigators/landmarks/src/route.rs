@@ -125,7 +125,7 @@ pub struct Relation {
     pub proximity_m: Option<Range>,
     /// Required width of the object's histogram, from 0 to 180 for a full turn, or `None` for any width.
     pub width: Option<Range>,
-    /// Index of the landmark that the object is, if markers on it tell: see [`crate::instructions::Marked`].
+    /// Index of the object among the landmarks with markers ([`crate::instructions::Marked`]), or `None` if it has no markers.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub landmark: Option<usize>,
 }

@@ -59,8 +59,7 @@ pub fn objects(view: &LandmarkView) -> impl Iterator<Item = Seen> + '_ {
     })
 }
 
-/// Returns the state that a message of progress is about: the one that was just matched or, if there is none,
-/// the next one.
+/// Returns the state that a message of progress refers to: the one that has just been matched or, if none has, the next one.
 pub fn state_of<'a>(route: &'a Route, progress: &LandmarkProgress) -> Option<&'a State> {
     let is_matched = progress.event == LandmarkEvent::Matched.code();
     route.states.get((progress.next as usize).saturating_sub(usize::from(is_matched)))

@@ -95,7 +95,7 @@ fn a_stopped_recorder_does_not_outlive_its_supervisor() {
     running.signal(Signal::SIGKILL);
     running.end();
     wait_until("the end of the recorder", || place.living().is_empty());
-    // The next system to start removes what is left.
+    // The next system to start removes the remains.
     room::write(place.files());
     place.mission("run room.toml", "next");
     place.assert_nothing_left("gone");

@@ -205,8 +205,8 @@ fn ended(map: &str, landmarks: &str, dots: &str) -> (Option<i32>, Value) {
              [[task]]\nname = 'there'\nlandmarks = [{landmarks}]\n"
         ),
     );
-    // This run takes only a few milliseconds. It once ended before the recorder had received the messages that are sent
-    // only once, at the start.
+    // Regression test: this run, which takes only a few milliseconds, ended before the recorder had received the messages that are
+    // sent only once, at the start.
     let ended = place.run("run mission.toml --out out --json");
     let recording = ended.json()["recording"].as_str().unwrap().to_owned();
     (ended.code, place.run(&format!("judge {recording} --json")).json()[0]["journeys"][0].clone())

@@ -156,8 +156,8 @@ fn labels_read_by_a_camera_are_used() {
     assert_eq!(judged.pointer("/0/verdict/tasks/0/reached"), Some(&Value::Bool(true)), "{judged}");
 }
 
-/// Words name their objects, and so do markers. If the labels of the trash and the crate are exchanged, the robot turns left until
-/// it sees the trash ahead, finds only an object with another label there, and gets lost.
+/// Words name objects, and so do markers. If the labels of the trash and the crate are exchanged, the robot recognizes neither as the
+/// one that the words name, and gets lost.
 #[test]
 fn landmark_states_match_the_labelled_objects_that_they_name() {
     let place = place("scene-a-labels.toml");

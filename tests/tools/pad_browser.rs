@@ -131,8 +131,8 @@ fn drawings_are_checked_before_a_robot_drives_by_them() {
     place.assert_nothing_left("pad");
 }
 
-/// After a drive, the page shows what the robot saw over what was drawn. Once a person accepts it, the robot drives by it without a
-/// mark, from wherever it stands.
+/// After a drive, the page shows the robot's map over the drawing. Once a person accepts it, the robot drives by it without a mark,
+/// from wherever it stands.
 #[test]
 fn what_the_robot_has_learned_is_accepted_driven_by_and_rejected() {
     let Some(browser) = Browser::find() else { return };

@@ -36,7 +36,7 @@ pub struct Report {
     verdict: Verdict,
     #[serde(flatten)]
     doubts: Doubts,
-    /// How the planner reports that it drove, if it had to deviate from the method.
+    /// The planner's report of how it drove, if it had to deviate from the method.
     #[serde(skip_serializing_if = "Option::is_none")]
     driven: Option<&'static str>,
     /// Duration of the run by the clock, in seconds, or `None` if its supervisor was killed at its end.
@@ -56,14 +56,14 @@ pub struct Report {
     /// The folder with the output of the processes.
     #[serde(skip_serializing_if = "Option::is_none")]
     logs: Option<PathBuf>,
-    /// Why some of that output is missing.
+    /// The reason why some of that output is missing.
     #[serde(skip_serializing_if = "Option::is_none")]
     logs_incomplete: Option<String>,
-    /// Why there are fewer pictures than expected.
+    /// The reason why there are fewer pictures than expected.
     #[serde(skip_serializing_if = "Option::is_none")]
     not_drawn: Option<String>,
     processes: Vec<ProcessFigures>,
-    /// What a person should check first, if anything.
+    /// A hint about what to check first, if there is one.
     #[serde(skip)]
     hint: Option<&'static str>,
 }
@@ -175,7 +175,7 @@ impl Report {
         self.verdict.success
     }
 
-    /// Says what is missing from the recording, or returns `None` if it is complete.
+    /// Describes the gaps of the recording, or returns `None` if it is complete.
     pub fn incomplete(&self) -> Option<&str> {
         self.incomplete.as_deref()
     }
@@ -258,7 +258,8 @@ impl Report {
     }
 }
 
-/// Returns what to check first if no task was reached, where the mission gives the start twice: for the robot and in its drawing.
+/// Returns a hint about what to check first if no task was reached and the mission states the start twice, for the robot and in its
+/// drawing.
 fn hint(mission: &Mission, verdict: &Verdict) -> Option<&'static str> {
     let is_given_twice = mission.navigator.given.contains_key("start");
     let is_none_reached = !verdict.tasks.is_empty() && verdict.tasks.iter().all(|task| !task.reached);
@@ -323,7 +324,7 @@ mod tests {
 
     use super::*;
 
-    /// A wrong heading in the drawing once gave "0 of 3 tasks reached", and nothing else.
+    /// Regression test: with a wrong heading in the drawing, the only output was "0 of 3 tasks reached".
     #[test]
     fn after_a_run_that_reached_nothing_the_starts_are_doubted() {
         let by_drawing =

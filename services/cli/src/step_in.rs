@@ -23,7 +23,7 @@ use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::out;
 use crate::systems;
 
-/// How often to check whether the successor has joined or the order has appeared.
+/// Interval at which to check whether the successor has joined or the order has appeared.
 const LOOK_EVERY: Duration = Duration::from_millis(2);
 
 /// Ends a process and waits for its replacement.

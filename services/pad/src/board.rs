@@ -123,7 +123,7 @@ pub struct Image {
     pub bytes: Bytes,
 }
 
-/// Where the bridge stores the data that the server should send to the pages.
+/// The data that the server should send to the pages, stored here by the bridge.
 #[derive(Debug)]
 pub struct Board {
     /// The latest feed.
@@ -198,7 +198,7 @@ pub struct Calls {
 /// Sessions of connections that have ended. There are no more of them than connections, so they are never dropped.
 type Leaves = Arc<Mutex<Vec<String>>>;
 
-/// Where to send the result of an abort; `None` if no abort was requested.
+/// Channel for the result of an abort, or `None` if no abort was requested.
 type Aborts = Arc<Mutex<Option<Vec<oneshot::Sender<Answer>>>>>;
 
 impl Caller {
@@ -256,7 +256,7 @@ impl Caller {
 }
 
 impl Calls {
-    /// Returns where to send the result of an abort, or `None` if no abort was requested.
+    /// Returns the channels for the result of an abort, or `None` if no abort was requested.
     pub fn take_aborts(&self) -> Option<Vec<oneshot::Sender<Answer>>> {
         self.aborts.lock().unwrap_or_else(PoisonError::into_inner).take()
     }

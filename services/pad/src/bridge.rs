@@ -100,7 +100,7 @@ struct Bridge<'a> {
     watch: Watch,
     machine: Machine,
     sessions: Sessions,
-    /// Where to send the sketcher's response.
+    /// Channel for the sketcher's response.
     reply: Option<oneshot::Sender<Answer>>,
     sendings: Sendings,
     /// Names of the mission files saved so far, which may be overwritten.

@@ -79,7 +79,7 @@ pub const LINK_LIMIT_S: [f64; 2] = [1.0, 60.0];
 /// The default of that limit, in seconds.
 pub const DEFAULT_LINK_LIMIT_S: f64 = 3.0;
 
-/// Why a request is refused, in words for the page.
+/// The reason why a request is refused, in words for the page.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Refusal {
     /// It does not follow the protocol.
@@ -353,7 +353,7 @@ pub enum Step {
     Here,
     /// Use the learned map for the next drive.
     Accept,
-    /// Discard what was learned.
+    /// Discard the learned map.
     Reject,
 }
 
@@ -369,7 +369,7 @@ pub struct OrderBody {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HereBody {
-    /// Where the robot is in the drawing.
+    /// The robot's pose in the drawing.
     pub at: [f64; 2],
     /// Its heading, if known.
     pub heading_deg: Option<f64>,
@@ -458,7 +458,7 @@ pub struct Hello {
     pub walls: u64,
     /// What was learned, or null if nothing was.
     pub learned: Option<LearnedView>,
-    /// Where the robot has been since it was placed.
+    /// The robot's positions since it was placed.
     pub trail: Vec<[f64; 2]>,
     /// The study, if the page is for its participants.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -498,7 +498,7 @@ pub struct Limits {
     pub goals: usize,
     /// Points of a route.
     pub path_points: usize,
-    /// How long the link may be lost before the mission pauses, in seconds.
+    /// Time without a link after which the mission pauses, in seconds.
     pub link_limit_s: f64,
     /// Minimum and maximum of that limit, in seconds.
     pub link_limit_range_s: [f64; 2],

@@ -119,7 +119,7 @@ impl Sessions {
         self.driver.as_deref()
     }
 
-    /// Returns how long the driver has been silent.
+    /// Returns the time since the driver was last heard.
     pub fn silence(&self, now: Duration) -> Option<Duration> {
         let driver = self.known.get(self.driver.as_ref()?)?;
         Some(now.saturating_sub(driver.heard))
@@ -149,7 +149,7 @@ impl Sessions {
         Ok(())
     }
 
-    /// Returns how long the driver may be silent, in seconds.
+    /// Returns the maximum time that the driver may be silent, in seconds.
     pub fn limit_s(&self) -> f64 {
         self.limit.as_secs_f64()
     }

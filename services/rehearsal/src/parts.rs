@@ -1,5 +1,5 @@
-//! The parts of a rehearsal. Each replaces a process, with that process's computation and the messages it has
-//! sent.
+//! The parts of a rehearsal, each of which replaces a process. A part contains the computation of the process and the messages that
+//! it has sent.
 
 use std::time::{Duration, Instant as Clock};
 

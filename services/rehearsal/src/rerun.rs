@@ -28,7 +28,7 @@ use sketchnav_schemas::time::seconds;
 use crate::{RehearsalError, Tap};
 use subject::Subject;
 
-/// Why a service cannot be executed again.
+/// The reason why a service cannot be executed again.
 #[derive(Debug, thiserror::Error)]
 pub enum RerunError {
     /// The recording cannot be read.

@@ -19,9 +19,9 @@ use crate::participant::{Intake, Outlet, Participant};
 use crate::topics::{Delivery, Source, Topic};
 use crate::{BridgeError, Settings, Summary};
 
-/// How often to look for messages, since messages do not wake observers.
+/// Interval at which to look for messages, since messages do not wake observers.
 const LOOK_EVERY: Duration = Duration::from_millis(4);
-/// How often to publish the state of the processes, and to check whether the system still runs.
+/// Interval at which to publish the state of the processes, and to check whether the system still runs.
 const SECOND: Duration = Duration::from_secs(1);
 /// The topic of orders.
 pub const ORDER_TOPIC: &str = "order";
@@ -137,7 +137,7 @@ impl Bridge {
         Ok(())
     }
 
-    /// Publishes what is derived from a message.
+    /// Publishes the messages derived from a message.
     fn derive(&mut self, inlet: &Inlet, sample: &RawSample, now: Duration) -> Result<(), BridgeError> {
         let (spec, message) = (inlet.reader.spec(), sample.message());
         if let Some((diagnostics, _)) = &mut self.diagnostics {

@@ -16,7 +16,7 @@ const MAX_SHOWN: usize = 40;
 /// Maximum length of a text that is looked at, in bytes. Names in missions are shorter.
 const MAX_BYTES: usize = 256;
 
-/// Why an order was rejected.
+/// The reason why an order was rejected.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum OrderError {
     /// The word is unknown.

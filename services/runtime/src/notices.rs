@@ -28,13 +28,13 @@ const MAX_WORDS: usize = 512;
 pub struct Notice {
     /// What happened.
     pub kind: FaultKind,
-    /// The process that it happened to.
+    /// The process concerned.
     pub process: Process,
     /// Process id of that process.
     pub pid: u32,
     /// The signal that is sent to it, or 0 if there is none.
     pub signal: u32,
-    /// Number of messages lost because of it.
+    /// Number of messages lost.
     pub missing: u32,
     /// A description in words.
     pub words: String,
@@ -180,7 +180,7 @@ impl System {
 }
 
 impl Node {
-    /// Asks the supervisor to publish what happened to this process, and writes it to the process's log.
+    /// Asks the supervisor to publish an event of this process, and writes it to the process's log.
     pub fn report_fault(&self, kind: FaultKind, missing: u64, words: &str) {
         sketchnav_schemas::say!("{words}");
         let notice = Notice {

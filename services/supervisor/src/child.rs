@@ -25,7 +25,7 @@ use crate::restarts::{End, Restarts};
 use crate::watchdog::{Alarm, Watchdog};
 use crate::{Death, Error, Result};
 
-/// Interval of checks whether waiting has become urgent, since a signal may be delivered to a thread other than the waiting
+/// Interval at which to check whether waiting has become urgent, since a signal may be delivered to a thread other than the waiting
 /// one.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
 /// `F_SETSIG` of `fcntl.h` (Linux), which the libc crate lacks. It selects a signal other than SIGIO.
@@ -44,7 +44,7 @@ pub struct ProcessLine {
     pub process: Process,
     /// Command line of the process. The supervisor sets its input, output, process group and parent-death signal.
     pub command: Command,
-    /// Whether a restarted process resumes from where it was, so that the system survives its death.
+    /// Whether a restarted process resumes from its checkpoint, so that the system survives its death.
     pub resumes: bool,
 }
 
@@ -124,7 +124,7 @@ impl Child {
         Ok(has_lines)
     }
 
-    /// Returns true if the process resumes from where it was when it is restarted.
+    /// Returns true if the process resumes from its checkpoint when it is restarted.
     pub(crate) fn resumes(&self) -> bool {
         self.line.resumes
     }
@@ -134,16 +134,16 @@ impl Child {
         self.due.is_some()
     }
 
-    /// Returns how often the process has been restarted, and after which pause.
+    /// Returns the restarts of the process.
     pub(crate) fn restarts(&self) -> &Restarts {
         &self.restarts
     }
 
-    /// Schedules a restart after a death. Returns false if the process is given up. `progress` is its progress across all
+    /// Schedules a restart after a death. Returns false if the process has failed for good. `progress` is its progress across all
     /// restarts.
     pub(crate) fn schedule(&mut self, status: ExitStatus, progress: u32) -> bool {
         let now = Instant::now();
-        // Clearing what a dead process left in shared memory is part of its recovery.
+        // Clearing a dead process's remains in shared memory is part of its recovery.
         let died = self.ended.map_or(now, |(_, when)| when);
         self.mourned.get_or_insert((died, progress));
         let pause = self.restarts.pause_after_death(self.end(status), progress);
@@ -164,7 +164,7 @@ impl Child {
         }
     }
 
-    /// Restarts the process if that is due. Returns true if it did.
+    /// Restarts the process if that is due. Returns true if it was restarted.
     pub(crate) fn start_if_due(&mut self, signs_of_life: u32) -> Result<bool> {
         let is_due = self.due.is_some_and(|due| due <= Instant::now());
         if is_due {
@@ -187,7 +187,7 @@ impl Child {
         self.watchdog.look(signs_of_life, Instant::now(), || ProcessState::of(pid))
     }
 
-    /// Tolerates slowness of the process from now on, because it is being starved.
+    /// Tolerates delays of the process from now on, because it is being starved.
     pub(crate) fn bear(&mut self, starvation: Starvation) {
         self.watchdog.bear(starvation, Instant::now());
     }
@@ -257,7 +257,7 @@ impl Child {
     }
 }
 
-/// Sets everything that does not change from one start of the process to the next.
+/// Sets the properties that are common to all starts of the process.
 fn prepare(line: &mut ProcessLine) -> Result<()> {
     let (supervisor, process) = (getpid(), line.process);
     // The recorder may still close its file, while the other processes have nothing to save.
@@ -345,7 +345,7 @@ mod tests {
 
     use super::*;
 
-    /// The line that named an exception was lost if more than eleven lines followed.
+    /// Regression test: the line that named an exception was lost if more than eleven lines followed.
     #[test]
     fn the_last_lines_of_a_log_include_the_whole_error() {
         let folder = tempfile::tempdir().unwrap();
@@ -361,8 +361,8 @@ mod tests {
         assert_eq!(last_lines(&log).lines().count(), LAST_LINES);
     }
 
-    /// A process that had died because shared memory was full was said to have "printed nothing", because its log was in that
-    /// memory.
+    /// Regression test: if a process died because shared memory was full, the error said that it had "printed nothing", because its
+    /// log was in that memory.
     #[test]
     fn a_full_log_keeps_space_for_the_final_lines() {
         let folder = tempfile::tempdir_in("/dev/shm").unwrap();

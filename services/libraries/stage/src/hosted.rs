@@ -70,7 +70,7 @@ pub trait Stage {
     }
 }
 
-/// Why [`Hosted::save`] did not write the state.
+/// The reason why [`Hosted::save`] did not write the state.
 #[derive(Debug, thiserror::Error)]
 pub enum SaveError {
     /// The state does not fit.

@@ -56,15 +56,14 @@ pub type InForce = fn(&Mission, &Robot) -> Result<Parameters, StageError>;
 pub struct Navigator {
     /// Name of the navigator in a mission, as in `[navigator] kind = "sketch"`.
     pub kind: &'static str,
-    /// One sentence that describes what a person provides and how the robot navigates by it.
+    /// A sentence that describes a person's input and how the robot navigates by it.
     pub about: &'static str,
     /// Possible values of `[navigator] method`, the default first. Empty if there is no choice.
     pub methods: &'static [&'static str],
-    /// Checks what the navigator requires of the mission and the robot before anything starts. The loader
-    /// checks the files that a mission names, see [`Mission::navigator_files_mut`].
+    /// Checks the navigator's requirements for the mission and the robot before anything starts. The loader checks the files that a
+    /// mission names, see [`Mission::navigator_files_mut`].
     pub check: fn(&Mission, &Robot) -> Result<(), StageError>,
-    /// Checks what the navigator requires of the markers of a floor. `None` if the navigator does not use
-    /// markers.
+    /// Checks the navigator's requirements for the markers of a floor. `None` if the navigator does not use markers.
     pub check_markers: Option<CheckMarkers>,
     /// Returns the value of every parameter of the stages in a mission, including defaults.
     pub parameters: InForce,
@@ -94,8 +93,7 @@ pub struct Navigator {
 }
 
 impl Navigator {
-    /// Creates a navigator with these stages (sketcher, localizer, planner) and without any of the optional
-    /// parts.
+    /// Creates a navigator with the given stages (sketcher, localizer, planner) and without any of the optional parts.
     pub const fn new(kind: &'static str, about: &'static str, stages: [Make; 3]) -> Self {
         Self {
             kind,

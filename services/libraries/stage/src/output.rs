@@ -21,7 +21,7 @@ pub struct Put<'a> {
     pub fill: &'a mut Fill<'a>,
 }
 
-/// Where a stage's messages go. Implemented by hosts.
+/// The destination of a stage's messages, implemented by hosts.
 pub trait Sink {
     /// Lets the message be filled in place, then numbers it, sends it and returns its number.
     ///
@@ -46,7 +46,7 @@ pub struct Outbox<'a> {
 }
 
 impl<'a> Outbox<'a> {
-    /// Creates an outbox for messages with this time and cause.
+    /// Creates an outbox for messages with the given time and cause.
     pub fn new(sink: &'a mut dyn Sink, stamp_ns: u64, source_seq: u64) -> Self {
         Self { sink, header: Header { seq: 0, stamp_ns, source_seq }, is_resuming: false }
     }

@@ -42,7 +42,8 @@ pub struct Guiding {
     /// Maximum ratio of the distance covered to the length of the drawn route. If it is exceeded, the robot
     /// is lost.
     pub most_way: f64,
-    /// How often a robot that would be lost drives back to a place where it was sure. With a pad, it asks the person instead.
+    /// Maximum number of times that a robot that would be lost drives back to a place where it was sure. With a pad, it asks the
+    /// person instead.
     pub returns: u32,
 }
 
@@ -106,7 +107,7 @@ pub struct State {
     outcome: Option<Outcome>,
     /// The robot's path, on which it drives back.
     trail: Trail,
-    /// How often the robot has driven back, and why it last did.
+    /// Number of times that the robot has driven back, and the reason for the last time.
     returns: u32,
     why: Option<Outcome>,
     /// Number of places where the robot was sure, as last heard.
@@ -211,8 +212,8 @@ impl Guide {
         self.state.trail.is_going_back()
     }
 
-    /// Returns what the route does at the robot's position, for people to see. The route counts as turning if
-    /// it bends by more than 20° within the next drawn metre.
+    /// Describes the route at the robot's position, for people. The route counts as turning if it bends by more than 20° within
+    /// the next drawn metre.
     pub fn command(&self) -> Command {
         if self.state.outcome.is_some() {
             return Command::Stop;
@@ -388,7 +389,7 @@ mod tests {
         }
     }
 
-    /// Returns a certain estimate at this position, facing along x, in a drawing to scale.
+    /// Returns a certain estimate at the given position, facing along x, in a drawing to scale.
     fn sure(at: Point<Drawn>) -> Estimate {
         Estimate { at, ..STANDING.estimate }
     }
@@ -551,8 +552,8 @@ mod tests {
         assert!((before - DrawnMetres(0.1)..=before).contains(&along), "{along:?}");
     }
 
-    /// The look-ahead is a driven distance, but it used to be added to a drawn one without conversion. In a sketch at half the
-    /// scale, the robot looked twice as far ahead and cut its corners.
+    /// Regression test: the look-ahead, a driven distance, was added to a drawn distance without conversion. In a sketch at half
+    /// the scale, the robot looked twice as far ahead and cut its corners.
     #[test]
     fn a_robot_looks_equally_far_ahead_at_any_scale_of_the_drawing() {
         let turn = |stretch: f64| {

@@ -1,4 +1,4 @@
-//! What the sketcher sends to the other stages: the sketch, the landmark states, or both.
+//! The sketcher's instructions for the other stages: the sketch, the landmark states, or both.
 
 use std::collections::BTreeMap;
 
@@ -54,7 +54,7 @@ impl Instructions {
     ) -> Result<Self, Error> {
         let Given::Drawing(_, reading) = &mission.given else {
             let text = std::str::from_utf8(bytes).map_err(|error| Error::Text { at: error.valid_up_to() })?;
-            // Printing what was read makes sure that the printed route is the one that is driven.
+            // Printing the parsed route ensures that the printed route is the one that is driven.
             let words = language::print(&language::read(text)?);
             let objects = language::read(&words)?.objects;
             let markers = marked(&mission.markers, &objects.iter().map(String::as_str).collect::<Vec<_>>())?;

@@ -1,5 +1,4 @@
-//! The localizer stage for landmarks, which publishes once per tick what the robot sees and its estimated
-//! pose in the sketch.
+//! The localizer stage for landmarks, which publishes the robot's view and its estimated pose in the sketch once per tick.
 
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
@@ -35,7 +34,7 @@ pub struct Localizer {
     motion: Motion,
     /// Number of the route that was received, or 0 before the first.
     route: u64,
-    /// Whether people draw the route while the mission runs. The robot then reports what it sees before there is a route.
+    /// Whether people draw the route while the mission runs. The robot then reports its view before there is a route.
     is_drawn: bool,
     sketch: Option<Sketch>,
     locator: Option<Locator>,

@@ -29,7 +29,7 @@ const DOUBTFUL: f64 = 0.3;
 /// The latest messages about the route, ready to be drawn.
 pub struct Lookout {
     radius_m: f64,
-    /// Whether the robot drives by its position in the sketch, and can be told it.
+    /// Whether the robot drives by its position in the sketch, which a person can then set.
     is_by_position: bool,
     sketched: Option<Sketched>,
     walls: Option<Walls>,
@@ -216,7 +216,7 @@ impl Sketched {
         (!self.line.is_empty()).then_some(line)
     }
 
-    /// Returns what the range sensors see: rings, and discs for objects that meet the relevant state.
+    /// Returns the view of the range sensors: rings, and discs for objects that meet the relevant state.
     fn objects(&self, view: &LandmarkView, progress: &LandmarkProgress, radius_m: f64) -> [Shape; 2] {
         let [mut seen, mut met] = [Vec::new(), Vec::new()];
         for (i, object) in view::objects(view).enumerate() {

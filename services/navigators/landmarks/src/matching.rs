@@ -74,7 +74,7 @@ pub fn is_met(relation: &Relation, seen: &[Seen], features: Features) -> bool {
     }
 }
 
-/// Returns which objects make a state true, as pairs of the index of a relation in the state and the index of an object in
+/// Returns the objects that make a state true, as pairs of the index of a relation in the state and the index of an object in
 /// `seen`. Earlier cycles and neighbouring directions are not taken into account.
 pub fn witnesses<'a>(
     state: &'a State,

@@ -22,8 +22,7 @@ use crate::route::{INCH_M, Place};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Perceiving {
-    /// Diameter of the robot, in metres. The Nomad's is 20 inches. It is taken from the robot rather than
-    /// from a key of the mission.
+    /// Diameter of the robot, in metres (20 inches for the Nomad), from the robot file rather than a key of the mission.
     #[serde(skip)]
     pub robot_m: f64,
     /// Distance of the sensors from the robot's centre, in metres. The Nomad's sensors are on its rim. It is taken from the

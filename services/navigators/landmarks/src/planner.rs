@@ -77,7 +77,7 @@ struct Course {
     command: [f64; 2],
     /// Number of the state that the robot is waiting for.
     next: usize,
-    /// What has just happened, as a value of [`LandmarkEvent`].
+    /// The latest event, as a value of [`LandmarkEvent`].
     event: u32,
 }
 
@@ -263,7 +263,7 @@ impl Planner {
         ];
     }
 
-    /// Returns what the route does at the robot's position.
+    /// Returns the command of the route at the robot's position.
     fn about(&self) -> Command {
         match &self.driver {
             Some(Driver::States(follower)) => follower.command(),
@@ -330,7 +330,7 @@ enum End {
     Lost(Lost),
 }
 
-/// Why a robot is lost, in words for people.
+/// Display text for why a robot is lost.
 enum Lost {
     State(usize),
     NoGoal,
@@ -349,7 +349,7 @@ impl std::fmt::Display for Lost {
     }
 }
 
-/// What the robot is doing, in words for people.
+/// Display text of the robot's current activity.
 struct About {
     next: usize,
     command: Command,

@@ -133,7 +133,7 @@ pub struct Relation {
 /// Maximum distance in a relation, in metres. It is the upper end of "at least 2 m away".
 pub const MOST_M: f64 = 10_000.0;
 
-/// Why a state is part of a route.
+/// The reason why a state is part of a route.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
@@ -150,7 +150,7 @@ pub enum Kind {
 /// A landmark state with its command.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct State {
-    /// Why the state is in the route.
+    /// The reason why the state is in the route.
     pub kind: Kind,
     /// What the robot must see. Relations of the same object follow each other.
     pub relations: Vec<Relation>,

@@ -1,8 +1,8 @@
 //! The planner drives the robot to its goals in a drawing.
 //!
-//! The planner answers every estimate with a plan, if one is due, with one command and, last, with one status. In lockstep, the
-//! first estimate waits for the sketch, the route and the order to start. In real time, the robot stands still until these have
-//! arrived. Orders come from the supervisor and from the pad.
+//! The planner responds to every estimate with a plan if one is due, a command and, last, a status. In lockstep, the response to
+//! the first estimate waits for the sketch, the route and the order to start. In real time, the robot stands still until these have
+//! arrived. Orders come from the supervisor and the pad.
 //!
 //! The module `driving` computes velocities from estimates, and the [`Agenda`] is responsible for the order of tasks, people's
 //! orders and time limits. Memory is only allocated when a sketch or a route arrives.
@@ -41,7 +41,7 @@ use crate::task::Task;
 /// An error that prevents the planner from working.
 #[derive(Debug, thiserror::Error)]
 pub enum PlannerError {
-    /// An error in the mission's part for this navigator.
+    /// An error in the mission keys of this navigator.
     #[error(transparent)]
     Mission(#[from] MissionError),
     /// The robot lacks the laser or the odometry.
@@ -58,8 +58,8 @@ pub enum PlannerError {
     Cells(#[from] CellsError),
 }
 
-/// Everything that changes from step to step, for a checkpoint. The sketch and the route are not included. `D` is the driver's
-/// state, or a view of it if the state is only to be written.
+/// The state that changes from step to step, for checkpoints, without the sketch and the route. `D` is the driver's state, or a
+/// view of it for writing.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct State<D = driving::State> {
     agenda: Standing,
@@ -73,11 +73,11 @@ pub struct State<D = driving::State> {
 struct Asking {
     /// Time for which the current question has been open, in seconds.
     for_s: f64,
-    /// Kind of the question that was sent last, as the code of a [`QuestionKind`].
+    /// Kind of the last question sent, as the code of a [`QuestionKind`].
     sent: u32,
 }
 
-/// The numbers of the last sketch and of the last route that have arrived, or 0 before the first.
+/// Sequence numbers of the latest sketch and the latest route, or 0 before the first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 struct DrawingSeq {
     sketch: u64,
@@ -91,16 +91,16 @@ pub struct Planner {
     wall_direction_rad: f64,
     pad: Pad,
     tasks: Option<Vec<Task>>,
-    /// Number of the sketch that the tasks refer to, if the route says so.
+    /// Sequence number of the sketch that the tasks refer to, if the route states it.
     tasks_sketch: u64,
     /// Width and height of the drawing, in pixels.
     size_px: [f64; 2],
     ask_patience_s: f64,
     asking: Asking,
-    /// Time, in nanoseconds, up to which people's reports of where the robot is are too old to use.
+    /// Time, in nanoseconds, up to which people's reports of the robot's place are too old to use.
     too_old_ns: Option<u64>,
     driver: Driver,
-    /// True if the driver drives in learned maps.
+    /// True if the robot drives in a learned map.
     is_learned: bool,
     run: RunConfig,
     agenda: Agenda,
@@ -108,7 +108,7 @@ pub struct Planner {
 }
 
 impl Planner {
-    /// Creates the planner of a run, with the run's robot and the parameters of its mission.
+    /// Creates the planner of a run for its robot and mission parameters.
     ///
     /// # Errors
     /// [`PlannerError`] if the mission's table `parameters.planner` is invalid or the robot lacks a sensor.
@@ -136,7 +136,7 @@ impl Planner {
         })
     }
 
-    /// Accepts a drawing and its cells. If people draw during the run, a new drawing ends whatever is under way, and discards tasks
+    /// Accepts a drawing and its cells. If people draw during the run, a new drawing ends the task under way and discards all tasks
     /// that belong to the previous drawing.
     fn on_sketch(&mut self, map: &SketchMap, cells: &[u8]) -> Result<(), PlannerError> {
         let sketch = SketchGrid::of_map(map, cells)?;
@@ -160,7 +160,7 @@ impl Planner {
     }
 
     /// Accepts the tasks of a route, unless the first task has begun. If people draw during the run, new tasks are accepted
-    /// whenever the robot does not drive.
+    /// whenever the robot is not driving.
     fn on_route(&mut self, route: &Route) {
         let is_open = match self.pad.draws() {
             true => !self.agenda.is_driving(),
@@ -182,7 +182,7 @@ impl Planner {
         self.tasks = tasks;
     }
 
-    /// Handles a person's order. `held` says why the robot was held before the order, if it was.
+    /// Handles a person's order. `held` is the reason why the robot was held before the order, if any.
     fn on_order(&mut self, order: &MissionCommand, held: Option<Hold>) {
         let now_s = self.agenda.elapsed_s();
         if let Some(here) = order.here().filter(|here| self.is_told(order, here)) {
@@ -193,14 +193,14 @@ impl Planner {
         }
     }
 
-    /// Returns true if the place that a person reports is in the drawing, and newer than what was known when the planner started.
+    /// Returns true if the place reported by a person is in the drawing, and the report is newer than the start of the planner.
     fn is_told(&self, order: &MissionCommand, here: &Here) -> bool {
         let is_old = self.too_old_ns.is_some_and(|old_ns| order.header.stamp_ns <= old_ns);
         let [width, height] = self.size_px;
         !is_old && (0.0..width).contains(&here.at.x) && (0.0..height).contains(&here.at.y)
     }
 
-    /// Returns which part of the drawing is missing, if any.
+    /// Returns the missing part of the drawing, if any.
     fn missing(&self) -> Option<Reason> {
         match (self.driver.has_sketch(), &self.tasks) {
             (false, _) => Some(Reason::NoSketch),
@@ -231,7 +231,7 @@ impl Planner {
         }
     }
 
-    /// Lets a question lapse that nobody has answered in time.
+    /// Ends a question that nobody has answered in time.
     fn await_answer(&mut self, dt_s: f64) {
         if self.agenda.held() != Some(Hold::Asks) {
             return;
@@ -333,7 +333,8 @@ impl Stage for Planner {
         self.agenda.is_ready(self.missing().is_none())
     }
 
-    /// Before the first scan and odometry, an instant has no answer. This is safe because the world stops a robot without commands.
+    /// Before the first scan and odometry, there is no response to an instant. This is safe because the world stops a robot without
+    /// commands.
     fn step(&mut self, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError> {
         let (Some(estimate), Some(odometry), Some(_)) =
             (instant.newest(ESTIMATE)?, instant.newest(ODOMETRY)?, instant.newest(SCAN)?)
@@ -356,7 +357,7 @@ impl Stage for Planner {
     }
 
     /// The sketch and the route of the state must have arrived again. If people draw during the run, newer ones may have arrived
-    /// instead, and the planner then waits for the order to start.
+    /// instead. The planner then waits for the order to start.
     fn restore(&mut self, state: State) -> Result<(), StageError> {
         self.agenda.restore(state.agenda);
         self.asking = state.asking;
@@ -375,7 +376,7 @@ impl Stage for Planner {
     }
 }
 
-/// Returns the parameters that a mission gives the planner.
+/// Returns the planner's parameters in a mission.
 ///
 /// # Errors
 /// [`PlannerError`] with the key of the mission.
@@ -383,11 +384,11 @@ pub fn parameters(mission: &Mission) -> Result<Parameters, PlannerError> {
     in_sketch(mission, SketchMission::of(mission)?.is_learned())
 }
 
-/// Returns the planner's parameters in a sketch of a run, which is a learned map or not.
+/// Returns the planner's parameters for a run, in a drawing or in a learned map.
 fn of_run(run: &RunConfig, is_learned: bool) -> Result<Parameters, PlannerError> {
     let mut parameters = in_sketch(&run.mission, is_learned)?;
     if run.pad.is_absent() {
-        // Without a pad, nobody could answer.
+        // Without a pad, nobody can answer.
         parameters.ask_margin = 0.0;
     }
     Ok(parameters)
@@ -400,8 +401,8 @@ fn in_sketch(mission: &Mission, is_learned: bool) -> Result<Parameters, PlannerE
     Ok(parameters)
 }
 
-/// Writes `points` to `out` and returns how many were written. Points are thinned evenly if there are too many, but the last one is
-/// always written. The rest of `out` is zero.
+/// Writes `points` to `out` and returns the number written. If there are too many, they are thinned evenly, always keeping the last
+/// one. The rest of `out` is zero.
 fn thin<const N: usize>(points: impl ExactSizeIterator<Item = [f32; 2]>, out: &mut [[f32; 2]; N]) -> usize {
     *out = [[0.0; 2]; N];
     let (len, count) = (points.len(), points.len().min(N));

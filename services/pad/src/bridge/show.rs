@@ -189,7 +189,7 @@ impl Bridge<'_> {
         }
     }
 
-    /// Where the robot is on the canvas; in a drawing it leaves a trail.
+    /// The robot's position on the canvas. In a drawing, it leaves a trail.
     fn pose(&mut self, shown: &Shown, view: &View) -> Option<PoseView> {
         match view {
             View::Robot { .. } => Some(PoseView::in_the_middle(&self.run.robot, view)),

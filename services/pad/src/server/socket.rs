@@ -29,7 +29,7 @@ const MAX_WORDS: usize = 32;
 const SILENT: Duration = Duration::from_secs(20);
 /// Number of a page's messages that are handled immediately, and per second after that. The rest wait on the page's link.
 const WORDS: [f64; 2] = [200.0, 60.0];
-/// How often the bridge is notified that data has arrived from a page.
+/// Interval at which the bridge is notified that data has arrived from a page.
 const HEARD_EVERY: Duration = Duration::from_millis(100);
 
 /// Serves a page until it disconnects.

@@ -318,7 +318,7 @@ impl Drive {
         self.receive(ORDERS, &MissionCommand { order: order.code(), ..Zeroable::zeroed() }, &[]);
     }
 
-    /// Passes a person's mark of where in the drawing the robot is to the planner.
+    /// Passes a person's mark of the robot's position in the drawing to the planner.
     pub fn tell(&mut self, x_px: f64, y_px: f64) {
         let mut order = MissionCommand { order: Order::Here.code(), ..Zeroable::zeroed() };
         order.set_here(&Here { at: Point::new(x_px, y_px), yaw_rad: None });

@@ -171,7 +171,7 @@ fn landmark_states_match_the_labelled_objects_that_they_name() {
         write(&place, "words.toml", &mission);
         let (report, _) = place.mission(&format!("run words.toml --out {name}"), name);
         let recording = report["recording"].as_str().unwrap();
-        let judged = place.fine(&format!("judge {recording} --json")).json();
+        let judged = place.run(&format!("judge {recording} --json")).json();
         let reached = judged.pointer("/0/verdict/tasks/0/reached");
         assert_eq!(reached, Some(&Value::Bool(is_reached)), "{name}: {judged}");
         place.is_reproduced(recording, &["sketcher", "localizer", "planner"]);

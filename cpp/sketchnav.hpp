@@ -553,7 +553,7 @@ struct SeenObject {
     std::uint32_t place;
     std::uint32_t first;
     std::uint32_t count;
-    std::uint32_t reserved;
+    std::uint32_t landmark;
     double proximity_m;
     double width;
 };
@@ -561,7 +561,7 @@ static_assert(std::is_trivially_copyable_v<SeenObject> && sizeof(SeenObject) == 
 static_assert(offsetof(SeenObject, place) == 0);
 static_assert(offsetof(SeenObject, first) == 4);
 static_assert(offsetof(SeenObject, count) == 8);
-static_assert(offsetof(SeenObject, reserved) == 12);
+static_assert(offsetof(SeenObject, landmark) == 12);
 static_assert(offsetof(SeenObject, proximity_m) == 16);
 static_assert(offsetof(SeenObject, width) == 24);
 
@@ -753,7 +753,7 @@ struct LandmarkProgress {
     static constexpr std::uint32_t EVENT_LOST = 3;
     std::uint32_t event;
     std::uint32_t met_count;
-    std::uint32_t reserved;
+    std::uint32_t is_lost;
     MetRelation met[64];
 };
 static_assert(std::is_trivially_copyable_v<LandmarkProgress> && sizeof(LandmarkProgress) == 576);
@@ -765,7 +765,7 @@ static_assert(offsetof(LandmarkProgress, state_count) == 44);
 static_assert(offsetof(LandmarkProgress, command) == 48);
 static_assert(offsetof(LandmarkProgress, event) == 52);
 static_assert(offsetof(LandmarkProgress, met_count) == 56);
-static_assert(offsetof(LandmarkProgress, reserved) == 60);
+static_assert(offsetof(LandmarkProgress, is_lost) == 60);
 static_assert(offsetof(LandmarkProgress, met) == 64);
 
 struct Journey {
@@ -995,12 +995,12 @@ inline constexpr std::array<Channel, 37> CHANNELS{{
     {"particles", "sketchnav/Particles/1/83328733bea235fe", sizeof(Particles), false},
     {"estimate", "sketchnav/PoseEstimate/1/6fe39940e3453396", sizeof(PoseEstimate), false},
     {"relations", "sketchnav/Relations/1/76abc44575759b47", sizeof(Relations), false},
-    {"landmark_view", "sketchnav/LandmarkView/2/a335b22417b1e912", sizeof(LandmarkView), false},
+    {"landmark_view", "sketchnav/LandmarkView/3/bfe8c78e69f611de", sizeof(LandmarkView), false},
     {"description", "sketchnav/Description/2/207b246074302ce7", sizeof(Description), false},
     {"plan", "sketchnav/Plan/1/948683b6daa21d2e", sizeof(Plan), false},
     {"correspondence", "sketchnav/Correspondence/1/04977d1d4f303caf", sizeof(Correspondence), false},
     {"question", "sketchnav/Question/1/d383d138d8361399", sizeof(Question), false},
-    {"landmark_progress", "sketchnav/LandmarkProgress/1/e6a61868204884b6", sizeof(LandmarkProgress), false},
+    {"landmark_progress", "sketchnav/LandmarkProgress/2/001370b1fbf1a4a1", sizeof(LandmarkProgress), false},
     {"journey", "sketchnav/Journey/1/f054905aa2292e8d", sizeof(Journey), false},
     {"whereabouts", "sketchnav/Whereabouts/1/3d39eeeb79b1c3a9", sizeof(Whereabouts), false},
     {"command", "sketchnav/VelocityCommand/1/45ef9b3c7d504529", sizeof(VelocityCommand), false},

@@ -375,7 +375,7 @@ SeenObject = np.dtype(
         ("place", "<u4"),
         ("first", "<u4"),
         ("count", "<u4"),
-        ("reserved", "<u4"),
+        ("landmark", "<u4"),
         ("proximity_m", "<f8"),
         ("width", "<f8"),
     ]
@@ -500,7 +500,7 @@ LandmarkProgress = np.dtype(
         ("command", "<u4"),
         ("event", "<u4"),
         ("met_count", "<u4"),
-        ("reserved", "<u4"),
+        ("is_lost", "<u4"),
         ("met", MetRelation, (64,)),
     ]
 )
@@ -633,12 +633,12 @@ CHANNELS = {
     "particles": ("sketchnav/Particles/1/83328733bea235fe", Particles, False, ("pad", "recorder",)),
     "estimate": ("sketchnav/PoseEstimate/1/6fe39940e3453396", PoseEstimate, False, ("planner", "pad", "recorder",)),
     "relations": ("sketchnav/Relations/1/76abc44575759b47", Relations, False, ("planner", "pad", "recorder",)),
-    "landmark_view": ("sketchnav/LandmarkView/2/a335b22417b1e912", LandmarkView, False, ("planner", "pad", "recorder",)),
+    "landmark_view": ("sketchnav/LandmarkView/3/bfe8c78e69f611de", LandmarkView, False, ("planner", "pad", "recorder",)),
     "description": ("sketchnav/Description/2/207b246074302ce7", Description, False, ("planner", "pad", "recorder",)),
     "plan": ("sketchnav/Plan/1/948683b6daa21d2e", Plan, False, ("pad", "recorder",)),
     "correspondence": ("sketchnav/Correspondence/1/04977d1d4f303caf", Correspondence, False, ("pad", "recorder",)),
     "question": ("sketchnav/Question/1/d383d138d8361399", Question, False, ("pad", "recorder",)),
-    "landmark_progress": ("sketchnav/LandmarkProgress/1/e6a61868204884b6", LandmarkProgress, False, ("pad", "recorder",)),
+    "landmark_progress": ("sketchnav/LandmarkProgress/2/001370b1fbf1a4a1", LandmarkProgress, False, ("pad", "recorder",)),
     "journey": ("sketchnav/Journey/1/f054905aa2292e8d", Journey, False, ("pad", "recorder",)),
     "whereabouts": ("sketchnav/Whereabouts/1/3d39eeeb79b1c3a9", Whereabouts, False, ("pad", "recorder",)),
     "command": ("sketchnav/VelocityCommand/1/45ef9b3c7d504529", VelocityCommand, False, ("world", "recorder",)),

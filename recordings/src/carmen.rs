@@ -104,7 +104,7 @@ pub enum CarmenError {
         /// The format of the file.
         found: &'static str,
     },
-    /// No line of the log is a scan.
+    /// The log contains no scans.
     #[error("expected FLASER, ROBOTLASER1 or RAWLASER1 lines, found {found}")]
     NoScans {
         /// The kinds of lines that it contains instead.

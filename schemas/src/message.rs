@@ -407,7 +407,8 @@ messages! {
         pub sketch_height_px: u32,
         /// Grid pixels per image pixel of the drawing.
         pub scale: f64,
-        /// Direction of the walls in (−π/4, π/4], modulo a right angle.
+        /// Direction of the walls in (−π/4, π/4], in radians modulo a right angle. 0 if the drawing has no
+        /// straight lines, and NaN if it consists of objects, which are not walls.
         pub wall_direction_rad: f64,
         /// Why a drawing was rejected, or what is doubtful about an accepted one, in words.
         pub words: Text<256>,

@@ -1,9 +1,10 @@
 // Tests a robot that drives past landmarks on the running system: `node landmarks.mjs URL SKETCH.json OUT`.
 // Environment: SKETCHNAV_PLAYWRIGHT (the folder of node_modules), SKETCHNAV_CHROMIUM.
 //
-// Draws the objects of a sketch and the first half of its route with a pen, and lets the robot drive. The robot finds nothing where
-// the route ends, is lost, and asks; a tap tells it its position. Then draws the rest of the route from the robot's position, and
-// lets it drive to its goal. Saves the mission, and screenshots in OUT. Fails at the first violation.
+// Draws the objects of a sketch except for one, and the first half of its route, with a pen, and lets the robot drive. The robot
+// finds nothing where the route ends, is lost, and asks; a tap tells it its position. Then adds the missing object, draws the rest of
+// the route from the robot's position, and lets it drive to its goal. Saves the mission, and screenshots in OUT. Fails at the first
+// violation.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -15,6 +16,8 @@ const [url, sketchFile, out] = process.argv.slice(2);
 const { canvas, strokes, route } = JSON.parse(readFileSync(sketchFile, "utf8"));
 /** The first half of the route ends in open space, between the second and the third turn. */
 const HALF = 22;
+/** Index of the object that is missing at first, the cabinet at the last turn. */
+const FORGOTTEN = 6;
 const browser = await chromium.launch(BROWSER);
 let page = null;
 let hand = null;
@@ -42,7 +45,7 @@ async function draws() {
   await says("headline", "No map yet");
   await hand.menu("new-landscape");
   await hand.look();
-  for (const { points } of strokes) await hand.draw(points);
+  for (const { points } of strokes.filter((_, i) => i !== FORGOTTEN)) await hand.draw(points);
   await hand.tool("path");
   await hand.draw(route.slice(0, HALF));
 }
@@ -69,15 +72,21 @@ async function asks() {
   await says("headline", "Stopped");
 }
 
-/** Draws the rest of the route from the robot's position, beginning in the direction of its heading. */
+/** Adds the missing object, and draws the rest of the route from the robot's position, beginning in the direction of its heading. */
 async function drawsOn() {
   const { x, y, heading_rad: heading } = pose();
   const ahead = [x + 60 * Math.cos(heading), y - 60 * Math.sin(heading)];
   const rest = route.slice(HALF + 1).filter(([column]) => column > ahead[0] + 40);
   assert.ok(rest.length > 2, `the rest of the route from ${x}, ${y}: ${JSON.stringify(rest)}`);
+  await hand.tool("pen");
+  await hand.draw(strokes[FORGOTTEN].points);
   await hand.menu("clear-path");
   await hand.tool("path");
   await hand.draw([[x, y], ahead, ...rest]);
+  await hand.settled();
+  await page.screenshot({ path: join(out, "landmarks-corrected.png") });
+  await press("send-sketch");
+  await says("headline", "Map sent");
   await press("send-path");
   await says("headline", "Path sent");
   await press("execute");

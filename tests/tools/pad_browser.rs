@@ -160,15 +160,15 @@ fn what_the_robot_has_learned_is_accepted_driven_by_and_rejected() {
 }
 
 /// A robot follows a route past landmarks that was drawn on the page, and gets lost because the route ends in open space. A person
-/// taps its position and then draws the rest of the route, which leads it to the goal.
+/// taps its position, then adds an object that was missing from the map and draws the rest of the route, which leads it to the goal.
 #[test]
-fn a_route_past_landmarks_is_drawn_and_drawn_on_from_where_the_robot_stands() {
+fn a_route_past_landmarks_is_corrected_and_drawn_on_from_where_the_robot_stands() {
     let Some(browser) = Browser::find() else { return };
     let place = Place::new();
     let (mut pad, link) = pad_in(&place, "sim/missions/landmarks/pad", 4);
     let ended = browser.passes_landmarks(&place, &link);
     assert_eq!(ended.code, Some(0), "{ended}");
-    keep_pictures(place.files(), &["landmarks-lost.png", "landmarks-arrived.png"]);
+    keep_pictures(place.files(), &["landmarks-lost.png", "landmarks-corrected.png", "landmarks-arrived.png"]);
     pad.must_live();
     let saved = fs::read_to_string(place.files().join("past-the-table.toml")).unwrap();
     let saved = Mission::parse(&saved).unwrap();

@@ -33,7 +33,7 @@ fn ros2(options: &Ros2Options) -> Result<Outcome, Failure> {
 /// Returns the error for a missing feature, which explains how to build with it.
 #[cfg(not(all(feature = "ros2", feature = "zenoh")))]
 fn absent(what: &str, feature: &str) -> Failure {
-    let advice = format!("cargo build --release --features {feature}");
+    let advice = format!("cargo build --features {feature}");
     Failure::Input(anyhow!("{what}: this program was built without it; build it with `{advice}`"))
 }
 

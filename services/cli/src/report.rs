@@ -258,12 +258,14 @@ impl Report {
     }
 }
 
-/// Returns a hint about what to check first if no task was reached and the mission states the start twice, for the robot and in its
-/// drawing.
+/// Returns a hint about what to check first if the mission states the start twice, for the robot and in its drawing, and the robot
+/// ended tasks without reaching any. If people or the end of the run stopped it, that says nothing about the start.
 fn hint(mission: &Mission, verdict: &Verdict) -> Option<&'static str> {
     let is_given_twice = mission.navigator.given.contains_key("start");
-    let is_none_reached = !verdict.tasks.is_empty() && verdict.tasks.iter().all(|task| !task.reached);
-    (is_given_twice && is_none_reached).then_some(
+    let is_none_reached = verdict.tasks.iter().all(|task| !task.reached);
+    let by_robot = [TaskState::Reached, TaskState::Blocked, TaskState::Lost, TaskState::TimedOut];
+    let has_ended = verdict.tasks.iter().any(|task| by_robot.iter().any(|state| state.word() == task.state));
+    (is_given_twice && is_none_reached && has_ended).then_some(
         "check that navigator.start and start.world are the same place, and that navigator.start_heading_deg is the robot's \
          heading as seen in the drawing: `sketchnav help missions`",
     )
@@ -332,7 +334,7 @@ mod tests {
         let task = |reached| TaskVerdict {
             name: "there".to_owned(),
             reached,
-            state: "failed".to_owned(),
+            state: TaskState::Lost.word().to_owned(),
             reason: String::new(),
             time_s: 1.0,
             path_m: 1.0,
@@ -347,6 +349,9 @@ mod tests {
         let said = hint(&by_drawing, &verdict(&[false, false])).unwrap();
         assert!(said.contains("start_heading_deg") && said.contains("sketchnav help missions"), "{said}");
         assert_eq!(hint(&by_drawing, &verdict(&[false, true])), None);
+        let mut aborted = verdict(&[false, false]);
+        aborted.tasks.iter_mut().for_each(|task| task.state = TaskState::Aborted.word().to_owned());
+        assert_eq!(hint(&by_drawing, &aborted), None);
         let without = Mission::parse(include_str!("../../../sim/missions/corridor/corridor-a.toml")).unwrap();
         assert_eq!(hint(&without, &verdict(&[false])), None);
     }

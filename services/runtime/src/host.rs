@@ -148,7 +148,7 @@ impl Host<'_> {
         if let Some(instant) = self.inputs.instant() {
             self.stamp_ns = instant.stamp_ns;
             let mut out = Outbox::new(&mut self.outputs, instant.stamp_ns, instant.tick);
-            self.stage.step(&instant, &mut out)?;
+            sketchnav_stage::step(self.stage, &instant, &mut out)?;
         }
         self.inputs.end_instant();
         if self.checkpoints.is_due_after_step() {

@@ -33,7 +33,11 @@ const F_SETSIG: libc::c_int = 10;
 /// Number of lines from the end of a log that an error shows. If the program's own error begins earlier, the excerpt begins there.
 const LAST_LINES: usize = 12;
 /// Maximum length of the excerpt, in bytes.
-const LAST_BYTES: u64 = 8000;
+const EXCERPT_BYTES: usize = 8000;
+/// Length of the end of a log that is read, in bytes. It has room for a backtrace after the excerpt.
+const LAST_BYTES: u64 = 64 * 1024;
+/// The line before the frames of a backtrace, which a panic prints if `RUST_BACKTRACE` is set.
+const BACKTRACE: &str = "\nstack backtrace:\n";
 /// Space that a log reserves for the last words of its process, in bytes: one page of shared memory.
 const RESERVED_BYTES: i64 = 4096;
 
@@ -44,7 +48,7 @@ pub struct ProcessLine {
     pub process: Process,
     /// Command line of the process. The supervisor sets its input, output, process group and parent-death signal.
     pub command: Command,
-    /// Whether a restarted process resumes from its checkpoint, so that the system survives its death.
+    /// Whether the process resumes from its checkpoint after a restart. If it does, the system continues after the process has died.
     pub resumes: bool,
 }
 
@@ -324,7 +328,10 @@ fn reserve(log: &File) {
 fn last_lines(log: &Path) -> String {
     let text = last_bytes(log).unwrap_or_default();
     let text = String::from_utf8_lossy(&text);
-    let lines: Vec<_> = text.trim_end().lines().collect();
+    // The frames of a backtrace would push the message of the panic out of the excerpt.
+    let text = text.rsplit_once(BACKTRACE).map_or(&*text, |(before, _)| before).trim_end();
+    let from = text.ceil_char_boundary(text.len().saturating_sub(EXCERPT_BYTES));
+    let lines: Vec<_> = text[from..].lines().collect();
     let last = lines.len().saturating_sub(LAST_LINES);
     let error = lines.iter().rposition(|line| line.starts_with("error: ")).unwrap_or(last);
     lines[last.min(error)..].join("\n")
@@ -359,6 +366,18 @@ mod tests {
         assert_eq!(last_lines(&log), printed.trim_end().lines().skip(28).collect::<Vec<_>>().join("\n"));
         std::fs::write(&log, format!("error: no wall\n{}", printed.repeat(100))).unwrap();
         assert_eq!(last_lines(&log).lines().count(), LAST_LINES);
+    }
+
+    /// Regression test: with `RUST_BACKTRACE=1`, the last lines were frames of the backtrace.
+    #[test]
+    fn the_last_lines_of_a_panic_are_its_message() {
+        let folder = tempfile::tempdir().unwrap();
+        let log = folder.path().join("planner.log");
+        let frames: String =
+            (0..300).map(|i| format!("  {i}: core::ops::function::FnOnce::call_once\n")).collect();
+        let panic = "thread 'main' panicked at src/main.rs:7:9:\ntoo late";
+        std::fs::write(&log, format!("begun\n{panic}\nstack backtrace:\n{frames}")).unwrap();
+        assert_eq!(last_lines(&log), format!("begun\n{panic}"));
     }
 
     /// Regression test: if a process died because shared memory was full, the error said that it had "printed nothing", because its

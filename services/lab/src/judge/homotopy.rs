@@ -70,8 +70,8 @@ pub struct Correspondence {
 }
 
 impl Correspondence {
-    /// Joins the planes by their anchors. The anchors are surrounded by a frame far outside, which is carried into the drawing
-    /// by the best affine map. This ensures that every point near the anchors is in some triangle.
+    /// Joins the planes by their anchors. A distant frame is added around the anchors and mapped into the drawing by the
+    /// best affine map. This ensures that every point near the anchors is in some triangle.
     ///
     /// # Errors
     /// [`CorrespondenceError`] if the anchors are too few or contradict each other.

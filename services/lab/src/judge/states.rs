@@ -251,7 +251,7 @@ mod tests {
         view.sectors_m = [f64::INFINITY; 16];
         view.sectors_m[4] = 1.2;
         (view.object_count, view.objects[0]) =
-            (1, SeenObject { place: 4, first: 4, count: 1, reserved: 0, proximity_m: 1.2, width: 30.0 });
+            (1, SeenObject { place: 4, first: 4, count: 1, landmark: 0, proximity_m: 1.2, width: 30.0 });
         let mut truth = GroundTruth::zeroed();
         truth.pose.orientation_w = 1.0;
         let event = |event: LandmarkEvent| {

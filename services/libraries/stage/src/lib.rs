@@ -81,7 +81,7 @@ mod navigator;
 mod output;
 
 pub use access::{Access, Denied};
-pub use hosted::{Hosted, SaveError, Stage};
+pub use hosted::{Hosted, SaveError, Stage, Unanswered, step};
 pub use in_process::{InProcess, Tap};
 pub use input::{Incoming, Inputs, Instant, Reading, Remains};
 pub use navigator::{Files, Make, Navigator, Review, Watch};

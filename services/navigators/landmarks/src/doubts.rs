@@ -166,6 +166,7 @@ fn holds(state: &State, where_this_holds: &State, features: Features) -> bool {
             proximity_m: relation.proximity_m.map_or(0.0, |range| range.middle()),
             width: relation.width.map_or(0.0, |range| range.middle()),
             beams: [0, 0],
+            landmark: relation.landmark,
         })
         .collect();
     RecentMatches::default().matches(state, &seen, features)
@@ -332,6 +333,7 @@ mod tests {
                 place: Place::Direction(direction),
                 proximity_m: None,
                 width: None,
+                landmark: None,
             }],
             command: Command::Forward,
             after: None,

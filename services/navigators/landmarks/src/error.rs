@@ -25,8 +25,8 @@ pub enum Error {
     /// The file does not contain strokes in JSON.
     #[error("expected strokes in JSON: {0}")]
     Json(String),
-    /// A label in a mission belongs to no object of the sketch, or to several.
-    #[error("navigator.markers.{label}: expected one object with this label in the sketch, found {found}{}", nearest.as_ref().map_or(String::new(), |word| format!("; did you mean {word:?}?")))]
+    /// A label in a mission belongs to no object of the sketch or of the words, or to several.
+    #[error("navigator.markers.{label}: expected one object with this label in the sketch or the words, found {found}{}", nearest.as_ref().map_or(String::new(), |word| format!("; did you mean {word:?}?")))]
     Label {
         /// The label in the mission.
         label: String,

@@ -6,7 +6,7 @@
 //! front of it.
 //!
 //! If its observations no longer fit the drawing, or if it does not find its goal, the robot drives back by its odometry to a
-//! place where it was sure ([`crate::retreat`]) and tries again. If it has done that often enough, it is lost.
+//! place where it was sure ([`crate::retreat`]) and tries again. After a limited number of such attempts, it is lost.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Point, wrap_angle};
@@ -172,7 +172,7 @@ impl Guide {
     /// Resumes driving after a person has taken the lost robot to a point on its route. The distance covered
     /// on the way there does not count.
     pub fn look_again(&mut self) {
-        if self.state.outcome.is_some_and(|outcome| outcome != Outcome::Arrived) {
+        if self.is_lost() {
             self.state.gone = self.state.along;
             self.state.outcome = None;
             self.state.returns = 0;
@@ -190,6 +190,11 @@ impl Guide {
     /// Returns true if the drive has ended.
     pub const fn has_ended(&self) -> bool {
         self.state.outcome.is_some()
+    }
+
+    /// Returns true if the drive has ended because the robot is lost or has not found its goal.
+    pub fn is_lost(&self) -> bool {
+        self.state.outcome.is_some_and(|outcome| outcome != Outcome::Arrived)
     }
 
     /// Returns the position of the robot along the drawn route.

@@ -80,6 +80,8 @@ pub struct Seen {
     pub width: f64,
     /// The first of the object's beams, counter-clockwise, and the number of its beams.
     pub beams: [u16; 2],
+    /// Index of the landmark that the object is, or `None` if the robot has not recognized it ([`crate::labels`]).
+    pub landmark: Option<usize>,
 }
 
 /// A ring of range sensors, and the objects in view.
@@ -230,7 +232,8 @@ impl Perception {
             let _ = self.pair.histogram_into(exponent, forces, &mut self.workspace);
         }
         if let Some((place, width)) = place(&self.forces[0], &self.forces[1], 0.0) {
-            self.seen.push(Seen { place, proximity_m, width, beams: [first as u16, length as u16] });
+            let beams = [first as u16, length as u16];
+            self.seen.push(Seen { place, proximity_m, width, beams, landmark: None });
         }
     }
 

@@ -125,6 +125,9 @@ pub struct Relation {
     pub proximity_m: Option<Range>,
     /// Required width of the object's histogram, from 0 to 180 for a full turn, or `None` for any width.
     pub width: Option<Range>,
+    /// Index of the object among the landmarks with markers ([`crate::instructions::Marked`]), or `None` if it has no markers.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub landmark: Option<usize>,
 }
 
 /// Maximum distance in a relation, in metres. It is the upper end of "at least 2 m away".

@@ -97,7 +97,7 @@ impl<'a> View<'a> {
     }
 
     /// Like [`Self::assess`], but takes the lesser of the degrees by two histograms: `self`, of constant forces, and
-    /// `gravitational`. If gravitational forces are infinite, constant forces decide.
+    /// `gravitational`. If gravitational forces are infinite, only constant forces count.
     pub fn assess_with(&self, gravitational: &Self, directions: usize) -> Option<Assessment> {
         best(directions, |direction_rad| {
             let constant = self.degree(direction_rad)?;

@@ -25,7 +25,7 @@ pub enum DirectionsError {
         /// Description of the error.
         reason: String,
     },
-    /// A custom map, or the dots of a plane, are invalid.
+    /// A custom map or the dots of a plane are invalid.
     #[error("{file}: {cause}")]
     Map {
         /// Name of the file.

@@ -59,7 +59,7 @@ pub struct Joint<'a> {
 }
 
 impl<'a> Joint<'a> {
-    /// Aligns two floors, of which the first is the drawing. The doors `on_way` of the drawing lead to the goal.
+    /// Aligns two floors, of which the first is the drawing. `on_way` lists the drawing's doors on the way to the goal.
     pub fn new(floors: [&'a Floor; 2], on_way: Vec<u16>, forbidden: &'a Forbidden) -> Self {
         let mut joint = Self {
             floors,

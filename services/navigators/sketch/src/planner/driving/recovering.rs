@@ -15,7 +15,7 @@ const BLOCKAGE_WEIGHT: f64 = 30.0;
 /// Radius of a blockage, in metres.
 const BLOCKAGE_M: f64 = 0.6;
 
-/// Maximum numbers of recoveries at the same place, and during a task, before the outline takes over from the filter.
+/// Maximum number of recoveries before the outline takes over from the filter: at the same place, and during a task.
 const RECOVERIES_BEFORE_OUTLINE: [u32; 2] = [2, 4];
 
 impl Driver {

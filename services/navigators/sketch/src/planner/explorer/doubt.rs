@@ -1,7 +1,7 @@
 //! A doubt that only a person can settle: the goal seems to be here, but according to other alignments of hardly greater cost, the
 //! robot is elsewhere in the drawing, and there is nothing left to look at that could distinguish them.
 //!
-//! The robot then waits and shows its possible places in the drawing. A person's answer decides between the alignments and anchors
+//! The robot then waits and shows in the drawing where it might be. A person's answer decides between the alignments and anchors
 //! all later ones.
 
 use serde::{Deserialize, Serialize};

@@ -127,7 +127,8 @@ pub trait Hosted {
 }
 
 /// The error of a step that did not send exactly one message on each channel with which its process responds to an instant. The other
-/// processes would wait for a missing one forever.
+/// processes would wait for a missing one forever. Only before its first response may a stage remain silent, because it may lack a
+/// reading.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{process}, tick {tick}: expected one message on channel {channel:?}, found {found}")]
 pub struct Unanswered {
@@ -156,8 +157,12 @@ pub fn step(stage: &mut dyn Hosted, instant: &Instant<'_>, out: &mut Outbox<'_>)
     let mut responses = RESPONSES.into_iter().zip(out.responses).zip(expected);
     let wrong = responses.find(|((_, found), expected)| found != expected);
     let Some(((role, found), _)) = wrong else { return Ok(()) };
-    let channel = channels::of_role(role, kind).map_or("", |spec| spec.name);
-    Err(Unanswered { process, tick: instant.tick, channel, found }.into())
+    match channels::of_role(role, kind) {
+        Some(spec) if found > 0 || out.last_of(spec)? > 0 => {
+            Err(Unanswered { process, tick: instant.tick, channel: spec.name, found }.into())
+        }
+        _ => Ok(()),
+    }
 }
 
 impl<S: Stage> Hosted for S {

@@ -125,7 +125,11 @@ impl<'a> Outbox<'a> {
     /// # Errors
     /// [`Denied`] if the process may not write the channel.
     pub fn last<T>(&self, channel: Channel<T>) -> Result<u64, Denied> {
-        self.sink.last(channel.spec)
+        self.last_of(channel.spec)
+    }
+
+    pub(crate) fn last_of(&self, spec: &ChannelSpec) -> Result<u64, Denied> {
+        self.sink.last(spec)
     }
 
     fn put<T: Message>(

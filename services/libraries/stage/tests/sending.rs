@@ -54,22 +54,22 @@ impl Stage for Planner {
     }
 }
 
-/// The other processes used to wait for a missing response until the mission was reported as stuck, without saying who had not
-/// responded. A second response went unnoticed.
+/// The other processes used to wait for a missing response until the mission was reported as stuck, without naming the process. A
+/// second response went unnoticed.
 #[test]
 fn a_step_sends_exactly_one_message_on_each_channel_that_responds_to_the_instant() {
-    let answers = |commands, statuses| {
-        let mut memory = InProcess::of_writer(Process::Planner, "sketch");
-        let inputs = InProcess::of_reader(Process::Planner, "sketch");
-        let access = Access::new(Process::Planner, "sketch");
-        let instant = Instant::new(&access, 101, 7, &inputs);
-        step(&mut Planner { commands, statuses }, &instant, &mut Outbox::new(&mut memory, 7, 101))
+    let (inputs, access) =
+        (InProcess::of_reader(Process::Planner, "sketch"), Access::new(Process::Planner, "sketch"));
+    let take = |memory: &mut InProcess, tick, commands, statuses| {
+        let instant = Instant::new(&access, tick, 7, &inputs);
+        step(&mut Planner { commands, statuses }, &instant, &mut Outbox::new(memory, 7, tick))
     };
-    answers(1, 1).unwrap();
-    for (commands, statuses, channel, found) in
-        [(0, 1, COMMAND.spec.name, 0), (1, 0, STATUS.spec.name, 0), (2, 1, COMMAND.spec.name, 2)]
-    {
-        let error = answers(commands, statuses).unwrap_err();
+    let wrong = [(0, 1, COMMAND.spec.name, 0), (1, 0, STATUS.spec.name, 0), (2, 1, COMMAND.spec.name, 2)];
+    for (commands, statuses, channel, found) in wrong {
+        let mut memory = InProcess::of_writer(Process::Planner, "sketch");
+        take(&mut memory, 99, 0, 0).expect("it may lack a reading");
+        take(&mut memory, 100, 1, 1).unwrap();
+        let error = take(&mut memory, 101, commands, statuses).unwrap_err();
         let expected = Unanswered { process: Process::Planner, tick: 101, channel, found };
         assert_eq!(*error.downcast::<Unanswered>().unwrap(), expected);
     }

@@ -79,7 +79,7 @@ impl Tap for Watcher<'_> {
         self.log.see(spec, message, cells);
         self.stamps_ns.push(erased::header(message).stamp_ns);
         if let Some(bystander) = &mut self.bystander {
-            bystander.receive(spec, message);
+            bystander.receive(spec, message, cells);
         }
         if let Some(witness) = &mut self.witness {
             witness.see(spec, message, cells);
@@ -164,8 +164,7 @@ fn drive_from(
         bystander: trial
             .person
             .as_deref()
-            .zip(sheet)
-            .map(|(person, sheet)| Bystander::new(person, &sheet.paper, seed)),
+            .map(|person| Bystander::new(person, sheet.map(|sheet| &*sheet.paper), &run, seed)),
         witness: trial.asks_rooms.then(|| Witness::new(&run)).flatten(),
         lesson: Attended::of(trial).map_err(|error| RehearsalError::Stage(error.into()))?,
     };

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-#: Two rooms of 3 × 4 m with a door of 1.2 m between them, metres: from x, y to x, y.
+#: Walls of two rooms of 3 × 4 m with a door of 1.2 m between them: x, y of both ends, in metres.
 WALLS = np.array(
     [
         [0.0, 0.0, 6.0, 0.0],

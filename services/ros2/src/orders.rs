@@ -18,7 +18,7 @@ pub type FindGoal<'a> = dyn Fn(&str) -> Result<Ordered, String> + 'a;
 /// Maximum length of a text that is looked at, in bytes. Names in missions are shorter.
 const MAX_BYTES: usize = 256;
 
-/// The reason why an order was rejected.
+/// Why an order was rejected.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum OrderError {
     /// The word is unknown.

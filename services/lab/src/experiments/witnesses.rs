@@ -178,12 +178,12 @@ impl Witness {
         })
     }
 
-    /// Returns the answer of regions and doors about the task `index`, whose place in the true world is `there`.
+    /// Returns the answer of regions and doors about task `index`, whose place in the true world is `there`.
     pub fn said(&self, log: &Log, index: usize, there: &Place) -> RoomsSaid {
         self.ask(log, index).map(|asked| asked.said(there)).unwrap_or_default()
     }
 
-    /// Evaluates the task `index` by all witnesses. Returns `None` if there is no drawing or no goal in it.
+    /// Evaluates task `index` by all witnesses. Returns `None` if there is no drawing or no goal in it.
     pub fn ask(&self, log: &Log, index: usize) -> Option<Asked> {
         let (message, cells) = log.sketch.as_ref()?;
         let sketch = SketchGrid::of_map(message, cells).ok()?;

@@ -2,8 +2,8 @@
 //! other point. The table is therefore that of OPRA_2, with any heading for a point at rest, and with coincident points, which move
 //! straight away from each other or rest.
 //!
-//!The composition of QTC_B22 follows: speeds compose like numbers and do not depend on directions, except that a point at rest has
-//!none. Points that must move because another one is slower cannot have all directions.
+//! The composition of QTC_B22 follows: speeds compose like numbers and do not depend on directions, except that a point at rest has
+//! none. Points that must move because another is slower cannot have all directions.
 
 use std::iter;
 use std::sync::LazyLock;

@@ -1,4 +1,4 @@
-"""A robot in the two rooms of tests/support/room.rs, for drivers of any protocol. It is a point and has no noise.
+"""A robot in the two rooms of tests/support/room.rs, for drivers of any protocol. The robot is a point, without noise.
 
 Its laser scans ten times a second, and its wheels are read fifty times a second. Its odometry does not start at 0.
 """

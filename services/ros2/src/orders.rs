@@ -27,7 +27,7 @@ pub enum OrderError {
         /// The text.
         found: String,
     },
-    /// The number is not that of a task of the mission, or a word other than `goal` is followed by a name.
+    /// No task of the mission has this number, or a word other than `goal` is followed by a name.
     #[error("{found:?}: expected a task from 1 to {count}")]
     Task {
         /// The text.

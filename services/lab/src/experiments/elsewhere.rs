@@ -18,7 +18,7 @@ pub fn suite_in(suite: &str, simulator: &str) -> String {
     format!("{suite}@{simulator}")
 }
 
-/// Drives a run of a trial, and shows all its messages in order.
+/// Drives a run of a trial, and passes on all its messages in order.
 type Drive = dyn Fn(&Trial, &RunConfig, &mut dyn Tap) -> Result<(), StageError> + Send + Sync;
 
 /// A simulator that runs trials instead of this project's own world.
@@ -40,7 +40,7 @@ impl Elsewhere {
         Self { simulator, driver, drive: Arc::new(drive) }
     }
 
-    /// Drives a run of a trial, and shows all its messages to `tap`.
+    /// Drives a run of a trial, and passes all its messages to `tap`.
     ///
     /// # Errors
     /// Any error of the drive.

@@ -35,8 +35,8 @@ const FLOORS: u64 = 3;
 const DEGREES: [f64; 2] = [1.0, 1.5];
 /// Number of drawings of each floor at each degree.
 const DRAWINGS_OF_FLOOR: u64 = 4;
-/// Number of the first drawing of the first floor, and the difference to that of the next floor. No other suite uses drawings with
-/// such numbers, and no two floors share one, because drawings with the same number are deformed in the same way.
+/// Number of the first drawing of the first floor, and the difference between it and that of the next floor. No other suite uses
+/// drawings with such numbers, and no two floors share one, because drawings with the same number are deformed in the same way.
 const FIRST_DRAWING: [u64; 2] = [104, 8];
 /// Maximum distance, in metres, between the goals of two witnesses that agree.
 const AGREE_M: f64 = 2.5;

@@ -1,7 +1,7 @@
 // Acts as a person whose drawing is checked before a robot drives by it: `node checking.mjs URL OUT`.
 // Environment: SKETCHNAV_PLAYWRIGHT (the folder of node_modules), SKETCHNAV_CHROMIUM.
 //
-// Draws paths through walls, closed rooms and rooms that look alike with mouse, fingers and keys, checks the page's warnings and
+// With mouse, fingers and keys, draws paths through walls, closed rooms and rooms that look alike, checks the page's warnings and
 // marks, and corrects the drawing. Sends a goal that is named after its room. Saves screenshots in OUT. Fails at the first
 // violation.
 

@@ -1,7 +1,7 @@
 //! The `directions-buildings` suite drives journeys from pole to pole through buildings by a custom map, with a noisy laser. On
 //! half of the journeys, people walk around.
 //!
-//! The journeys among people are repeated with markers on most of the poles. These show the kinds of the poles.
+//! The journeys among people are repeated with markers on most of the poles. A marker shows the kind of its pole.
 //!
 //! The poles are placed so that a robot can find its way: one on either side of each door, and others where there is space. The
 //! map-maker is given the floor plan with its poles, but not the people.

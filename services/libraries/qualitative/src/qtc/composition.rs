@@ -99,7 +99,7 @@ fn composed(first: QtcC, next: QtcC) -> u128 {
     found
 }
 
-/// Returns the possible relations of k to m, as bits, if l is in another position than both.
+/// Returns the possible relations of k to m, as bits, if l is in a different position from both.
 fn apart([k, l]: [Part; 2], [l_next, m]: [Part; 2]) -> u128 {
     let index = |a: usize, b: usize| a * AROUND + b;
     let firsts = segments(k).flat_map(|k| segments(l).map(move |l| index(k, l)));

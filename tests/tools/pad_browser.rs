@@ -160,7 +160,8 @@ fn what_the_robot_has_learned_is_accepted_driven_by_and_rejected() {
 }
 
 /// A robot follows a route past landmarks that was drawn on the page, and gets lost because the route ends in open space. A person
-/// chooses one of the places that it offers, then taps its position, adds an object that was missing from the map and draws the rest of the route, which leads it to the goal.
+/// chooses one of the places that it offers, then taps its position, adds an object that was missing from the map, and draws the
+/// rest of the route, which leads it to the goal.
 #[test]
 fn a_route_past_landmarks_is_corrected_and_drawn_on_from_where_the_robot_stands() {
     let Some(browser) = Browser::find() else { return };

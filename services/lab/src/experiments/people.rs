@@ -5,7 +5,7 @@
 //!
 //! In each trial, the robot drives from one matched place to another in a different region, with the start marked as people would
 //! mark it. Arrival is judged by region, since two annotators' marks in the same hall can be metres apart. Data: M. Mielle et al.,
-//! "A method to find the robot's place in a hand-drawn map" (sketch_map_matching).
+//! *Using sketch-maps for robot navigation*, 2016 (repository sketch_map_matching).
 //!
 //! - [`mod@matches`] parses the annotators' files, and [`regions`] contains the rooms of the environment.
 

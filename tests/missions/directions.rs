@@ -171,6 +171,34 @@ fn maps_that_name_kinds_lead_past_doors_and_stairs() {
     assert!(ended.code == Some(2) && ended.err.contains(words), "{ended}");
 }
 
+/// A person's three sentences, and the map-maker's own, count doors along a corridor.
+#[test]
+fn maps_that_count_landmarks_lead_to_the_second_door_on_the_left() {
+    let place = place("offices.toml");
+    let judged = |recording: &str| place.fine(&format!("judge {recording} --json")).json();
+    let person = &place.driven("second-door.toml --seed 1");
+    let verdict = judged(person);
+    assert_eq!(verdict[0]["journeys"][0]["kind"], "direct", "{verdict}");
+    assert_eq!(verdict[0]["journeys"][0]["kinds"], serde_json::json!(["stairs", "door", "machine"]));
+    place.page_says(person, &["Seek the second door on the left."]);
+
+    let made = place.fine("directions mission.toml --words").out;
+    assert!(made.contains("on the left at a bearing of ") && made.contains("on the right"), "{made}");
+    let recording = &place.driven("mission.toml --seed 1");
+    place.is_reproduced(recording, &["sketcher", "localizer", "planner"]);
+    let verdict = judged(recording);
+    for journey in verdict.pointer("/0/journeys").and_then(Value::as_array).unwrap() {
+        assert!(matches!(journey["kind"].as_str(), Some("direct" | "recovered")), "{verdict}");
+    }
+
+    let text = fs::read_to_string(place.files().join("second-door.directions")).unwrap();
+    let without = text.replace("the second door on the left", "the second door to the left");
+    fs::write(place.files().join("second-door.directions"), without).unwrap();
+    let ended = place.run("run second-door.toml");
+    let words = "second-door.directions: line 3, column 26: expected \"on the left\", \"on the right\", \"ahead\" or \"behind\", found \"to\"";
+    assert!(ended.code == Some(2) && ended.err.contains(words), "{ended}");
+}
+
 #[test]
 fn kills_leave_the_same_bytes() {
     for (mission, kills) in [
@@ -181,6 +209,7 @@ fn kills_leave_the_same_bytes() {
         ("poles.toml", 6),
         ("signs.toml", 6),
         ("errand.toml", 6),
+        ("second-door.toml", 6),
     ] {
         place(mission).is_identical_after("mission.toml", kills, "world,sketcher,localizer,planner,recorder");
     }

@@ -33,7 +33,7 @@ use crate::plan::{Plan, Verify, Weakest};
 use crate::plane::{DotId, Plane};
 use crate::traversal::{Kind, Noise, Report, Traversal};
 use crate::walls::Walls;
-use crate::wording::reworded;
+use crate::wording::{counted, reworded};
 pub(crate) use trial::Trial;
 pub use trial::{Estimate, estimates};
 
@@ -242,6 +242,12 @@ pub fn most_probable(
     for path in candidates(atlas, &estimates, start, goal, seed)? {
         // The plans with other words come first, because the first of equally good plans is kept.
         let other = reworded(atlas, &path, vocabulary, pilot.settings.gate);
+        if let Some(counted) = counted(atlas, &path, pilot.settings.gate) {
+            plans.push(Plan::choosing(atlas, counted.clone(), |leg, _| {
+                estimates[leg.number as usize].pays()
+            })?);
+            plans.push(Plan::new(atlas, counted, Verify::Nothing)?);
+        }
         plans.push(Plan::choosing(atlas, other.clone(), |leg, _| estimates[leg.number as usize].pays())?);
         plans.push(Plan::new(atlas, other, Verify::Nothing)?);
         plans.push(Plan::choosing(atlas, path.clone(), |leg, _| estimates[leg.number as usize].pays())?);

@@ -6,8 +6,8 @@
 //!
 //! The map-maker uses:
 //! - [`plane`]: the dots and their spatial index. [`generate`]: random planes.
-//! - [`isolation`] and [`description`]: which dot of a view a word refers to. [`signature`]: the surroundings of a dot. [`sight`]
-//!   and [`walls`]: what hides a landmark and what blocks the path to it.
+//! - [`isolation`], [`description`] and [`sides`]: which dot of a view a word refers to. [`signature`]: the surroundings of a dot.
+//!   [`sight`] and [`walls`]: what hides a landmark and what blocks the path to it.
 //! - [`parkway`], [`trajectory`] and [`transitions`]: which landmark can be attained from which, and the
 //!   sparse matrix of these transitions.
 //! - [`reliability`] and [`fit`]: equations 1 and 2. [`recovery`]: how errors are detected and corrected.
@@ -51,6 +51,7 @@ pub mod plan;
 pub mod plane;
 pub mod recovery;
 pub mod reliability;
+pub mod sides;
 pub mod sight;
 pub mod signature;
 pub mod stages;

@@ -34,6 +34,7 @@ use crate::description::{Descriptor, Vocabulary};
 use crate::error::Error;
 use crate::geometry::{Corner, Point, Window};
 use crate::markers::View;
+use crate::sides::Course;
 use crate::signature::Signature;
 use by_map::Progress;
 use guide::{Counts, Guide, Next};
@@ -235,6 +236,10 @@ pub struct State<M = Progress> {
     /// The estimated heading. All positions in the state are in the map's axes according to this estimate.
     heading: Heading,
     reference: Option<Mark>,
+    /// The direction of travel, by which landmarks are counted.
+    course: Course,
+    /// Position of the landmark at which the current entry began, relative to the window's centre.
+    began: Option<Point>,
     /// Number of views taken since the window stopped.
     looks: u8,
     /// Number of looks in which the landmark was not found.
@@ -309,6 +314,8 @@ impl<G: Guide> Navigator<G> {
             velocity: Point::default(),
             heading: Heading::of_sigma(self.settings.heading_rad),
             reference: None,
+            course: Course::default(),
+            began: None,
             looks: 0,
             waited: 0,
             elsewhere: 0,

@@ -174,8 +174,7 @@ impl<'a> Reader<'a> {
 
     /// Parses a kind of landmark, if there is one before the word for the landmark.
     fn kind(&mut self) -> Option<LandmarkKind> {
-        let is_before_word =
-            self.peek(1).is(",") && Descriptor::ALL.iter().any(|word| self.peek(2).is(word.word()));
+        let is_before_word = self.peek(1).is(",") && Descriptor::of_word(self.peek(2).text).is_some();
         let kind = LandmarkKind::of(&self.peek(0).text.to_ascii_lowercase()).filter(|_| is_before_word);
         self.next += if kind.is_some() { 2 } else { 0 };
         kind
@@ -194,10 +193,11 @@ impl<'a> Reader<'a> {
     }
 
     fn descriptor(&mut self) -> Result<Descriptor, Error> {
-        const EXPECTED: &str = "a landmark: \"Obvious\", \"Isol\", \"IsolPair\", \"PlusPair\", \"New\", \"Confusable\", \"Same\" or \"*\", \
-            with or without a kind before it";
+        const EXPECTED: &str = "a landmark: \"Obvious\", \"Isol\", \"IsolPair\", \"PlusPair\", \"New\", \"Confusable\", \"Same\", \"*\", \
+            or a landmark counted on a side, \"Left1\" to \"Left9\", \"Right1\", \"Ahead1\", \"Behind1\" and so on, with or without \
+            a kind before it";
         let token = self.take();
-        Descriptor::ALL.into_iter().find(|word| token.is(word.word())).ok_or_else(|| token.error(EXPECTED))
+        Descriptor::of_word(token.text).ok_or_else(|| token.error(EXPECTED))
     }
 
     /// Parses all clauses of an entry about signs. Unless one of them branches, one must state the right sign.

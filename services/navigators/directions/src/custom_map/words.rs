@@ -7,6 +7,7 @@ use crate::custom_map::graph::{Edge, Node};
 use crate::description::Descriptor;
 use crate::geometry::Corner;
 use crate::markers::{ANY_KIND, LandmarkKind};
+use crate::sides::{MOST_COUNTED, Side};
 use crate::signature::Signature;
 
 impl CustomMap {
@@ -60,6 +61,29 @@ pub(super) const fn around_noun(word: Descriptor) -> [&'static str; 2] {
         Descriptor::Confusable => ["any", " in view"],
         Descriptor::Any => ["the closest", ""],
         Descriptor::Same => ["the same", ""],
+        Descriptor::Counted(side, ordinal) => [THE_ORDINALS[ordinal.index()], on_side(side)],
+    }
+}
+
+/// The ordinals from 1, as they are said before a noun.
+pub(super) const THE_ORDINALS: [&str; MOST_COUNTED as usize] = [
+    "the first",
+    "the second",
+    "the third",
+    "the fourth",
+    "the fifth",
+    "the sixth",
+    "the seventh",
+    "the eighth",
+    "the ninth",
+];
+
+const fn on_side(side: Side) -> &'static str {
+    match side {
+        Side::Left => " on the left",
+        Side::Right => " on the right",
+        Side::Ahead => " ahead",
+        Side::Behind => " behind",
     }
 }
 

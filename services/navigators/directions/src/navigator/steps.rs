@@ -9,6 +9,7 @@ use crate::custom_map::Direction;
 use crate::description::{Descriptor, MOST_CANDIDATES};
 use crate::geometry::{Corner, Point};
 use crate::markers::{LandmarkKind, View};
+use crate::sides::Course;
 use crate::trajectory::Slide;
 
 /// Displacements to the places from which a robot on land looks again, along the diagonal of the quadrant, as multiples of its
@@ -37,11 +38,13 @@ pub(super) fn step<G: Guide>(
     let moved = state.velocity * elapsed_s;
     state.before.shift(moved);
     state.tracks.shift(moved);
+    state.began = state.began.map(|place| place - moved);
     let is_lost = state.reference.as_mut().is_some_and(|mark| {
         let expected = mark.place - moved;
         let is_seen = mark.follow(settings, view, moved);
         // Dots seen earlier keep their positions relative to the reference, however the window has moved.
         state.before.shift(expected - mark.place);
+        state.began = state.began.map(|place| place - (expected - mark.place));
         !is_seen
     });
     // During a slide, the reference is expected to leave the view.
@@ -139,6 +142,14 @@ impl<M> State<M> {
         // Views from different places are not averaged.
         self.looks = 0;
         true
+    }
+
+    /// Updates the direction of travel at the end of an entry, unless the entry ends at the landmark at which it began.
+    fn turns_course(&mut self, gate: f64) {
+        let Some(Mark { place, .. }) = self.reference else { return };
+        let way = self.began.map(|began| place - began).filter(|way| way.norm() > gate);
+        self.course = way.map_or(self.course, Course::of);
+        self.began = Some(place);
     }
 
     /// Adds a view taken at rest. Returns true once there are enough of them.
@@ -274,6 +285,7 @@ fn correct_heading<M>(
     let turn_rad = state.heading.correct(bearing_deg, place - mark.place, settings.tolerance);
     state.reference = Some(Mark { place: mark.place.turned(turn_rad), ..mark });
     state.before.turn(turn_rad);
+    state.began = state.began.map(|place| place.turned(turn_rad));
     turn_rad
 }
 
@@ -304,6 +316,11 @@ fn picked<M>(
     let (origin, others) = state.others(settings, state.reference, kind);
     if word == Descriptor::Same {
         return state.reference.map(|_| origin);
+    }
+    if let Descriptor::Counted(side, ordinal) = word {
+        let is_counted = |dot: &Point| settings.window.land.is_some() || settings.window.shows(*dot);
+        let counted: ArrayVec<Point, MOST_CANDIDATES> = others.into_iter().filter(is_counted).collect();
+        return state.course.pick(side, ordinal, &counted).map(|index| counted[index]);
     }
     let shown = |slack: f64| -> ArrayVec<Point, MOST_CANDIDATES> {
         let is_shown = |dot: &Point| match corner {
@@ -462,6 +479,7 @@ fn adjust<G: Guide>(
         Next::Entry(to) => to,
     };
     state.spent_s = 0.0;
+    state.turns_course(navigator.settings.gate);
     match navigator.guide.enter(&mut state.memory, to) {
         true => {
             let word = navigator.guide.order(&state.memory).word;

@@ -105,6 +105,40 @@ fn on_land_a_word_means_a_landmark_of_its_kind_whose_marker_is_in_view() {
     assert_eq!(misses, (Kind::Direct, Some(2)));
 }
 
+/// Along a corridor to the east, the doors are on the left. On the way back, they are on the right.
+#[test]
+fn on_land_landmarks_are_counted_along_the_direction_of_travel() {
+    let land = Land { radius: 0.15, range: 8.0, stand_off: 0.8, clearance: 0.5 };
+    let dots = [
+        (0.0, 0.0, ""),
+        (2.2, 1.8, "door"),
+        (5.0, 2.0, "door"),
+        (8.0, 2.6, "door"),
+        (4.0, -2.0, "door"),
+        (8.5, 6.0, "door"),
+    ];
+    let world = plane_of_kinds(camera(0.0), &dots);
+    let attained = |map: &str, last: DotId| {
+        let settings = Settings { speed: 0.5, ..Settings::new(Window::on_land(land).unwrap(), 0.0) };
+        let map: CustomMap = map.parse().unwrap();
+        let meant = vec![last; map.entries().len()];
+        let navigator = Navigator::new(settings, map).unwrap();
+        let journey = Traversal::new(&world, &navigator, &meant, Noise::NONE).unwrap();
+        journey.run(Point::new(-0.6, -0.6), &mut stream(1, "journey"), |_, _, _| {}).attained
+    };
+    assert_eq!(attained("(*, NE)\n(door, Left2, -)", 2), [0, 2]);
+    assert_eq!(attained("(*, NE)\n(door, Right1, -)", 4), [0, 4]);
+    assert_eq!(attained("(*, NE)\n(door, Left1, NW)\n(door, Left1, -)", 2), [0, 1, 2]);
+    let there = "(*, NE)\n(door, Left2, NW)\n(door, Left1, NE)";
+    assert_eq!(attained(&format!("{there}\n(door, Behind1, -)"), 2), [0, 2, 3, 2]);
+    // From the third door, the robot goes on to the north, and turns back to the south and to the west.
+    let north = format!("{there}\n(door, Left1, SE)");
+    assert_eq!(attained(&format!("{north}\n(door, Behind1, NE)"), 3), [0, 2, 3, 5, 3]);
+    assert_eq!(attained(&format!("{north}\n(door, Behind1, NE)\n(door, Right1, -)"), 2), [0, 2, 3, 5, 3, 2]);
+    // Driving around a landmark leaves the direction of travel as it is.
+    assert_eq!(attained("(*, NE)\n(door, Left1, NW)\n(Same, NE)\n(door, Left1, -)", 2), [0, 1, 1, 2]);
+}
+
 /// Killing the process between any two steps must not change anything, since the restarted process restores the state and takes the
 /// same steps.
 #[test]

@@ -262,7 +262,7 @@ fn navigators(text: &str, settings: Settings) -> Result<Vec<Navigator>, Error> {
 }
 
 impl Instructed for CustomMap {
-    const FORM: &'static str = "directions planner 7";
+    const FORM: &'static str = "directions planner 8";
     const WAITING: &'static str = "waiting for the custom map";
 
     fn receive(

@@ -141,6 +141,33 @@ fn from_a_floor_plan_the_robot_arrives_among_poles() {
     place.page_says(recording, &["Custom maps", "(Isol", "stated probability"]);
 }
 
+/// A robot with a differential drive follows the same map as one that moves in any direction, and needs odometry and bearings.
+#[test]
+fn a_robot_that_has_to_turn_arrives_among_poles() {
+    let place = place("poles.toml");
+    let text = fs::read_to_string(place.files().join("mission.toml"))
+        .unwrap()
+        .replace("panorama.toml", "rover.toml");
+    let write = |name: &str, text: &str| fs::write(place.files().join(name), text).unwrap();
+    write("turns.toml", &text);
+    let recording = &place.driven("turns.toml --seed 1");
+    place.is_reproduced(recording, &["localizer", "planner"]);
+    let judged = place.fine(&format!("judge {recording} --json")).json();
+    for journey in judged.pointer("/0/journeys").and_then(Value::as_array).unwrap() {
+        assert!(matches!(journey["kind"].as_str(), Some("direct" | "recovered")), "{judged}");
+    }
+    place.is_identical_after("turns.toml", 4, "localizer,planner");
+
+    write("wrong.toml", &text.replace("heading_noise_deg = 2.0\n", ""));
+    let ended = place.run("run wrong.toml");
+    let words = "navigator.heading_noise_deg: expected more than 0 for a robot with a differential drive";
+    assert!(ended.code == Some(2) && ended.err.contains(words), "{ended}");
+    let robot = fs::read_to_string(place.files().join("rover.toml")).unwrap();
+    write("rover.toml", robot.split("[odometry]").next().unwrap());
+    let ended = place.run("run turns.toml");
+    assert!(ended.code == Some(2) && ended.err.contains("[odometry]"), "{ended}");
+}
+
 /// To the laser, all landmarks of the floor are alike. The map-maker and a person name them by the kinds that their markers show.
 #[test]
 fn maps_that_name_kinds_lead_past_doors_and_stairs() {

@@ -70,6 +70,9 @@ pub struct Settings {
     /// Standard deviation of the heading at the start, in radians. If it is above 0, the navigator corrects its heading by the
     /// bearings of its map.
     pub heading_rad: f64,
+    /// Standard deviation of the change of the heading error over a distance of 1, in radians. It grows with the square root of the
+    /// distance. It is 0 for a window that never turns.
+    pub heading_drift_rad: f64,
 }
 
 /// The tolerance and the gate of a robot on land, as fractions of its range.
@@ -93,6 +96,7 @@ impl Settings {
             most_recoveries: 8,
             longest_entry_s: 120.0,
             heading_rad: 0.0,
+            heading_drift_rad: 0.0,
         };
         match window.land {
             None => above,
@@ -132,6 +136,9 @@ impl Settings {
         }
         if !(0.0..=1.0).contains(&self.heading_rad) {
             return wrong("error of the heading", "0 to 1 radians", self.heading_rad);
+        }
+        if !(0.0..=1.0).contains(&self.heading_drift_rad) {
+            return wrong("drift of the heading", "0 to 1 radians", self.heading_drift_rad);
         }
         if !(self.weight > 0.0 && self.weight <= 1.0) {
             return wrong("weight", "a number above 0, at most 1", self.weight);

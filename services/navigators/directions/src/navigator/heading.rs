@@ -43,6 +43,11 @@ impl Heading {
         Self { turned_rad: 0.0, variance: sigma_rad * sigma_rad }
     }
 
+    /// Adds the uncertainty of a movement. `drift_rad` is the standard deviation over a distance of 1.
+    pub fn drift(&mut self, drift_rad: f64, distance: f64) {
+        self.variance += drift_rad * drift_rad * distance;
+    }
+
     /// Updates the estimate with the stated bearing of a landmark, which is observed at `way` from the reference in the map's axes
     /// as currently estimated. `sigma` is the position error. Returns the change of the estimate, counter-clockwise.
     pub fn correct(&mut self, bearing_deg: u16, way: Point, sigma: f64) -> f64 {
@@ -102,6 +107,18 @@ mod tests {
             assert!(after < before || after < 0.01, "{before} {after}");
         }
         assert!((heading.turned_rad - turned_rad).abs() < 0.006, "{heading:?}");
+    }
+
+    #[test]
+    fn a_heading_that_drifts_is_corrected_again_and_again() {
+        let mut heading = Heading::of_sigma(0.02);
+        let way = Point::new(4.0, 3.0);
+        for turned_rad in [0.03, 0.06, 0.09, 0.12, 0.15] {
+            heading.drift(0.012, 6.0);
+            let seen = way.turned(-turned_rad);
+            heading.correct(bearing_deg(way), seen.turned(heading.turned_rad), 0.05);
+            assert!((heading.turned_rad - turned_rad).abs() < 0.02, "{turned_rad} {heading:?}");
+        }
     }
 
     #[test]

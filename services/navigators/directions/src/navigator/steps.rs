@@ -36,6 +36,7 @@ pub(super) fn step<G: Guide>(
     let settings = &navigator.settings;
     state.spent_s += elapsed_s;
     let moved = state.velocity * elapsed_s;
+    state.heading.drift(settings.heading_drift_rad, moved.norm());
     state.before.shift(moved);
     state.tracks.shift(moved);
     state.began = state.began.map(|place| place - moved);
@@ -82,6 +83,7 @@ pub(super) fn step<G: Guide>(
 /// robot on land has to see the reference at the end.
 pub(super) fn hover<M>(settings: &Settings, state: &mut State<M>, view: View<'_>, elapsed_s: f64) -> bool {
     let moved = state.velocity * elapsed_s;
+    state.heading.drift(settings.heading_drift_rad, moved.norm());
     let Some(mark) = &mut state.reference else { return true };
     let is_followed = mark.follow(settings, view, moved);
     let (place, is_seen) = (mark.place, mark.missed == 0 || settings.window.land.is_none());

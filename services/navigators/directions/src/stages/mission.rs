@@ -41,7 +41,7 @@ use serde::Deserialize;
 use sketchnav_dots::camera::Known;
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::mission::{Mission, MissionError, Task, keys};
-use sketchnav_schemas::robot::Robot;
+use sketchnav_schemas::robot::{Drive, Robot};
 
 use super::error::DirectionsError;
 use super::settings;
@@ -522,6 +522,10 @@ pub fn check(mission: &Mission, robot: &Robot) -> Result<(), DirectionsError> {
         return Err(wrong("start.world_heading_deg", expected, &found).into());
     }
     let is_made = !matches!(read.source, Source::Map { .. });
+    if is_made && robot.drive == Drive::Differential && read.land.is_some() && read.heading_noise_deg == 0.0 {
+        let expected = "more than 0 for a robot with a differential drive, whose heading drifts as it turns";
+        return Err(wrong("navigator.heading_noise_deg", expected, "0").into());
+    }
     if is_made && (read.planned().is_empty() || !read.words.contains(&Descriptor::Any)) {
         let found = read.words.iter().map(|word| word.word()).collect::<Vec<_>>().join(", ");
         let expected = "* and one of Obvious, Isol, IsolPair, PlusPair: the map-maker plans with those";

@@ -144,10 +144,12 @@ fn watch(
     round: (u64, &str),
     end: impl FnMut(&Report),
 ) -> Result<(), Error> {
-    let navigator = Navigator::new(pilot.settings, plan.map.clone())?;
-    let start = plan.path.start.centre;
+    let Start { centre: start, faces_anywhere, .. } = plan.path.start;
+    let settings = Settings { heading_unknown: faces_anywhere, ..pilot.settings };
+    let navigator = Navigator::new(settings, plan.map.clone())?;
     let near = surroundings(atlas, start, &plan.landmarks());
-    fly(&navigator, &near, atlas.plane.walls(), (start, pilot.noise), journeys, round, end)
+    let noise = Noise { heading_unknown: faces_anywhere, ..pilot.noise };
+    fly(&navigator, &near, atlas.plane.walls(), (start, noise), journeys, round, end)
 }
 
 /// A part of a plane in which journeys are simulated.

@@ -13,7 +13,7 @@
 //! - [`reliability`] and [`fit`]: equations 1 and 2. [`recovery`]: how errors are detected and corrected.
 //! - [`atlas`] and [`survey`]: combine all of the above. [`path`] and [`plan`]: the costs and the best path.
 //!   [`wording`]: the words that depend on the path.
-//! - [`pillars`]: finds landmarks on land in a laser scan.
+//! - [`pillars`]: finds landmarks on land in a laser scan. [`orientation`]: finds the heading at the start.
 //! - [`arrival`]: finds the most probable path by simulation. [`branching`]: branching maps. [`belief`]: a
 //!   navigator that knows the positions of its landmarks instead of a map.
 //! - [`experiments`]: both the paper's and our own.
@@ -44,6 +44,7 @@ pub mod isolation;
 pub mod markers;
 pub mod messages;
 pub mod navigator;
+pub mod orientation;
 pub mod parkway;
 pub mod path;
 pub mod pillars;

@@ -10,7 +10,7 @@
 
 use super::parse::{Symbol, Token, tokens};
 use super::words::{AROUND, DOTS, THE_ORDINALS, around_noun, corner_name};
-use super::{CustomMap, Direction, FULL_TURN_DEG, MOST_ENTRIES};
+use super::{AROUND_START, CustomMap, Direction, FULL_TURN_DEG, MOST_ENTRIES};
 use crate::description::Descriptor;
 use crate::error::Error;
 use crate::geometry::Corner;
@@ -25,6 +25,7 @@ pub(super) fn are_sentences(text: &str) -> bool {
 /// Translates sentences into symbols.
 pub(super) fn symbols(text: &str) -> Result<Vec<Symbol>, Error> {
     let mut reader = Sentences { words: split(text), next: 0, end: Token::end_of(text), symbols: Vec::new() };
+    reader.start()?;
     let mut number = 0;
     loop {
         number += 1;
@@ -112,6 +113,30 @@ impl<'a> Sentences<'a> {
         self.symbols.extend(symbols.iter().map(symbol));
     }
 
+    /// Parses the bearings of the landmarks around the start, if the map begins with them.
+    fn start(&mut self) -> Result<(), Error> {
+        let begin = self.peek(0);
+        if !self.says("0 .") {
+            return Ok(());
+        }
+        let expected = "\"Around the start, the landmarks lie from the nearest to the farthest at bearings of\" and these bearings";
+        self.expect(
+            "around the start , the landmarks lie from the nearest to the farthest at bearings of",
+            expected,
+        )?;
+        self.write(begin, &["(", AROUND_START]);
+        loop {
+            let token = self.take();
+            let degrees = degrees(token)?;
+            self.write(token, &[",", degrees.as_str()]);
+            if !self.says(",") && !self.says("and") {
+                break;
+            }
+        }
+        self.write(begin, &[")"]);
+        self.stop()
+    }
+
     fn entry(&mut self, number: usize) -> Result<End<'a>, Error> {
         let begin = self.take();
         if number > MOST_ENTRIES {
@@ -187,10 +212,7 @@ impl<'a> Sentences<'a> {
         self.write_landmark(at, kind, word);
         if is_known_by_bearing || self.says("at a bearing of") {
             let token = self.take();
-            let degrees = token.text.strip_suffix('°').and_then(|text| text.parse().ok());
-            let degrees = degrees.filter(|degrees: &u16| *degrees < FULL_TURN_DEG);
-            let degrees = degrees.ok_or_else(|| token.error("a bearing from 000° to 359°"))?;
-            self.write(token, &[format!("{degrees:03}").as_str(), ","]);
+            self.write(token, &[degrees(token)?.as_str(), ","]);
         }
         if let Some(way) = slides {
             self.expect("until a new landmark comes in", "\"until a new landmark comes in\"")?;
@@ -408,6 +430,14 @@ impl<'a> Sentences<'a> {
     }
 }
 
+/// Returns the bearing that a token states, as it is written in symbols.
+fn degrees(token: Token<'_>) -> Result<String, Error> {
+    let degrees = token.text.strip_suffix('°').and_then(|text| text.parse().ok());
+    let degrees = degrees.filter(|degrees: &u16| *degrees < FULL_TURN_DEG);
+    let degrees = degrees.ok_or_else(|| token.error("a bearing from 000° to 359°"))?;
+    Ok(format!("{degrees:03}"))
+}
+
 fn first_word(words: &str) -> &str {
     words.split(' ').next().unwrap_or_default()
 }
@@ -415,6 +445,8 @@ fn first_word(words: &str) -> &str {
 impl CustomMap {
     /// Returns the map in sentences, one line for each entry with its number. The text can be parsed again.
     pub fn sentences(&self) -> String {
-        (1..).zip(self.in_words()).map(|(entry, words)| format!("{entry}. {words}\n")).collect()
+        let around = self.around_in_words().map(|words| format!("0. {words}\n"));
+        let entries = (1..).zip(self.in_words()).map(|(entry, words)| format!("{entry}. {words}\n"));
+        around.into_iter().chain(entries).collect()
     }
 }

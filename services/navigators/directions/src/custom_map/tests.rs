@@ -205,6 +205,49 @@ fn a_map_in_sentences_is_read() {
 }
 
 #[test]
+fn the_landmarks_around_the_start_are_read_in_symbols_and_in_sentences() {
+    let said = "0. Around the start, the landmarks lie from the nearest to the farthest at bearings of 085°, 012° and 133°.\n\
+        1. Take the landmark closest to the middle of the window. It is the goal.\n";
+    let map = parsed(said);
+    assert_eq!(map.to_string(), "(Around, 085, 012, 133)\n(*, -)\n");
+    assert_eq!((map.sentences().as_str(), parsed(&map.to_string())), (said, map.clone()));
+    assert_eq!(parsed("((Around, 85, 12, 133), (*, -))"), map);
+    // There may also be a kind of this name.
+    assert!(parsed("(around, *, -)").around().is_empty());
+    for (text, expected) in [
+        (
+            "(Around, 085, 012)\n(*, -)",
+            "line 1, column 1: expected three to eight bearings of landmarks around the start",
+        ),
+        (
+            "(Around, 085, 360, 12)\n(*, -)",
+            "line 1, column 15: expected a bearing from 000 to 359, found \"360\"",
+        ),
+        (
+            "(Around, 085 012, 12)\n(*, -)",
+            "line 1, column 14: expected \",\" and a bearing, or \")\", found \"012\"",
+        ),
+        ("(Around, 085, 012, 133)", "line 1, column 24: expected \"(\" of an entry, found the end"),
+        (
+            "0. Around the start, landmarks lie",
+            "line 1, column 4: expected \"Around the start, the landmarks lie from",
+        ),
+        (
+            "0. Around the start, the landmarks lie from the nearest to the farthest at bearings of 085°, 400° and 012°.",
+            "line 1, column 94: expected a bearing from 000° to 359°, found \"400°\"",
+        ),
+        (
+            "0. Around the start, the landmarks lie from the nearest to the farthest at bearings of 085° and 012°.\n1. Take the \
+             landmark closest to the middle of the window. It is the goal.",
+            "line 1, column 1: expected three to eight bearings of landmarks around the start",
+        ),
+    ] {
+        let found = error(text);
+        assert!(found.contains(expected), "{text:?}: {found}");
+    }
+}
+
+#[test]
 fn landmarks_are_counted_on_sides_in_symbols_and_in_sentences() {
     let said = "1. Take the landmark closest to the middle of the window. Move it to the north-west corner and go on at 2.\n\
         2. Go to the second door on the left. Move it to the north-west corner and go on at 3.\n\
@@ -438,6 +481,13 @@ fn branching_map() -> impl Strategy<Value = CustomMap> {
     })
 }
 
+/// Generates the landmarks around a start, or none.
+fn around() -> impl Strategy<Value = Around> {
+    let bearings = prop::collection::vec(0..FULL_TURN_DEG, 3..=8);
+    prop::option::of(bearings)
+        .prop_map(|bearings| bearings.and_then(|all| Around::new(&all)).unwrap_or_default())
+}
+
 proptest! {
     #![proptest_config(config(128))]
 
@@ -467,7 +517,10 @@ proptest! {
             branching_map(),
             prop::collection::vec(entry(), 1..12).prop_map(|entries| CustomMap::new(entries).unwrap()),
         ],
+        around in around(),
     ) {
+        let map = map.starting_among(around);
+        prop_assert_eq!(parsed(&map.to_string()), map.clone());
         let text = map.sentences();
         prop_assert_eq!(parsed(&text), map.clone());
         prop_assert_eq!(parsed(&text).sentences(), text);

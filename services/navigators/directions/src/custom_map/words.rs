@@ -16,6 +16,17 @@ impl CustomMap {
         (0..self.entries().len()).map(|entry| self.entry_in_words(entry)).collect()
     }
 
+    /// Describes the landmarks around the start, if the map lists them.
+    pub fn around_in_words(&self) -> Option<String> {
+        let bearings: Vec<String> =
+            self.around.bearings().iter().map(|bearing| format!("{bearing:03}°")).collect();
+        let (last, others) = bearings.split_last()?;
+        let others = others.join(", ");
+        Some(format!(
+            "Around the start, the landmarks lie from the nearest to the farthest at bearings of {others} and {last}."
+        ))
+    }
+
     fn entry_in_words(&self, number: usize) -> String {
         let entry = &self.entries()[number];
         let mut words = vec![sought(entry, number == 0)];

@@ -9,6 +9,7 @@ use std::f64::consts::PI;
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::Point;
+use crate::orientation::FOUND_RAD;
 
 /// Standard deviation of a bearing that is rounded to one degree, in radians.
 const ROUNDED_RAD: f64 = PI / 180.0 * 0.289;
@@ -46,6 +47,21 @@ impl Heading {
     /// Adds the uncertainty of a movement. `drift_rad` is the standard deviation over a distance of 1.
     pub fn drift(&mut self, drift_rad: f64, distance: f64) {
         self.variance += drift_rad * drift_rad * distance;
+    }
+
+    /// Returns an estimate without any knowledge of the heading.
+    pub fn unknown() -> Self {
+        Self { turned_rad: 0.0, variance: f64::INFINITY }
+    }
+
+    /// Returns true unless nothing is known about the heading.
+    pub fn is_known(&self) -> bool {
+        self.variance.is_finite()
+    }
+
+    /// Returns the estimate of a robot that has found its heading by the landmarks around it.
+    pub fn found(turned_rad: f64) -> Self {
+        Self { turned_rad, variance: FOUND_RAD * FOUND_RAD }
     }
 
     /// Updates the estimate with the stated bearing of a landmark, which is observed at `way` from the reference in the map's axes

@@ -3,6 +3,7 @@
 use arrayvec::ArrayVec;
 
 use super::guide::{Decision, Guide, Next, Order};
+use super::heading::Heading;
 use super::tracks::{Track, Tracks, nearest};
 use super::{Mark, Navigator, Outcome, Phase, Settings, State, detour};
 use crate::custom_map::Direction;
@@ -57,6 +58,7 @@ pub(super) fn step<G: Guide>(
         return state.finish(Outcome::CannotLocate);
     }
     match state.phase {
+        Phase::Orient => orient(navigator, state, view),
         Phase::Describe { word, corner, is_recovery } => {
             describe(navigator, state, view, word, corner, is_recovery);
         }
@@ -202,6 +204,24 @@ impl<M> State<M> {
 /// Returns the displacement that brings the reference to a corner.
 fn to_corner<M>(state: &State<M>, settings: &Settings, corner: Corner) -> Point {
     state.reference.map_or(Point::default(), |mark| mark.place) + settings.window.centre_from(corner)
+}
+
+/// Finds the heading by the landmarks around the start.
+fn orient<G: Guide>(navigator: &Navigator<G>, state: &mut State<G::Memory>, view: View<'_>) {
+    let settings = &navigator.settings;
+    if !state.has_looked(settings, view) {
+        return;
+    }
+    state.looks = 0;
+    let (_, seen) = state.others(settings, None, None);
+    match navigator.guide.around().and_then(|around| around.turned_rad(&seen)) {
+        Some(turned_rad) => {
+            (state.heading, state.waited) = (Heading::found(turned_rad), 0);
+            state.phase = navigator.begins(&state.memory, state.heading);
+        }
+        None if state.waited < settings.patience => state.waited += 1,
+        None => state.finish(Outcome::CannotLocate),
+    }
 }
 
 fn describe<G: Guide>(

@@ -7,6 +7,7 @@ use sketchnav_schemas::seed::stream;
 use super::*;
 use crate::geometry::Land;
 use crate::markers::Seen;
+use crate::orientation::Around;
 use crate::plane::DotId;
 use crate::testing::{camera, config, plane, plane_of_kinds};
 use crate::traversal::{Helicopter, Kind, Noise, STEP_S, Traversal};
@@ -137,6 +138,40 @@ fn on_land_landmarks_are_counted_along_the_direction_of_travel() {
     assert_eq!(attained(&format!("{north}\n(door, Behind1, NE)\n(door, Right1, -)"), 2), [0, 2, 3, 5, 3, 2]);
     // Driving around a landmark leaves the direction of travel as it is.
     assert_eq!(attained("(*, NE)\n(door, Left1, NW)\n(Same, NE)\n(door, Left1, -)", 2), [0, 1, 1, 2]);
+}
+
+/// Whatever direction the robot faces at the start, it finds its heading and then follows the map. If the landmarks are not those
+/// around its start, it does not begin to drive.
+#[test]
+fn on_land_a_robot_that_faces_anywhere_finds_its_heading_first() {
+    let land = Land { radius: 0.15, range: 8.0, stand_off: 0.8, clearance: 0.5 };
+    let world = plane(&[(0.0, 0.0), (3.0, 2.0), (-2.0, 4.0), (5.0, -3.0), (-4.0, -2.5), (8.5, 5.0)]);
+    let start = Point::new(0.6, 0.6);
+    let around = Around::at(&world, land, start).unwrap();
+    let map: CustomMap = "(*, SW)\n(*, 056, SW)\n(*, 061, -)".parse().unwrap();
+    let settings = Settings {
+        speed: 0.5,
+        heading_unknown: true,
+        heading_rad: 0.035,
+        ..Settings::new(Window::on_land(land).unwrap(), 0.03)
+    };
+    let noise = Noise { sigma: 0.03, heading_unknown: true, ..Noise::NONE };
+    let driven = |map: CustomMap, seed: u64| {
+        let navigator = Navigator::new(settings, map).unwrap();
+        let journey = Traversal::new(&world, &navigator, &[0, 1, 5], noise).unwrap();
+        let mut headings = Vec::new();
+        let report =
+            journey.run(start, &mut stream(seed, "journey"), |robot, _, _| headings.push(robot.heading_rad));
+        (report.kind, report.distance, headings[0])
+    };
+    let all: Vec<_> = (0..40).map(|seed| driven(map.clone().starting_among(around.clone()), seed)).collect();
+    assert!(all.iter().all(|(kind, ..)| *kind == Kind::Direct), "{all:?}");
+    let quarters =
+        all.iter().map(|(.., heading_rad)| (heading_rad / std::f64::consts::FRAC_PI_2).floor() as i32);
+    assert_eq!(quarters.collect::<std::collections::BTreeSet<_>>().len(), 4, "all around: {all:?}");
+    let elsewhere = Around::new(&[10, 20, 30, 40, 50]).unwrap();
+    let (kind, distance, _) = driven(map.starting_among(elsewhere), 1);
+    assert_eq!((kind, distance), (Kind::CannotLocate, 0.0));
 }
 
 /// Killing the process between any two steps must not change anything, since the restarted process restores the state and takes the

@@ -89,7 +89,8 @@ impl Guard {
             return last.0.last();
         };
         let here = self.observe(scan);
-        let side = if last.0.last().yaw_rate_radps < 0.0 { -1.0 } else { 1.0 };
+        // The side to which the robot already faces, so that it does not hesitate before an obstacle.
+        let side = if towards.y > 0.0 { -1.0 } else { 1.0 };
         let ways = ASIDE_RAD.map(|aside_rad| towards.turned(side * aside_rad));
         let way = ways.into_iter().find(|&way| self.is_free(way, speed)).unwrap_or(towards);
         let path = PATH_M.map(|at_m| geometry::Point::new(at_m * way.x, at_m * way.y));

@@ -51,6 +51,7 @@ use crate::geometry::Point;
 use crate::markers::LandmarkKind;
 use crate::messages::MAX_PLANNED;
 use crate::navigator::Settings;
+use crate::orientation::FOUND_RAD;
 use crate::path::Objective;
 use crate::plan::Verify;
 use crate::sides::{Ordinal, Side};
@@ -105,11 +106,13 @@ impl Method {
     fn is_for_land(self) -> Result<(), MissionError> {
         let (expected, found) = match self {
             Self::Branching => (
-                "another method on land or with heading_noise_deg, because maps that branch have no walls and no bearings",
+                "arrival, shortest, simplest, fewest-views, quickest, reliable or d-r on land or with heading_noise_deg, because maps that \
+                 branch have no walls and no bearings",
                 "branching",
             ),
             Self::Belief => (
-                "another method on land or with heading_noise_deg, because the list of landmarks has no walls and no bearings",
+                "arrival, shortest, simplest, fewest-views, quickest, reliable or d-r on land or with heading_noise_deg, because the \
+                 list of landmarks has no walls and no bearings",
                 "belief",
             ),
             _ => return Ok(()),
@@ -190,6 +193,8 @@ pub struct DirectionsMission {
     /// Standard deviation of the heading at the start, in degrees. If it is above 0, the maps include bearings to correct the
     /// heading.
     pub heading_noise_deg: f64,
+    /// Whether the robot may face any direction at the start. It finds its heading up to `heading_noise_deg`.
+    pub heading_unknown: bool,
     /// Probability of arrival below which a robot should not start without a person's consent.
     pub least_probability: f64,
     /// The errors that the paper's maps allow the navigator to notice.
@@ -217,6 +222,7 @@ struct NavigatorKeys {
     landmark_radius_m: Option<f64>,
     range_m: Option<f64>,
     heading_noise_deg: Option<f64>,
+    heading: Option<HeadingWord>,
     least_probability: Option<f64>,
     verify: Option<VerifyWord>,
     words: Option<Vec<String>>,
@@ -224,6 +230,13 @@ struct NavigatorKeys {
     ordinals: bool,
     #[serde(default)]
     markers: BTreeMap<String, Vec<u32>>,
+}
+
+/// The only value of `navigator.heading`.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum HeadingWord {
+    Unknown,
 }
 
 #[derive(Debug, Clone, Copy, Deserialize)]
@@ -263,6 +276,7 @@ impl DirectionsMission {
         let least_probability = least_probability(&keys)?;
         let ordinals = ordinals(&keys)?;
         let markers = markers(&keys)?;
+        let heading_unknown = keys.heading.is_some();
         if land.is_some() || heading_noise_deg > 0.0 {
             method.is_for_land()?;
         }
@@ -288,6 +302,7 @@ impl DirectionsMission {
             land,
             markers,
             heading_noise_deg,
+            heading_unknown,
             least_probability,
             verify,
             words,
@@ -400,6 +415,14 @@ const NAME_OF_KIND: &str =
     "a kind: at most 16 letters (a to z), digits and hyphens, beginning with a letter, and no word of maps";
 
 fn heading_noise_deg(keys: &NavigatorKeys) -> Result<f64, MissionError> {
+    if keys.heading.is_some() {
+        let expected = match (keys.landmark_radius_m, keys.heading_noise_deg) {
+            (None, _) => "no such key above a plane, where the window's axes are those of the plane",
+            (_, Some(_)) => "no such key with heading_noise_deg, since the robot finds its heading itself",
+            (Some(_), None) => return Ok(FOUND_RAD.to_degrees()),
+        };
+        return Err(wrong("navigator.heading", expected, "it"));
+    }
     let heading_noise_deg = keys.heading_noise_deg.unwrap_or(0.0);
     if !(0.0..=MOST_ASIDE_DEG).contains(&heading_noise_deg) {
         return Err(wrong("navigator.heading_noise_deg", "0 to 20 degrees", &heading_noise_deg.to_string()));
@@ -511,11 +534,15 @@ pub fn check(mission: &Mission, robot: &Robot) -> Result<(), DirectionsError> {
     settings::camera(mission, robot)?;
     // Above a plane, the heading is only corrected if the mission states that it may be wrong.
     let is_corrected = read.land.is_some() || read.heading_noise_deg > 0.0;
-    let most_deg = if is_corrected { MOST_ASIDE_DEG } else { 0.0 };
+    let most_deg = match (read.heading_unknown, is_corrected) {
+        (true, _) => f64::INFINITY,
+        (_, true) => MOST_ASIDE_DEG,
+        _ => 0.0,
+    };
     if mission.start.world_heading_deg.abs() > most_deg {
         let found = mission.start.world_heading_deg.to_string();
         let expected = if is_corrected {
-            "-20 to 20: the robot's axes are nearly those of its map"
+            "-20 to 20, or navigator.heading = \"unknown\": the robot's axes are nearly those of its map"
         } else {
             "0, or navigator.heading_noise_deg: the window's axes are those of the plane"
         };

@@ -286,7 +286,7 @@ fn navigators(text: &str, settings: Settings) -> Result<Vec<Navigator>, Error> {
 }
 
 impl Instructed for CustomMap {
-    const FORM: &'static str = "directions planner 8";
+    const FORM: &'static str = "directions planner 9";
     const WAITING: &'static str = "waiting for the custom map";
 
     fn receive(
@@ -306,7 +306,9 @@ impl Instructed for CustomMap {
 
     fn failure(&self, outcome: Outcome, output: &Output) -> impl std::fmt::Display {
         let (entry, word) = (output.entry + 1, self.entries()[usize::from(output.entry)].landmark());
+        let is_oriented = output.is_oriented;
         std::fmt::from_fn(move |f| match outcome {
+            _ if !is_oriented => write!(f, "cannot tell its heading by the landmarks around the start"),
             Outcome::CannotLocate => write!(f, "entry {entry}: cannot locate the landmark ({word})"),
             _ => write!(f, "entry {entry}: the landmark is wrong, with no way back"),
         })

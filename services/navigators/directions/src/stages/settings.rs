@@ -167,11 +167,12 @@ pub fn settings(mission: &Mission, robot: &Robot) -> Result<Settings, Directions
     };
     let PlannerParameters { looks, patience, most_recoveries, longest_entry_s, gain, weight } =
         mission.parameters.over(Process::Planner, &defaults)?;
-    let DirectionsMission { words, heading_noise_deg, .. } = DirectionsMission::of(mission)?;
+    let DirectionsMission { words, heading_noise_deg, heading_unknown, .. } = DirectionsMission::of(mission)?;
     let settings = Settings {
         vocabulary: Vocabulary::of(&words),
         heading_rad: heading_noise_deg.to_radians(),
         heading_drift_rad: heading_drift_rad(robot, &window),
+        heading_unknown,
         // A step lasts one tick, so this keeps the window from moving further per step than the view allows.
         speed: usual.speed.min(robot.limits.speed_mps),
         looks,

@@ -87,6 +87,27 @@ fn errors_name_the_key() {
 }
 
 #[test]
+fn the_heading_at_the_start_may_be_unknown_on_land() {
+    let with = |text: &str, keys: &str| {
+        read(&text.replace("kind='directions'", &format!("kind='directions'\n{keys}")))
+    };
+    let mission = with(ON_LAND, "heading='unknown'").unwrap();
+    assert!(mission.heading_unknown && (mission.heading_noise_deg - 2.0).abs() < 1e-9, "{mission:?}");
+    for (text, keys, words) in [
+        (MISSION, "heading='unknown'", "navigator.heading: expected no such key above a plane"),
+        (
+            ON_LAND,
+            "heading='unknown'\nheading_noise_deg=2.0",
+            "navigator.heading: expected no such key with heading_noise_deg",
+        ),
+        (ON_LAND, "heading='north'", "navigator.heading: unknown variant `north`, expected `unknown`"),
+    ] {
+        let error = with(text, keys).unwrap_err().to_string();
+        assert!(error.contains(words), "{error}");
+    }
+}
+
+#[test]
 fn a_mission_says_whether_the_map_maker_counts_landmarks() {
     let navigator =
         |keys: &str| read(&MISSION.replace("kind='directions'", &format!("kind='directions'\n{keys}")));

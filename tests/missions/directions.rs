@@ -141,6 +141,101 @@ fn from_a_floor_plan_the_robot_arrives_among_poles() {
     place.page_says(recording, &["Custom maps", "(Isol", "stated probability"]);
 }
 
+/// A robot with a differential drive follows the same map as one that moves in any direction, and needs odometry and bearings.
+#[test]
+fn a_robot_that_has_to_turn_arrives_among_poles() {
+    let place = place("poles.toml");
+    let text = fs::read_to_string(place.files().join("mission.toml"))
+        .unwrap()
+        .replace("panorama.toml", "rover.toml");
+    let write = |name: &str, text: &str| fs::write(place.files().join(name), text).unwrap();
+    write("turns.toml", &text);
+    let recording = &place.driven("turns.toml --seed 1");
+    place.is_reproduced(recording, &["localizer", "planner"]);
+    let judged = place.fine(&format!("judge {recording} --json")).json();
+    for journey in judged.pointer("/0/journeys").and_then(Value::as_array).unwrap() {
+        assert!(matches!(journey["kind"].as_str(), Some("direct" | "recovered")), "{judged}");
+    }
+
+    write("wrong.toml", &text.replace("heading_noise_deg = 2.0\n", ""));
+    let ended = place.run("run wrong.toml");
+    let words = "navigator.heading_noise_deg: expected more than 0 for a robot with a differential drive";
+    assert!(ended.code == Some(2) && ended.err.contains(words), "{ended}");
+    let robot = fs::read_to_string(place.files().join("rover.toml")).unwrap();
+    write("rover.toml", robot.split("[odometry]").next().unwrap());
+    let ended = place.run("run turns.toml");
+    assert!(ended.code == Some(2) && ended.err.contains("[odometry]"), "{ended}");
+}
+
+/// Whatever direction the robot faces at the start, it arrives. If the poles around the start look alike after a turn, the run does not
+/// begin, and if others than those on the floor plan stand there, the robot does not drive.
+#[test]
+fn a_robot_that_does_not_know_its_heading_finds_it_before_it_drives() {
+    let place = place("any-heading.toml");
+    let mission = fs::read_to_string(place.files().join("mission.toml")).unwrap();
+    let write = |name: &str, text: &str| fs::write(place.files().join(name), text).unwrap();
+    let recording = &place.driven("mission.toml --seed 1");
+    place.is_reproduced(recording, &["localizer", "planner"]);
+    let judged = place.fine(&format!("judge {recording} --json")).json();
+    for journey in judged.pointer("/0/journeys").and_then(Value::as_array).unwrap() {
+        assert!(matches!(journey["kind"].as_str(), Some("direct" | "recovered")), "{judged}");
+        assert!(journey["stated"].as_f64().is_some_and(|stated| stated > 0.5), "{judged}");
+    }
+
+    // By its written map, the robot also arrives from other headings.
+    let made = place.fine("directions mission.toml").out;
+    let map: String = made
+        .lines()
+        .skip_while(|line| !line.starts_with("(Around"))
+        .take_while(|line| !line.is_empty())
+        .fold(String::new(), |all, line| all + line + "\n");
+    write("poles.directions", &map);
+    let before_goal = mission.replace("floor_file = \"poles.floor.toml\"", "map_file = \"poles.directions\"");
+    let before_goal = before_goal.split("[[task]]").next().unwrap().to_owned();
+    let written = before_goal
+        + "[[task]]\nname = 'to the north-east'\nthere = { center = [31.04, 29.25], radius_m = 1.2 }\n";
+    for heading_deg in ["-95.0", "20.0", "68.0", "179.0"] {
+        write(
+            "turned.toml",
+            &written.replace("world_heading_deg = 137.0", &format!("world_heading_deg = {heading_deg}")),
+        );
+        place.driven("turned.toml --seed 1");
+    }
+    place.is_identical_after("turned.toml", 4, "localizer,planner");
+
+    // Four poles around the start look the same after a quarter turn.
+    let poles = [(7.0, 7.0), (3.0, 7.0), (3.0, 3.0), (7.0, 3.0)]
+        .map(|(x, y)| format!("[[furniture]]\nname = 'pole'\ncenter = [{x}, {y}]\nradius_m = 0.15\n"));
+    let floor = format!(
+        "name = 'square'\nwall_thickness_m = 0.1\n[[wall]]\npoints = [[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0]]\nclosed = true\n{}",
+        poles.concat()
+    );
+    write("square.floor.toml", &floor);
+    let square = "name = 'square'\nrobot = 'panorama.toml'\nworld = { floor_plan = 'square.floor.toml' }\n\
+        start = { world = [5.0, 5.0], world_heading_deg = 30.0 }\n[navigator]\nkind = 'directions'\nfloor_file = 'square.floor.toml'\n\
+        landmark_radius_m = 0.15\nrange_m = 8.0\nheading = 'unknown'\n[[task]]\nname = 'there'\ngoal = [3.0, 3.0]\n";
+    write("square.toml", square);
+    let ended = place.run("run square.toml");
+    assert!(
+        ended.code == Some(2) && ended.err.contains("look nearly the same to a robot that is turned by"),
+        "{ended}"
+    );
+    let written = square
+        .replace("floor_file = 'square.floor.toml'", "map_file = 'square.directions'")
+        .replace("goal = [3.0, 3.0]\n", "");
+    write("written.toml", &written);
+    write("square.directions", "(*, -)\n");
+    let ended = place.run("run written.toml");
+    assert!(
+        ended.code == Some(2) && ended.err.contains("expected the landmarks around the start"),
+        "{ended}"
+    );
+    write("square.directions", "(Around, 010, 020, 030, 040)\n(*, -)\n");
+    let ended = place.run("run written.toml --json");
+    let reason = ended.json()["tasks"][0]["reason"].to_string();
+    assert!(reason.contains("cannot tell its heading by the landmarks around the start"), "{ended}");
+}
+
 /// To the laser, all landmarks of the floor are alike. The map-maker and a person name them by the kinds that their markers show.
 #[test]
 fn maps_that_name_kinds_lead_past_doors_and_stairs() {
@@ -171,6 +266,34 @@ fn maps_that_name_kinds_lead_past_doors_and_stairs() {
     assert!(ended.code == Some(2) && ended.err.contains(words), "{ended}");
 }
 
+/// A person's three sentences, and the map-maker's own, count doors along a corridor.
+#[test]
+fn maps_that_count_landmarks_lead_to_the_second_door_on_the_left() {
+    let place = place("offices.toml");
+    let judged = |recording: &str| place.fine(&format!("judge {recording} --json")).json();
+    let person = &place.driven("second-door.toml --seed 1");
+    let verdict = judged(person);
+    assert_eq!(verdict[0]["journeys"][0]["kind"], "direct", "{verdict}");
+    assert_eq!(verdict[0]["journeys"][0]["kinds"], serde_json::json!(["stairs", "door", "machine"]));
+    place.page_says(person, &["Seek the second door on the left."]);
+
+    let made = place.fine("directions mission.toml --words").out;
+    assert!(made.contains("on the left at a bearing of ") && made.contains("on the right"), "{made}");
+    let recording = &place.driven("mission.toml --seed 1");
+    place.is_reproduced(recording, &["sketcher", "localizer", "planner"]);
+    let verdict = judged(recording);
+    for journey in verdict.pointer("/0/journeys").and_then(Value::as_array).unwrap() {
+        assert!(matches!(journey["kind"].as_str(), Some("direct" | "recovered")), "{verdict}");
+    }
+
+    let text = fs::read_to_string(place.files().join("second-door.directions")).unwrap();
+    let without = text.replace("the second door on the left", "the second door to the left");
+    fs::write(place.files().join("second-door.directions"), without).unwrap();
+    let ended = place.run("run second-door.toml");
+    let words = "second-door.directions: line 3, column 26: expected \"on the left\", \"on the right\", \"ahead\" or \"behind\", found \"to\"";
+    assert!(ended.code == Some(2) && ended.err.contains(words), "{ended}");
+}
+
 #[test]
 fn kills_leave_the_same_bytes() {
     for (mission, kills) in [
@@ -181,6 +304,7 @@ fn kills_leave_the_same_bytes() {
         ("poles.toml", 6),
         ("signs.toml", 6),
         ("errand.toml", 6),
+        ("second-door.toml", 6),
     ] {
         place(mission).is_identical_after("mission.toml", kills, "world,sketcher,localizer,planner,recorder");
     }

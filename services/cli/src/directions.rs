@@ -150,6 +150,7 @@ fn write_page(file: &Path, run: &RunConfig, made: &Made) -> anyhow::Result<()> {
             h2 { (task.name) }
             @if !dots.is_empty() { div.pictures { figure { (PreEscaped(picture)) } } }
             @if let Some(stated) = made.journeys.get(number).and_then(PlannedJourney::stated) { p { (stated) } }
+            @if let Some(words) = map.around_in_words() { p { (words) } }
             ol { @for words in map.in_words() { li { (words) } } }
         }
     };

@@ -281,6 +281,7 @@ fn explained(name: &str, map: &CustomMap) -> Markup {
         }
         details {
             summary { "In words" }
+            @if let Some(words) = map.around_in_words() { p { (words) } }
             ol { @for words in map.in_words() { li { (words) } } }
         }
     }

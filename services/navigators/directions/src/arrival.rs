@@ -33,7 +33,7 @@ use crate::plan::{Plan, Verify, Weakest};
 use crate::plane::{DotId, Plane};
 use crate::traversal::{Kind, Noise, Report, Traversal};
 use crate::walls::Walls;
-use crate::wording::reworded;
+use crate::wording::{counted, reworded};
 pub(crate) use trial::Trial;
 pub use trial::{Estimate, estimates};
 
@@ -144,10 +144,12 @@ fn watch(
     round: (u64, &str),
     end: impl FnMut(&Report),
 ) -> Result<(), Error> {
-    let navigator = Navigator::new(pilot.settings, plan.map.clone())?;
-    let start = plan.path.start.centre;
+    let Start { centre: start, faces_anywhere, .. } = plan.path.start;
+    let settings = Settings { heading_unknown: faces_anywhere, ..pilot.settings };
+    let navigator = Navigator::new(settings, plan.map.clone())?;
     let near = surroundings(atlas, start, &plan.landmarks());
-    fly(&navigator, &near, atlas.plane.walls(), (start, pilot.noise), journeys, round, end)
+    let noise = Noise { heading_unknown: faces_anywhere, ..pilot.noise };
+    fly(&navigator, &near, atlas.plane.walls(), (start, noise), journeys, round, end)
 }
 
 /// A part of a plane in which journeys are simulated.
@@ -242,6 +244,12 @@ pub fn most_probable(
     for path in candidates(atlas, &estimates, start, goal, seed)? {
         // The plans with other words come first, because the first of equally good plans is kept.
         let other = reworded(atlas, &path, vocabulary, pilot.settings.gate);
+        if let Some(counted) = counted(atlas, &path, pilot.settings.gate) {
+            plans.push(Plan::choosing(atlas, counted.clone(), |leg, _| {
+                estimates[leg.number as usize].pays()
+            })?);
+            plans.push(Plan::new(atlas, counted, Verify::Nothing)?);
+        }
         plans.push(Plan::choosing(atlas, other.clone(), |leg, _| estimates[leg.number as usize].pays())?);
         plans.push(Plan::new(atlas, other, Verify::Nothing)?);
         plans.push(Plan::choosing(atlas, path.clone(), |leg, _| estimates[leg.number as usize].pays())?);

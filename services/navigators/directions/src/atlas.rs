@@ -8,6 +8,7 @@ use crate::navigator::heading::bearing_deg;
 use crate::plane::{DotId, Plane};
 use crate::recovery::{Check, Recoveries};
 use crate::reliability::Reliability;
+use crate::sides::Side;
 use crate::signature::Signature;
 use crate::transitions::{Kinds, Movement, Transition, Transitions};
 
@@ -28,6 +29,8 @@ pub struct Atlas {
     pub reliability: Reliability,
     /// The word in recoveries for the right landmark.
     recovers_by: Descriptor,
+    /// The sides on which the map-maker counts landmarks.
+    pub counts: Vec<Side>,
     /// Bit mask of the corners at which a transition begins, for each landmark.
     exits: Vec<u8>,
 }
@@ -48,7 +51,22 @@ impl Atlas {
         // A navigator that doesn't know the word of the paper's recoveries uses the first word that it does know.
         let knows_isolated = kinds.words.is_empty() || kinds.words.contains(&Descriptor::Isolated);
         let recovers_by = if knows_isolated { Descriptor::Isolated } else { kinds.words[0] };
-        Self { plane, window, transitions, signatures, unreliability, reliability, recovers_by, exits }
+        let counted = |word: &Descriptor| match word {
+            Descriptor::Counted(side, _) => Some(*side),
+            _ => None,
+        };
+        let counts = kinds.words.iter().filter_map(counted).collect();
+        Self {
+            plane,
+            window,
+            transitions,
+            signatures,
+            unreliability,
+            reliability,
+            recovers_by,
+            counts,
+            exits,
+        }
     }
 
     /// Creates the search for recoveries on this plane.

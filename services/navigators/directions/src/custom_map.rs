@@ -36,6 +36,9 @@
 //! a branching map, any entry may end the journey, and each entry except the first must be reachable from the previous one or by a
 //! branch.
 //!
+//! A robot on land that may face any direction at the start finds its heading by the landmarks around it. Its map begins with their
+//! bearings, from the nearest landmark to the farthest: `(Around, 085, 012, 133)`.
+//!
 //! A map may also be written in sentences ([`CustomMap::sentences`]).
 //!
 //! Case and white space don't matter, and `#` starts a comment. Commas between entries and brackets around all entries are
@@ -54,6 +57,7 @@ use crate::description::Descriptor;
 use crate::error::Error;
 use crate::geometry::Corner;
 use crate::markers::LandmarkKind;
+use crate::orientation::Around;
 use crate::signature::Signature;
 
 /// Maximum number of entries of a map.
@@ -61,8 +65,14 @@ pub const MOST_ENTRIES: usize = 10_000;
 
 /// A map for the navigator. It has at least one entry, and if it has no branches, only its last entry may lack a corner.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(try_from = "Vec<Entry>", into = "Vec<Entry>")]
-pub struct CustomMap(Vec<Entry>);
+#[serde(try_from = "Parts", into = "Parts")]
+pub struct CustomMap {
+    entries: Vec<Entry>,
+    around: Around,
+}
+
+/// The entries of a map, and the landmarks around its start.
+type Parts = (Vec<Entry>, Around);
 
 /// One line of a map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -90,6 +100,8 @@ pub enum Direction {
     Backward,
 }
 
+/// The word before the bearings of the landmarks around the start.
+const AROUND_START: &str = "Around";
 /// A full turn, in degrees. Bearings are less than this.
 pub const FULL_TURN_DEG: u16 = 360;
 /// Maximum number of clauses of an entry, not counting the one for the right sign.
@@ -358,37 +370,47 @@ impl CustomMap {
                 _ => {}
             }
         }
-        Ok(Self(entries))
+        Ok(Self { entries, around: Around::default() })
     }
 
     /// Returns true if any entry branches.
     pub fn branches(&self) -> bool {
-        self.0.iter().any(|entry| entry.branches().next().is_some())
+        self.entries.iter().any(|entry| entry.branches().next().is_some())
     }
 
     /// Returns the entries of the map.
     pub fn entries(&self) -> &[Entry] {
-        &self.0
+        &self.entries
+    }
+
+    /// Adds the landmarks around the start, from which a robot finds its heading.
+    pub fn starting_among(self, around: Around) -> Self {
+        Self { around, ..self }
+    }
+
+    /// Returns the landmarks around the start. The list is empty unless the map is for a robot that may face any direction.
+    pub fn around(&self) -> &Around {
+        &self.around
     }
 
     /// Returns true if the landmark attained by an entry is the intended one, which is always the case if the word of the entry is
     /// `Confusable`.
     pub fn is_right<T: PartialEq>(&self, entry: usize, attained: &T, meant: &T) -> bool {
         let is_confusable = |entry: &Entry| entry.word == Descriptor::Confusable;
-        attained == meant || self.0.get(entry).is_some_and(is_confusable)
+        attained == meant || self.entries.get(entry).is_some_and(is_confusable)
     }
 }
 
-impl TryFrom<Vec<Entry>> for CustomMap {
+impl TryFrom<Parts> for CustomMap {
     type Error = Error;
-    fn try_from(entries: Vec<Entry>) -> Result<Self, Error> {
-        Self::new(entries)
+    fn try_from((entries, around): Parts) -> Result<Self, Error> {
+        Ok(Self::new(entries)?.starting_among(around))
     }
 }
 
-impl From<CustomMap> for Vec<Entry> {
+impl From<CustomMap> for Parts {
     fn from(map: CustomMap) -> Self {
-        map.0
+        (map.entries, map.around)
     }
 }
 
@@ -434,7 +456,11 @@ impl fmt::Display for Entry {
 
 impl fmt::Display for CustomMap {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.iter().try_for_each(|entry| writeln!(f, "{entry}"))
+        if !self.around.is_empty() {
+            let bearings = self.around.bearings().iter().map(|bearing| format!(", {bearing:03}"));
+            writeln!(f, "({AROUND_START}{})", bearings.collect::<String>())?;
+        }
+        self.entries.iter().try_for_each(|entry| writeln!(f, "{entry}"))
     }
 }
 

@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::geometry::{Corner, Point};
 use crate::isolation::{c_value, c_value_of_pair, mutual_neighbourhood};
+use crate::sides::{Ordinal, Side};
 
 /// Maximum number of candidates. In a more crowded view, no word refers to a landmark.
 pub const MOST_CANDIDATES: usize = 64;
@@ -38,10 +39,29 @@ pub enum Descriptor {
     Any,
     /// The reference itself. This word is our own, and makes a robot drive from one side of a landmark to another.
     Same,
+    /// The landmark with this number on a side of the navigator ([`crate::sides`]). This word is our own.
+    Counted(Side, Ordinal),
+}
+
+/// Defines the words for the landmarks counted on a side, in the order of their ordinals.
+macro_rules! counted {
+    ($side:literal) => {
+        [
+            concat!($side, 1),
+            concat!($side, 2),
+            concat!($side, 3),
+            concat!($side, 4),
+            concat!($side, 5),
+            concat!($side, 6),
+            concat!($side, 7),
+            concat!($side, 8),
+            concat!($side, 9),
+        ]
+    };
 }
 
 impl Descriptor {
-    /// All words.
+    /// All words except those for counted landmarks.
     pub const ALL: [Self; 8] = [
         Self::Obvious,
         Self::Isolated,
@@ -67,12 +87,31 @@ impl Descriptor {
             Self::Confusable => "Confusable",
             Self::Any => "*",
             Self::Same => "Same",
+            Self::Counted(side, ordinal) => match side {
+                Side::Left => counted!("Left")[ordinal.index()],
+                Side::Right => counted!("Right")[ordinal.index()],
+                Side::Ahead => counted!("Ahead")[ordinal.index()],
+                Side::Behind => counted!("Behind")[ordinal.index()],
+            },
         }
+    }
+
+    /// Iterates over all words, including those for counted landmarks.
+    pub fn every() -> impl Iterator<Item = Self> {
+        let counted =
+            Side::ALL.into_iter().flat_map(|side| Ordinal::all().map(move |own| Self::Counted(side, own)));
+        Self::ALL.into_iter().chain(counted)
+    }
+
+    /// Returns the word that is written like this in custom maps, in upper or lower case.
+    pub fn of_word(text: &str) -> Option<Self> {
+        Self::every().find(|word| word.word().eq_ignore_ascii_case(text))
     }
 
     /// Returns the index of the candidate that the word refers to, or `None` if the view has no such landmark.
     ///
-    /// For [`Descriptor::New`], pass only the new candidates. [`Descriptor::Same`] refers to none of them.
+    /// For [`Descriptor::New`], pass only the new candidates. [`Descriptor::Same`] refers to none of them, and to find a counted
+    /// landmark, the navigator's course is required ([`crate::sides::Course::pick`]).
     pub fn pick(self, candidates: &[Point]) -> Option<usize> {
         if candidates.is_empty() || candidates.len() > MOST_CANDIDATES {
             return None;
@@ -87,7 +126,7 @@ impl Descriptor {
             Self::PlusPair => None,
             Self::Confusable if candidates.len() < 2 => None,
             Self::Confusable | Self::Any => all.min_by(furthest),
-            Self::Same => None,
+            Self::Same | Self::Counted(..) => None,
         }
     }
 
@@ -113,20 +152,28 @@ impl fmt::Display for Descriptor {
 
 /// A set of words, such as those that a navigator understands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Vocabulary(u8);
+pub struct Vocabulary(u16);
 
 impl Vocabulary {
     /// Every word.
-    pub const ALL: Self = Self(0xff);
+    pub const ALL: Self = Self(0xfff);
 
-    /// Creates a set of words.
+    /// Creates a set of words. A word for a counted landmark stands for all words for its side.
     pub fn of(words: &[Descriptor]) -> Self {
-        Self(words.iter().fold(0, |set, &word| set | 1 << word as u8))
+        Self(words.iter().fold(0, |set, &word| set | Self::bit(word)))
     }
 
     /// Returns true if the set contains a word.
     pub fn has(self, word: Descriptor) -> bool {
-        self.0 >> word as u8 & 1 == 1
+        self.0 & Self::bit(word) != 0
+    }
+
+    fn bit(word: Descriptor) -> u16 {
+        let number = match word {
+            Descriptor::Counted(side, _) => Descriptor::ALL.len() + side as usize,
+            word => Descriptor::ALL.into_iter().take_while(|other| *other != word).count(),
+        };
+        1 << number
     }
 }
 
@@ -185,7 +232,7 @@ mod tests {
     #[test]
     fn an_empty_view_and_an_overcrowded_one_have_no_landmark() {
         let crowd: Vec<_> = (0..=MOST_CANDIDATES).map(|i| Point::new(i as f64, 1.0)).collect();
-        for word in Descriptor::ALL {
+        for word in Descriptor::every() {
             assert_eq!(word.pick(&[]), None, "{word}");
             assert_eq!(word.pick(&crowd), None, "{word}");
         }
@@ -233,8 +280,21 @@ mod tests {
     #[test]
     fn a_vocabulary_has_its_words_alone() {
         let two = Vocabulary::of(&[Descriptor::Isolated, Descriptor::Any]);
-        let had: Vec<_> = Descriptor::ALL.into_iter().filter(|&word| two.has(word)).collect();
+        let had: Vec<_> = Descriptor::every().filter(|&word| two.has(word)).collect();
         assert_eq!(had, [Descriptor::Isolated, Descriptor::Any]);
-        assert!(Descriptor::ALL.into_iter().all(|word| Vocabulary::ALL.has(word)));
+        assert!(Descriptor::every().all(|word| Vocabulary::ALL.has(word)));
+        let counted = |side, number| Descriptor::Counted(side, Ordinal::of(number).unwrap());
+        let left = Vocabulary::of(&[counted(Side::Left, 1)]);
+        assert!(left.has(counted(Side::Left, 9)) && !left.has(counted(Side::Right, 1)));
+    }
+
+    #[test]
+    fn every_word_is_written_differently_and_read_again() {
+        let words: Vec<_> = Descriptor::every().collect();
+        assert_eq!(words.len(), 8 + 4 * 9);
+        for word in words {
+            assert_eq!(Descriptor::of_word(&word.word().to_lowercase()), Some(word));
+        }
+        assert_eq!(["Left", "Left0", "Left10", "Up1"].map(Descriptor::of_word), [None; 4]);
     }
 }

@@ -168,6 +168,21 @@ pub enum Error {
         /// The goal's y coordinate.
         y: f64,
     },
+    /// Too few landmarks are in view at a start with an unknown heading.
+    #[error("start: expected at least three landmarks in view, by which to find the heading, found {found}")]
+    FewAround {
+        /// Number of landmarks in view.
+        found: usize,
+    },
+    /// The landmarks in view at a start with an unknown heading don't determine the heading.
+    #[error(
+        "start: expected landmarks in view that determine the heading, found some that look nearly the same to a robot that is \
+         turned by {degrees}°"
+    )]
+    SameAround {
+        /// The turn after which the view is nearly the same, in degrees counter-clockwise.
+        degrees: u16,
+    },
     /// No path leads to the goal.
     #[error(
         "no path from dot {start} to dot {goal}: {reached} dots are reached from the start, {reaching} reach the goal. \

@@ -6,14 +6,14 @@
 //!
 //! The map-maker uses:
 //! - [`plane`]: the dots and their spatial index. [`generate`]: random planes.
-//! - [`isolation`] and [`description`]: which dot of a view a word refers to. [`signature`]: the surroundings of a dot. [`sight`]
-//!   and [`walls`]: what hides a landmark and what blocks the path to it.
+//! - [`isolation`], [`description`] and [`sides`]: which dot of a view a word refers to. [`signature`]: the surroundings of a dot.
+//!   [`sight`] and [`walls`]: what hides a landmark and what blocks the path to it.
 //! - [`parkway`], [`trajectory`] and [`transitions`]: which landmark can be attained from which, and the
 //!   sparse matrix of these transitions.
 //! - [`reliability`] and [`fit`]: equations 1 and 2. [`recovery`]: how errors are detected and corrected.
 //! - [`atlas`] and [`survey`]: combine all of the above. [`path`] and [`plan`]: the costs and the best path.
 //!   [`wording`]: the words that depend on the path.
-//! - [`pillars`]: finds landmarks on land in a laser scan.
+//! - [`pillars`]: finds landmarks on land in a laser scan. [`orientation`]: finds the heading at the start.
 //! - [`arrival`]: finds the most probable path by simulation. [`branching`]: branching maps. [`belief`]: a
 //!   navigator that knows the positions of its landmarks instead of a map.
 //! - [`experiments`]: both the paper's and our own.
@@ -44,6 +44,7 @@ pub mod isolation;
 pub mod markers;
 pub mod messages;
 pub mod navigator;
+pub mod orientation;
 pub mod parkway;
 pub mod path;
 pub mod pillars;
@@ -51,6 +52,7 @@ pub mod plan;
 pub mod plane;
 pub mod recovery;
 pub mod reliability;
+pub mod sides;
 pub mod sight;
 pub mod signature;
 pub mod stages;

@@ -38,8 +38,7 @@ impl LandmarkKind {
     pub fn of(name: &str) -> Option<Self> {
         let is_letter = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
         let is_word = name.starts_with(|c: char| c.is_ascii_lowercase()) && name.chars().all(is_letter);
-        let is_taken = name == ANY_KIND
-            || Descriptor::ALL.into_iter().any(|word| word.word().eq_ignore_ascii_case(name));
+        let is_taken = name == ANY_KIND || Descriptor::of_word(name).is_some();
         ArrayString::from(name).ok().filter(|_| is_word && !is_taken).map(Self)
     }
 
@@ -224,8 +223,18 @@ mod tests {
         for name in ["door", "fire-door-2", "x"] {
             assert_eq!(LandmarkKind::of(name).map(|kind| kind.to_string()), Some(name.to_owned()));
         }
-        let wrong =
-            ["", "Door", "2nd", "-door", "fire door", "tür", "landmark", "isol", "a-door-that-is-wide"];
+        let wrong = [
+            "",
+            "Door",
+            "2nd",
+            "-door",
+            "fire door",
+            "tür",
+            "landmark",
+            "isol",
+            "left2",
+            "a-door-that-is-wide",
+        ];
         for name in wrong {
             assert_eq!(LandmarkKind::of(name), None, "{name}");
         }

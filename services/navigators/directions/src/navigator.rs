@@ -4,7 +4,8 @@
 //! axes, from the state, the elapsed time and the positions of the dots in view relative to the window's centre. It does not
 //! allocate. The state is small and serializable.
 //!
-//! For each entry of the map, the navigator
+//! A robot on land that may face any direction first finds its heading ([`crate::orientation`]). For each entry of the map, the
+//! navigator
 //! 1. *describes*: stands still, looks, and picks the landmark that the word refers to;
 //! 2. for a trajectory, *centres* the window on the pair and *slides* until a new dot comes into view;
 //! 3. *verifies*, if the map says how: looks around the landmark and counts the occupied quadrants;
@@ -34,6 +35,7 @@ use crate::description::{Descriptor, Vocabulary};
 use crate::error::Error;
 use crate::geometry::{Corner, Point, Window};
 use crate::markers::View;
+use crate::sides::Course;
 use crate::signature::Signature;
 use by_map::Progress;
 use guide::{Counts, Guide, Next};
@@ -69,6 +71,11 @@ pub struct Settings {
     /// Standard deviation of the heading at the start, in radians. If it is above 0, the navigator corrects its heading by the
     /// bearings of its map.
     pub heading_rad: f64,
+    /// Standard deviation of the change of the heading error over a distance of 1, in radians. It grows with the square root of the
+    /// distance. It is 0 for a window that never turns.
+    pub heading_drift_rad: f64,
+    /// Whether the robot may face any direction at the start, so that it first finds its heading by the landmarks around it.
+    pub heading_unknown: bool,
 }
 
 /// The tolerance and the gate of a robot on land, as fractions of its range.
@@ -92,6 +99,8 @@ impl Settings {
             most_recoveries: 8,
             longest_entry_s: 120.0,
             heading_rad: 0.0,
+            heading_drift_rad: 0.0,
+            heading_unknown: false,
         };
         match window.land {
             None => above,
@@ -131,6 +140,12 @@ impl Settings {
         }
         if !(0.0..=1.0).contains(&self.heading_rad) {
             return wrong("error of the heading", "0 to 1 radians", self.heading_rad);
+        }
+        if self.heading_unknown && self.heading_rad == 0.0 {
+            return wrong("error of the heading", "above 0 if it has to be found", self.heading_rad);
+        }
+        if !(0.0..=1.0).contains(&self.heading_drift_rad) {
+            return wrong("drift of the heading", "0 to 1 radians", self.heading_drift_rad);
         }
         if !(self.weight > 0.0 && self.weight <= 1.0) {
             return wrong("weight", "a number above 0, at most 1", self.weight);
@@ -192,6 +207,8 @@ pub struct Output {
     pub meant: u16,
     /// Total number of recoveries, and of branches to any entry other than the next.
     pub recoveries: u16,
+    /// Whether the navigator knows its heading.
+    pub is_oriented: bool,
     /// The outcome of the journey, or `None` while it is under way.
     pub outcome: Option<Outcome>,
 }
@@ -206,6 +223,8 @@ struct Mark {
 /// The current phase of the work on an entry.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 enum Phase {
+    /// Stands still, looks, and finds the heading by the landmarks around the start.
+    Orient,
     /// Stands still, looks, and picks the landmark that the word refers to. If there is a corner, the reference lies in it.
     Describe { word: Descriptor, corner: Option<Corner>, is_recovery: bool },
     /// On land, drives to another place beside the reference, or as far as possible in the time allowed, to look again from there.
@@ -235,6 +254,10 @@ pub struct State<M = Progress> {
     /// The estimated heading. All positions in the state are in the map's axes according to this estimate.
     heading: Heading,
     reference: Option<Mark>,
+    /// The direction of travel, by which landmarks are counted.
+    course: Course,
+    /// Position of the landmark at which the current entry began, relative to the window's centre.
+    began: Option<Point>,
     /// Number of views taken since the window stopped.
     looks: u8,
     /// Number of looks in which the landmark was not found.
@@ -301,14 +324,18 @@ impl<G: Guide> Navigator<G> {
     }
 
     fn start_with(&self, memory: G::Memory) -> State<G::Memory> {
-        let word = self.guide.order(&memory).word;
+        let is_known = !self.settings.heading_unknown;
+        let heading =
+            if is_known { Heading::of_sigma(self.settings.heading_rad) } else { Heading::unknown() };
         State {
-            phase: Phase::Describe { word, corner: None, is_recovery: false },
+            phase: self.begins(&memory, heading),
             memory,
             spent_s: 0.0,
             velocity: Point::default(),
-            heading: Heading::of_sigma(self.settings.heading_rad),
+            heading,
             reference: None,
+            course: Course::default(),
+            began: None,
             looks: 0,
             waited: 0,
             elsewhere: 0,
@@ -324,7 +351,16 @@ impl<G: Guide> Navigator<G> {
     /// carries over.
     pub fn start_after(&self, last: &State<G::Memory>) -> State<G::Memory> {
         let arrived = (last.outcome() == Some(Outcome::Arrived)).then_some(&last.memory);
-        State { heading: last.heading, ..self.start_with(self.guide.begin_after(arrived)) }
+        let start = self.start_with(self.guide.begin_after(arrived));
+        State { heading: last.heading, phase: self.begins(&start.memory, last.heading), ..start }
+    }
+
+    /// Returns the first phase of a journey.
+    fn begins(&self, memory: &G::Memory, heading: Heading) -> Phase {
+        match heading.is_known() {
+            true => Phase::Describe { word: self.guide.order(memory).word, corner: None, is_recovery: false },
+            false => Phase::Orient,
+        }
     }
 
     /// Performs one step, given the current view and the time since the last step, which is 0 for the first.
@@ -369,6 +405,7 @@ impl<G: Guide> Navigator<G> {
             accepted,
             meant,
             recoveries,
+            is_oriented: state.heading.is_known(),
             outcome: state.outcome(),
         }
     }
@@ -401,9 +438,9 @@ impl<M> State<M> {
 
     fn activity(&self) -> Activity {
         match self.phase {
-            Phase::Describe { is_recovery: false, .. } | Phase::Elsewhere { is_recovery: false, .. } => {
-                Activity::Seek
-            }
+            Phase::Orient
+            | Phase::Describe { is_recovery: false, .. }
+            | Phase::Elsewhere { is_recovery: false, .. } => Activity::Seek,
             Phase::Centre { .. } | Phase::Slide { .. } => Activity::Slide,
             Phase::Around { .. } => Activity::Verify,
             Phase::Adjust { next: Next::Entry(_), .. } => Activity::Adjust,

@@ -106,6 +106,8 @@ pub struct Start {
     pub centre: Point,
     /// The dot closest to the centre, which is the landmark that `*` refers to.
     pub landmark: DotId,
+    /// Whether the robot may face any direction.
+    pub faces_anywhere: bool,
 }
 
 impl Start {
@@ -137,13 +139,13 @@ impl Start {
         let nearest =
             seen.min_by(|a, b| distance(a.1).total_cmp(&distance(b.1)).then(b.1.x.total_cmp(&a.1.x)));
         let (landmark, _) = nearest.ok_or(Error::NothingInView { x: centre.x, y: centre.y })?;
-        Ok(Self { centre, landmark })
+        Ok(Self { centre, landmark, faces_anywhere: false })
     }
 
     /// Creates a start with the window directly over a dot.
     pub fn over(plane: &Plane, dot: DotId) -> Result<Self, Error> {
         let landmark = plane.known(dot)?;
-        Ok(Self { centre: plane.dot(dot), landmark })
+        Ok(Self { centre: plane.dot(dot), landmark, faces_anywhere: false })
     }
 
     /// Returns the end of a path as the start of the next one, with the window over the last landmark or, on land, the robot beside
@@ -153,7 +155,7 @@ impl Start {
             Some(leg) => (atlas.centre(leg.from, leg.transition.corner), leg.transition.to),
             None => (path.start.centre, path.start.landmark),
         };
-        Self { centre: atlas.over(from, landmark), landmark }
+        Self { centre: atlas.over(from, landmark), landmark, faces_anywhere: false }
     }
 }
 

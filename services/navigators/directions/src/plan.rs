@@ -6,6 +6,7 @@ use crate::custom_map::{CustomMap, Direction, Entry, Sign, Verification};
 use crate::description::Descriptor;
 use crate::error::Error;
 use crate::geometry::Corner;
+use crate::orientation::Around;
 use crate::path::{Atlas, Leg, Path};
 use crate::plane::DotId;
 use crate::recovery::Check;
@@ -91,6 +92,10 @@ impl Plan {
         };
         let others = path.legs.iter().zip(&checks).map(entry);
         let map = CustomMap::new(std::iter::once(first).chain(others).collect())?;
+        let map = match atlas.window.land.filter(|_| path.start.faces_anywhere) {
+            Some(land) => map.starting_among(Around::at(&atlas.plane, land, path.start.centre)?),
+            None => map,
+        };
         let landmarks = path.landmarks();
         Ok(Self { path, checks, map, landmarks, probability: None, weakest: None })
     }

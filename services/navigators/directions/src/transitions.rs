@@ -60,7 +60,8 @@ pub struct Transitions {
 pub struct Kinds<'a> {
     /// The words to use. [`Descriptor::Any`] refers to any landmark by its bearing, for which the robot has to know its heading. On
     /// land, this includes landmarks outside the quadrant. Among walls, [`Descriptor::Same`] leads from one side of a landmark to
-    /// another. Apart from these two, only words in [`Descriptor::DEFINITE`] yield transitions.
+    /// another. Apart from these two, only words in [`Descriptor::DEFINITE`] yield transitions. If a word counts landmarks on a side,
+    /// so do maps, once a path has been found ([`crate::wording::counted`]).
     pub words: &'a [Descriptor],
     /// Whether to look for trajectories as well.
     pub trajectories: bool,

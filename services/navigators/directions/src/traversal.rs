@@ -4,6 +4,8 @@
 //! square root of the distance travelled. The camera sees each dot with a position error, misses some dots, and sees some that
 //! don't exist. The judge knows the plane and distinguishes the six kinds of success and failure (Park and Kender 1995, 7.2.6).
 
+use std::f64::consts::PI;
+
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
@@ -45,6 +47,8 @@ pub struct Noise {
     pub rotation_rad: f64,
     /// Standard deviation of the heading at the start, in radians.
     pub heading_rad: f64,
+    /// Whether the heading at the start may be any, whatever its standard deviation.
+    pub heading_unknown: bool,
 }
 
 impl Noise {
@@ -57,6 +61,7 @@ impl Noise {
         translation: 0.0,
         rotation_rad: 0.0,
         heading_rad: 0.0,
+        heading_unknown: false,
     };
 
     /// Returns position errors only, the same for the navigator and the map-maker.
@@ -268,7 +273,11 @@ impl<'a, G: Guide> Traversal<'a, G> {
         mut watch: impl FnMut(&Helicopter, &Output, &[Point]),
     ) -> Report {
         let drawn: f64 = StandardNormal.sample(rng);
-        let mut helicopter = Helicopter { centre: from, heading_rad: drawn * self.noise.heading_rad };
+        let heading_rad = match self.noise.heading_unknown {
+            true => rng.random_range(-PI..PI),
+            false => drawn * self.noise.heading_rad,
+        };
+        let mut helicopter = Helicopter { centre: from, heading_rad };
         let mut state = self.navigator.start();
         let mut view = Seen::default();
         let step_s = self.navigator.settings().window.land.map_or(STEP_S, |_| LAND_STEP_S);

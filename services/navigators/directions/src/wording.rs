@@ -4,10 +4,13 @@
 //! depends on where the path leads from each of them. Neither word can therefore be a property of a single transition. Instead,
 //! they replace other words in a path that has already been found.
 
+mod counted;
+
 use crate::description::{Descriptor, Vocabulary};
 use crate::path::{Atlas, Leg, Path, unreliability};
 use crate::plane::DotId;
 use crate::transitions::{Candidates, Movement};
+pub use counted::counted;
 
 /// Returns the path with `New` and `Confusable` wherever they apply and the navigator understands them. Dots within `slack` of
 /// the edge of the earlier view are neither certainly new nor certainly old.

@@ -3,13 +3,14 @@
 use std::str::FromStr;
 
 use super::{
-    Branch, CustomMap, Direction, Entry, FULL_TURN_DEG, MOST_ENTRIES, MOST_WAYS, Recovery, Sign,
-    Verification, Way, sentences,
+    AROUND_START, Branch, CustomMap, Direction, Entry, FULL_TURN_DEG, MOST_ENTRIES, MOST_WAYS, Recovery,
+    Sign, Verification, Way, sentences,
 };
 use crate::description::Descriptor;
 use crate::error::Error;
 use crate::geometry::Corner;
 use crate::markers::LandmarkKind;
+use crate::orientation::Around;
 use crate::signature::Signature;
 
 /// A bracket, a comma or a word, with its line and column, both from 1.
@@ -113,6 +114,7 @@ impl<'a> Reader<'a> {
     fn map(&mut self) -> Result<CustomMap, Error> {
         let is_bracketed = self.peek(0).is("(") && self.peek(1).is("(");
         self.next += usize::from(is_bracketed);
+        let around = self.around()?;
         let (mut entries, mut begins) = (Vec::new(), Vec::new());
         while self.peek(0).is("(") || entries.is_empty() {
             let begin = self.peek(0);
@@ -133,7 +135,7 @@ impl<'a> Reader<'a> {
         if let Some((_, token)) = self.targets.iter().find(|(to, _)| *to > entries.len()) {
             return Err(token.error("a word for a landmark, or the number of an entry of this map"));
         }
-        CustomMap::new(entries).map_err(|error| match error {
+        let map = CustomMap::new(entries).map_err(|error| match error {
             Error::NoCorner { entry } => {
                 begins[entry - 1].error("a corner at the end of each entry but the last, not \"-\"")
             }
@@ -145,7 +147,26 @@ impl<'a> Reader<'a> {
             }
             Error::Same { entry, expected } => begins[entry - 1].error(expected),
             other => other,
-        })
+        })?;
+        Ok(map.starting_among(around))
+    }
+
+    /// Parses the bearings of the landmarks around the start, if the map begins with them.
+    fn around(&mut self) -> Result<Around, Error> {
+        let (begin, is_kind) = (self.peek(0), Descriptor::of_word(self.peek(3).text).is_some());
+        if !begin.is("(") || !self.peek(1).is(AROUND_START) || is_kind {
+            return Ok(Around::default());
+        }
+        self.next += 2;
+        let mut bearings = Vec::new();
+        while self.skips(",") {
+            let bearing = self.take();
+            bearings.push(bearing_of(bearing.text).ok_or_else(|| bearing.error(BEARING))?);
+        }
+        self.expect(")", "\",\" and a bearing, or \")\"")?;
+        self.skips(",");
+        Around::new(&bearings)
+            .ok_or_else(|| begin.error("three to eight bearings of landmarks around the start"))
     }
 
     fn entry(&mut self) -> Result<Entry, Error> {
@@ -174,8 +195,7 @@ impl<'a> Reader<'a> {
 
     /// Parses a kind of landmark, if there is one before the word for the landmark.
     fn kind(&mut self) -> Option<LandmarkKind> {
-        let is_before_word =
-            self.peek(1).is(",") && Descriptor::ALL.iter().any(|word| self.peek(2).is(word.word()));
+        let is_before_word = self.peek(1).is(",") && Descriptor::of_word(self.peek(2).text).is_some();
         let kind = LandmarkKind::of(&self.peek(0).text.to_ascii_lowercase()).filter(|_| is_before_word);
         self.next += if kind.is_some() { 2 } else { 0 };
         kind
@@ -187,17 +207,17 @@ impl<'a> Reader<'a> {
             return Ok(None);
         }
         self.next += 1;
-        let bearing_deg = token.text.parse().ok().filter(|&bearing_deg| bearing_deg < FULL_TURN_DEG);
-        let bearing_deg = bearing_deg.ok_or_else(|| token.error("a bearing from 000 to 359"))?;
+        let bearing_deg = bearing_of(token.text).ok_or_else(|| token.error(BEARING))?;
         self.expect(",", "\",\"")?;
         Ok(Some(bearing_deg))
     }
 
     fn descriptor(&mut self) -> Result<Descriptor, Error> {
-        const EXPECTED: &str = "a landmark: \"Obvious\", \"Isol\", \"IsolPair\", \"PlusPair\", \"New\", \"Confusable\", \"Same\" or \"*\", \
-            with or without a kind before it";
+        const EXPECTED: &str = "a landmark: \"Obvious\", \"Isol\", \"IsolPair\", \"PlusPair\", \"New\", \"Confusable\", \"Same\", \"*\", \
+            or a landmark counted on a side, \"Left1\" to \"Left9\", \"Right1\", \"Ahead1\", \"Behind1\" and so on, with or without \
+            a kind before it";
         let token = self.take();
-        Descriptor::ALL.into_iter().find(|word| token.is(word.word())).ok_or_else(|| token.error(EXPECTED))
+        Descriptor::of_word(token.text).ok_or_else(|| token.error(EXPECTED))
     }
 
     /// Parses all clauses of an entry about signs. Unless one of them branches, one must state the right sign.
@@ -265,6 +285,12 @@ impl<'a> Reader<'a> {
         self.targets.push((number, token));
         Ok(Way::Branch(Branch { corner, entry: (number - 1) as u16 }))
     }
+}
+
+const BEARING: &str = "a bearing from 000 to 359";
+
+fn bearing_of(text: &str) -> Option<u16> {
+    text.parse().ok().filter(|&bearing_deg| bearing_deg < FULL_TURN_DEG)
 }
 
 fn sign(token: Token<'_>) -> Result<Sign, Error> {

@@ -9,8 +9,8 @@
 //! therefore name lines and columns of the original text.
 
 use super::parse::{Symbol, Token, tokens};
-use super::words::{AROUND, DOTS, around_noun, corner_name};
-use super::{CustomMap, Direction, FULL_TURN_DEG, MOST_ENTRIES};
+use super::words::{AROUND, DOTS, THE_ORDINALS, around_noun, corner_name};
+use super::{AROUND_START, CustomMap, Direction, FULL_TURN_DEG, MOST_ENTRIES};
 use crate::description::Descriptor;
 use crate::error::Error;
 use crate::geometry::Corner;
@@ -25,6 +25,7 @@ pub(super) fn are_sentences(text: &str) -> bool {
 /// Translates sentences into symbols.
 pub(super) fn symbols(text: &str) -> Result<Vec<Symbol>, Error> {
     let mut reader = Sentences { words: split(text), next: 0, end: Token::end_of(text), symbols: Vec::new() };
+    reader.start()?;
     let mut number = 0;
     loop {
         number += 1;
@@ -112,6 +113,30 @@ impl<'a> Sentences<'a> {
         self.symbols.extend(symbols.iter().map(symbol));
     }
 
+    /// Parses the bearings of the landmarks around the start, if the map begins with them.
+    fn start(&mut self) -> Result<(), Error> {
+        let begin = self.peek(0);
+        if !self.says("0 .") {
+            return Ok(());
+        }
+        let expected = "\"Around the start, the landmarks lie from the nearest to the farthest at bearings of\" and these bearings";
+        self.expect(
+            "around the start , the landmarks lie from the nearest to the farthest at bearings of",
+            expected,
+        )?;
+        self.write(begin, &["(", AROUND_START]);
+        loop {
+            let token = self.take();
+            let degrees = degrees(token)?;
+            self.write(token, &[",", degrees.as_str()]);
+            if !self.says(",") && !self.says("and") {
+                break;
+            }
+        }
+        self.write(begin, &[")"]);
+        self.stop()
+    }
+
     fn entry(&mut self, number: usize) -> Result<End<'a>, Error> {
         let begin = self.take();
         if number > MOST_ENTRIES {
@@ -155,13 +180,27 @@ impl<'a> Sentences<'a> {
             self.write_landmark(begin, kind, Descriptor::Any);
             return self.stop();
         }
+        if begin.is("take") {
+            return Err(self.not_taken(is_first));
+        }
         let ways = [
             ("slide along the line towards", Direction::Forward),
             ("slide along the line away from", Direction::Backward),
         ];
         let slides = ways.into_iter().find(|(words, _)| self.says(words)).map(|(_, way)| way);
         if slides.is_none() {
-            self.expect("seek", "\"Seek\" or \"Slide along the line towards\" or \"away from\" a landmark")?;
+            let is_sought = self.says("seek") || self.says("go to");
+            let expected = match is_first {
+                true => {
+                    "\"Take the landmark closest to the middle of the window\", \"Seek\" or \"Go to\" and a landmark"
+                }
+                false => {
+                    "\"Seek\", \"Go to\", \"Slide along the line towards\" or \"Slide along the line away from\" and a landmark"
+                }
+            };
+            if !is_sought {
+                return Err(begin.error(expected));
+            }
         }
         let at = self.peek(0);
         let by_bearing = self.says_around(["the", " at a bearing of"]);
@@ -173,10 +212,7 @@ impl<'a> Sentences<'a> {
         self.write_landmark(at, kind, word);
         if is_known_by_bearing || self.says("at a bearing of") {
             let token = self.take();
-            let degrees = token.text.strip_suffix('°').and_then(|text| text.parse().ok());
-            let degrees = degrees.filter(|degrees: &u16| *degrees < FULL_TURN_DEG);
-            let degrees = degrees.ok_or_else(|| token.error("a bearing from 000° to 359°"))?;
-            self.write(token, &[format!("{degrees:03}").as_str(), ","]);
+            self.write(token, &[degrees(token)?.as_str(), ","]);
         }
         if let Some(way) = slides {
             self.expect("until a new landmark comes in", "\"until a new landmark comes in\"")?;
@@ -189,11 +225,27 @@ impl<'a> Sentences<'a> {
     fn landmark(&mut self) -> Result<(Option<LandmarkKind>, Descriptor), Error> {
         const EXPECTED: &str = "a landmark: \"the only landmark in view\", \"the most isolated landmark\", \"the farther landmark \
             of the most isolated pair\", \"the farther landmark of the two in view\", \"the only landmark that has just come into \
-            view\", \"any landmark in view\", \"the closest landmark\", \"the same landmark\" or \"the landmark at a bearing of\", \
-            or one of these with a kind in place of \"landmark\"";
+            view\", \"any landmark in view\", \"the closest landmark\", \"the same landmark\", \"the landmark at a bearing of\" or \
+            \"the first landmark on the left\", or one of these with a kind in place of \"landmark\"";
         let says = |word: Descriptor| Some((self.says_around(around_noun(word))?, word));
-        let found = Descriptor::ALL.into_iter().find_map(says);
-        found.ok_or_else(|| self.peek(0).error(EXPECTED))
+        let found = Descriptor::every().find_map(says);
+        found.ok_or_else(|| self.miscounted().unwrap_or_else(|| self.peek(0).error(EXPECTED)))
+    }
+
+    /// Returns an error if the next words begin like those for a counted landmark.
+    fn miscounted(&self) -> Option<Error> {
+        const ORDINALS: &str = "an ordinal from \"first\" to \"ninth\"";
+        const SIDES: &str = "\"on the left\", \"on the right\", \"ahead\" or \"behind\"";
+        let ordinal = self.peek(1);
+        let is_known =
+            THE_ORDINALS.iter().any(|words| words.rsplit(' ').next().is_some_and(|own| ordinal.is(own)));
+        let is_other = ordinal.text.starts_with(|c: char| c.is_ascii_digit())
+            || ["tenth", "last", "next"].into_iter().any(|other| ordinal.is(other));
+        match self.peek(0).is("the") {
+            true if is_known => Some(self.peek(3).error(SIDES)),
+            true if is_other => Some(ordinal.error(ORDINALS)),
+            _ => None,
+        }
     }
 
     /// Skips the words before and after the noun for a landmark, if they are next. Returns the kind that the noun names, if it
@@ -210,6 +262,29 @@ impl<'a> Sentences<'a> {
             self.next = begin;
         }
         kind
+    }
+
+    /// Returns the error of a sentence that begins with "Take" but goes on differently from what the grammar allows.
+    fn not_taken(&self, is_first: bool) -> Error {
+        const REST: &str = "closest to the middle of the window";
+        if !is_first {
+            let expected = "\"Seek\" or \"Go to\" and a landmark, since only the first entry takes one";
+            return self.peek(0).error(expected);
+        }
+        if !self.peek(1).is("the") {
+            return self.peek(1).error(
+                "\"the landmark closest to the middle of the window\", or a kind in place of \"landmark\"",
+            );
+        }
+        let noun = self.peek(2);
+        if !noun.is(ANY_KIND) && LandmarkKind::of(&noun.text.to_ascii_lowercase()).is_none() {
+            return noun.error("\"landmark\" or a kind");
+        }
+        let wrong = REST.split(' ').enumerate().find(|(at, word)| !self.peek(3 + at).is(word));
+        let at = wrong.map_or(3, |(at, _)| 3 + at);
+        self.peek(at).error(
+            "\"closest to the middle of the window\", or \"Go to\" in place of \"Take\" for another landmark",
+        )
     }
 
     fn write_landmark(&mut self, at: Token<'_>, kind: Option<LandmarkKind>, word: Descriptor) {
@@ -355,6 +430,14 @@ impl<'a> Sentences<'a> {
     }
 }
 
+/// Returns the bearing that a token states, as it is written in symbols.
+fn degrees(token: Token<'_>) -> Result<String, Error> {
+    let degrees = token.text.strip_suffix('°').and_then(|text| text.parse().ok());
+    let degrees = degrees.filter(|degrees: &u16| *degrees < FULL_TURN_DEG);
+    let degrees = degrees.ok_or_else(|| token.error("a bearing from 000° to 359°"))?;
+    Ok(format!("{degrees:03}"))
+}
+
 fn first_word(words: &str) -> &str {
     words.split(' ').next().unwrap_or_default()
 }
@@ -362,6 +445,8 @@ fn first_word(words: &str) -> &str {
 impl CustomMap {
     /// Returns the map in sentences, one line for each entry with its number. The text can be parsed again.
     pub fn sentences(&self) -> String {
-        (1..).zip(self.in_words()).map(|(entry, words)| format!("{entry}. {words}\n")).collect()
+        let around = self.around_in_words().map(|words| format!("0. {words}\n"));
+        let entries = (1..).zip(self.in_words()).map(|(entry, words)| format!("{entry}. {words}\n"));
+        around.into_iter().chain(entries).collect()
     }
 }

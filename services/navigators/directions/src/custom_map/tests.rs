@@ -128,6 +128,12 @@ fn errors_name_line_column_and_word() {
             "line 2, column 1: expected a landmark other than \"Same\", since that is known without",
         ),
         ("(*, SW)\n(door, SW)", "line 2, column 2: expected a landmark: "),
+        (
+            "(*, SW)\n(door, Left0, SW)",
+            "line 2, column 2: expected a landmark: \"Obvious\", \"Isol\", \"IsolPair\", \"PlusPair\", \"New\", \"Confusable\", \"Same\", \
+             \"*\", or a landmark counted on a side, \"Left1\" to \"Left9\", \"Right1\", \"Ahead1\", \"Behind1\" and so on",
+        ),
+        ("(*, SW)\n(Left10, SW)", "line 2, column 2: expected a landmark: "),
         ("(*, SW)\n(big_door, Isol, -)", "line 2, column 2: expected a landmark: "),
         ("(*, SW)\n(New, Isol, -)", "line 2, column 7: expected a bearing (000 to 359), "),
         ("(*, SW)\n(Isol, (2, SE, door, Isol), (3, -), -)", "line 2, column 16: expected a landmark: "),
@@ -199,12 +205,95 @@ fn a_map_in_sentences_is_read() {
 }
 
 #[test]
+fn the_landmarks_around_the_start_are_read_in_symbols_and_in_sentences() {
+    let said = "0. Around the start, the landmarks lie from the nearest to the farthest at bearings of 085°, 012° and 133°.\n\
+        1. Take the landmark closest to the middle of the window. It is the goal.\n";
+    let map = parsed(said);
+    assert_eq!(map.to_string(), "(Around, 085, 012, 133)\n(*, -)\n");
+    assert_eq!((map.sentences().as_str(), parsed(&map.to_string())), (said, map.clone()));
+    assert_eq!(parsed("((Around, 85, 12, 133), (*, -))"), map);
+    // There may also be a kind of this name.
+    assert!(parsed("(around, *, -)").around().is_empty());
+    for (text, expected) in [
+        (
+            "(Around, 085, 012)\n(*, -)",
+            "line 1, column 1: expected three to eight bearings of landmarks around the start",
+        ),
+        (
+            "(Around, 085, 360, 12)\n(*, -)",
+            "line 1, column 15: expected a bearing from 000 to 359, found \"360\"",
+        ),
+        (
+            "(Around, 085 012, 12)\n(*, -)",
+            "line 1, column 14: expected \",\" and a bearing, or \")\", found \"012\"",
+        ),
+        ("(Around, 085, 012, 133)", "line 1, column 24: expected \"(\" of an entry, found the end"),
+        (
+            "0. Around the start, landmarks lie",
+            "line 1, column 4: expected \"Around the start, the landmarks lie from",
+        ),
+        (
+            "0. Around the start, the landmarks lie from the nearest to the farthest at bearings of 085°, 400° and 012°.",
+            "line 1, column 94: expected a bearing from 000° to 359°, found \"400°\"",
+        ),
+        (
+            "0. Around the start, the landmarks lie from the nearest to the farthest at bearings of 085° and 012°.\n1. Take the \
+             landmark closest to the middle of the window. It is the goal.",
+            "line 1, column 1: expected three to eight bearings of landmarks around the start",
+        ),
+    ] {
+        let found = error(text);
+        assert!(found.contains(expected), "{text:?}: {found}");
+    }
+}
+
+#[test]
+fn landmarks_are_counted_on_sides_in_symbols_and_in_sentences() {
+    let said = "1. Take the landmark closest to the middle of the window. Move it to the north-west corner and go on at 2.\n\
+        2. Go to the second door on the left. Move it to the north-west corner and go on at 3.\n\
+        3. Seek the first landmark ahead at a bearing of 053°. If 2 of its quadrants hold landmarks, move it to the south-west \
+        corner and seek the third landmark behind from there. If 3 of its quadrants hold landmarks, it is the goal.\n";
+    let map = parsed(said);
+    assert_eq!(map.to_string(), "(*, NW)\n(door, Left2, NW)\n(Ahead1, 053, (2, SW, Behind3), (3, -), -)\n");
+    assert_eq!(parsed(&map.to_string().to_lowercase()), map);
+    assert_eq!(map.sentences(), said.replace("Go to", "Seek"));
+}
+
+#[test]
 fn errors_in_sentences_name_line_column_and_word() {
     const FIRST: &str = "1. Take the landmark closest to the middle of the window. Move it to the south-west corner and go on at 2.\n";
     for (text, expected) in [
         ("1 Take the", "line 1, column 3: expected \".\" after the number of an entry, found \"Take\""),
         ("2. Seek", "line 1, column 1: expected the number of the next entry, found \"2\""),
-        ("1. Fly to", "line 1, column 4: expected \"Seek\" or \"Slide along the line towards\""),
+        (
+            "1. Fly to",
+            "line 1, column 4: expected \"Take the landmark closest to the middle of the window\", \"Seek\" or \"Go to\" and a landmark, \
+             found \"Fly\"",
+        ),
+        (
+            "1. Take a landmark",
+            "line 1, column 9: expected \"the landmark closest to the middle of the window\", or a kind in place of \"landmark\", \
+             found \"a\"",
+        ),
+        ("1. Take the big_door", "line 1, column 13: expected \"landmark\" or a kind, found \"big_door\""),
+        (
+            "1. Take the door on the left.",
+            "line 1, column 18: expected \"closest to the middle of the window\", or \"Go to\" in place of \"Take\" for another \
+             landmark, found \"on\"",
+        ),
+        (
+            "1. Take the door closest to the edge",
+            "line 1, column 33: expected \"closest to the middle of the window\"",
+        ),
+        (
+            "1. Go to the second door to the left.",
+            "line 1, column 26: expected \"on the left\", \"on the right\", \"ahead\" or \"behind\", found \"to\"",
+        ),
+        (
+            "1. Seek the last door on the left.",
+            "line 1, column 13: expected an ordinal from \"first\" to \"ninth\", found \"last\"",
+        ),
+        ("1. Seek the 2nd door on the left.", "line 1, column 13: expected an ordinal from"),
         (
             "1. Seek the lonely landmark.",
             "line 1, column 9: expected a landmark: \"the only landmark in view\"",
@@ -262,6 +351,14 @@ fn errors_in_sentences_name_line_column_and_word() {
             "line 2, column 110: expected a word for a landmark, or the number of an entry of this map, found \"4\"",
         ),
         (
+            "2. Take the landmark closest to the middle of the window.",
+            "line 2, column 4: expected \"Seek\" or \"Go to\" and a landmark, since only the first entry takes one, found \"Take\"",
+        ),
+        (
+            "2. Fly to",
+            "line 2, column 4: expected \"Seek\", \"Go to\", \"Slide along the line towards\" or \"Slide along the line away from\"",
+        ),
+        (
             "2. Seek the closest landmark. If there is none, it is the goal.",
             "expected a corner, since without a landmark none is right",
         ),
@@ -297,9 +394,15 @@ fn maps_that_cannot_be_followed_are_rejected() {
     assert!(Verification::new(5).is_err());
 }
 
+/// Generates words. One in four refers to a counted landmark.
+fn word() -> impl Strategy<Value = Descriptor> {
+    let plain = (0..Descriptor::ALL.len()).prop_map(|word| Descriptor::ALL[word]);
+    let counted: Vec<_> = Descriptor::every().skip(Descriptor::ALL.len()).collect();
+    prop_oneof![3 => plain, 1 => prop::sample::select(counted)]
+}
+
 fn recovery() -> impl Strategy<Value = Recovery> {
-    (0_usize..4, 0_usize..8)
-        .prop_map(|(corner, word)| Recovery { corner: Corner::ALL[corner], word: Descriptor::ALL[word] })
+    (0_usize..4, word()).prop_map(|(corner, word)| Recovery { corner: Corner::ALL[corner], word })
 }
 
 fn entry() -> impl Strategy<Value = Entry> {
@@ -322,10 +425,11 @@ fn of_verification(verification: impl Strategy<Value = Verification>) -> impl St
     let kind = prop::option::of(
         "[a-z][-a-z0-9]{0,15}".prop_filter_map("a word of maps", |name| LandmarkKind::of(&name)),
     );
-    (kind, 0_usize..7, bearing, direction, prop::option::of(verification), 0_usize..4).prop_map(
+    let word = word().prop_filter("a second landmark", |word| *word != Descriptor::Same);
+    (kind, word, bearing, direction, prop::option::of(verification), 0_usize..4).prop_map(
         |(kind, word, bearing_deg, trajectory, verification, place)| Entry {
             kind,
-            word: Descriptor::ALL[word],
+            word,
             bearing_deg,
             trajectory,
             verification,
@@ -377,6 +481,13 @@ fn branching_map() -> impl Strategy<Value = CustomMap> {
     })
 }
 
+/// Generates the landmarks around a start, or none.
+fn around() -> impl Strategy<Value = Around> {
+    let bearings = prop::collection::vec(0..FULL_TURN_DEG, 3..=8);
+    prop::option::of(bearings)
+        .prop_map(|bearings| bearings.and_then(|all| Around::new(&all)).unwrap_or_default())
+}
+
 proptest! {
     #![proptest_config(config(128))]
 
@@ -406,7 +517,10 @@ proptest! {
             branching_map(),
             prop::collection::vec(entry(), 1..12).prop_map(|entries| CustomMap::new(entries).unwrap()),
         ],
+        around in around(),
     ) {
+        let map = map.starting_among(around);
+        prop_assert_eq!(parsed(&map.to_string()), map.clone());
         let text = map.sentences();
         prop_assert_eq!(parsed(&text), map.clone());
         prop_assert_eq!(parsed(&text).sentences(), text);

@@ -7,12 +7,24 @@ use crate::custom_map::graph::{Edge, Node};
 use crate::description::Descriptor;
 use crate::geometry::Corner;
 use crate::markers::{ANY_KIND, LandmarkKind};
+use crate::sides::{MOST_COUNTED, Side};
 use crate::signature::Signature;
 
 impl CustomMap {
     /// Describes what the navigator does at each entry, in one paragraph per entry.
     pub fn in_words(&self) -> Vec<String> {
         (0..self.entries().len()).map(|entry| self.entry_in_words(entry)).collect()
+    }
+
+    /// Describes the landmarks around the start, if the map lists them.
+    pub fn around_in_words(&self) -> Option<String> {
+        let bearings: Vec<String> =
+            self.around.bearings().iter().map(|bearing| format!("{bearing:03}°")).collect();
+        let (last, others) = bearings.split_last()?;
+        let others = others.join(", ");
+        Some(format!(
+            "Around the start, the landmarks lie from the nearest to the farthest at bearings of {others} and {last}."
+        ))
     }
 
     fn entry_in_words(&self, number: usize) -> String {
@@ -60,6 +72,29 @@ pub(super) const fn around_noun(word: Descriptor) -> [&'static str; 2] {
         Descriptor::Confusable => ["any", " in view"],
         Descriptor::Any => ["the closest", ""],
         Descriptor::Same => ["the same", ""],
+        Descriptor::Counted(side, ordinal) => [THE_ORDINALS[ordinal.index()], on_side(side)],
+    }
+}
+
+/// The ordinals from 1, as they are said before a noun.
+pub(super) const THE_ORDINALS: [&str; MOST_COUNTED as usize] = [
+    "the first",
+    "the second",
+    "the third",
+    "the fourth",
+    "the fifth",
+    "the sixth",
+    "the seventh",
+    "the eighth",
+    "the ninth",
+];
+
+const fn on_side(side: Side) -> &'static str {
+    match side {
+        Side::Left => " on the left",
+        Side::Right => " on the right",
+        Side::Ahead => " ahead",
+        Side::Behind => " behind",
     }
 }
 

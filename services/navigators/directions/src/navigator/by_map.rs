@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::guide::{Counts, Decision, Guide, Next, Order};
 use super::{Outcome, Settings};
 use crate::custom_map::{Branch, CustomMap, Entry, Recovery, Response, Verification};
+use crate::orientation::Around;
 use crate::plane::DotId;
 use crate::signature::Signature;
 
@@ -24,6 +25,10 @@ impl Guide for CustomMap {
 
     fn begin(&self) -> Progress {
         Progress::default()
+    }
+
+    fn around(&self) -> Option<&Around> {
+        Some(CustomMap::around(self))
     }
 
     fn order(&self, progress: &Progress) -> Order {

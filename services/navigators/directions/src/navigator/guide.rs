@@ -13,6 +13,7 @@ use crate::custom_map::Direction;
 use crate::description::Descriptor;
 use crate::geometry::Corner;
 use crate::markers::LandmarkKind;
+use crate::orientation::Around;
 use crate::plane::DotId;
 use crate::signature::Signature;
 
@@ -27,6 +28,11 @@ pub trait Guide {
     /// Returns the memory at the start of a journey that follows another one. `last` is the memory of that journey if it arrived.
     fn begin_after(&self, _last: Option<&Self::Memory>) -> Self::Memory {
         self.begin()
+    }
+
+    /// Returns the landmarks around the start, by which the navigator finds its heading, if the guide lists them.
+    fn around(&self) -> Option<&Around> {
+        None
     }
 
     /// Returns what to look for now.

@@ -9,6 +9,7 @@ use std::f64::consts::PI;
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::Point;
+use crate::orientation::FOUND_RAD;
 
 /// Standard deviation of a bearing that is rounded to one degree, in radians.
 const ROUNDED_RAD: f64 = PI / 180.0 * 0.289;
@@ -41,6 +42,26 @@ impl Heading {
     /// Returns the heading of a robot whose initial error has the given standard deviation, in radians.
     pub fn of_sigma(sigma_rad: f64) -> Self {
         Self { turned_rad: 0.0, variance: sigma_rad * sigma_rad }
+    }
+
+    /// Adds the uncertainty of a movement. `drift_rad` is the standard deviation over a distance of 1.
+    pub fn drift(&mut self, drift_rad: f64, distance: f64) {
+        self.variance += drift_rad * drift_rad * distance;
+    }
+
+    /// Returns an estimate without any knowledge of the heading.
+    pub fn unknown() -> Self {
+        Self { turned_rad: 0.0, variance: f64::INFINITY }
+    }
+
+    /// Returns true unless nothing is known about the heading.
+    pub fn is_known(&self) -> bool {
+        self.variance.is_finite()
+    }
+
+    /// Returns the estimate of a robot that has found its heading by the landmarks around it.
+    pub fn found(turned_rad: f64) -> Self {
+        Self { turned_rad, variance: FOUND_RAD * FOUND_RAD }
     }
 
     /// Updates the estimate with the stated bearing of a landmark, which is observed at `way` from the reference in the map's axes
@@ -102,6 +123,18 @@ mod tests {
             assert!(after < before || after < 0.01, "{before} {after}");
         }
         assert!((heading.turned_rad - turned_rad).abs() < 0.006, "{heading:?}");
+    }
+
+    #[test]
+    fn a_heading_that_drifts_is_corrected_again_and_again() {
+        let mut heading = Heading::of_sigma(0.02);
+        let way = Point::new(4.0, 3.0);
+        for turned_rad in [0.03, 0.06, 0.09, 0.12, 0.15] {
+            heading.drift(0.012, 6.0);
+            let seen = way.turned(-turned_rad);
+            heading.correct(bearing_deg(way), seen.turned(heading.turned_rad), 0.05);
+            assert!((heading.turned_rad - turned_rad).abs() < 0.02, "{turned_rad} {heading:?}");
+        }
     }
 
     #[test]

@@ -3,12 +3,14 @@
 use arrayvec::ArrayVec;
 
 use super::guide::{Decision, Guide, Next, Order};
+use super::heading::Heading;
 use super::tracks::{Track, Tracks, nearest};
 use super::{Mark, Navigator, Outcome, Phase, Settings, State, detour};
 use crate::custom_map::Direction;
 use crate::description::{Descriptor, MOST_CANDIDATES};
 use crate::geometry::{Corner, Point};
 use crate::markers::{LandmarkKind, View};
+use crate::sides::Course;
 use crate::trajectory::Slide;
 
 /// Displacements to the places from which a robot on land looks again, along the diagonal of the quadrant, as multiples of its
@@ -35,13 +37,16 @@ pub(super) fn step<G: Guide>(
     let settings = &navigator.settings;
     state.spent_s += elapsed_s;
     let moved = state.velocity * elapsed_s;
+    state.heading.drift(settings.heading_drift_rad, moved.norm());
     state.before.shift(moved);
     state.tracks.shift(moved);
+    state.began = state.began.map(|place| place - moved);
     let is_lost = state.reference.as_mut().is_some_and(|mark| {
         let expected = mark.place - moved;
         let is_seen = mark.follow(settings, view, moved);
         // Dots seen earlier keep their positions relative to the reference, however the window has moved.
         state.before.shift(expected - mark.place);
+        state.began = state.began.map(|place| place - (expected - mark.place));
         !is_seen
     });
     // During a slide, the reference is expected to leave the view.
@@ -53,6 +58,7 @@ pub(super) fn step<G: Guide>(
         return state.finish(Outcome::CannotLocate);
     }
     match state.phase {
+        Phase::Orient => orient(navigator, state, view),
         Phase::Describe { word, corner, is_recovery } => {
             describe(navigator, state, view, word, corner, is_recovery);
         }
@@ -79,6 +85,7 @@ pub(super) fn step<G: Guide>(
 /// robot on land has to see the reference at the end.
 pub(super) fn hover<M>(settings: &Settings, state: &mut State<M>, view: View<'_>, elapsed_s: f64) -> bool {
     let moved = state.velocity * elapsed_s;
+    state.heading.drift(settings.heading_drift_rad, moved.norm());
     let Some(mark) = &mut state.reference else { return true };
     let is_followed = mark.follow(settings, view, moved);
     let (place, is_seen) = (mark.place, mark.missed == 0 || settings.window.land.is_none());
@@ -141,6 +148,14 @@ impl<M> State<M> {
         true
     }
 
+    /// Updates the direction of travel at the end of an entry, unless the entry ends at the landmark at which it began.
+    fn turns_course(&mut self, gate: f64) {
+        let Some(Mark { place, .. }) = self.reference else { return };
+        let way = self.began.map(|began| place - began).filter(|way| way.norm() > gate);
+        self.course = way.map_or(self.course, Course::of);
+        self.began = Some(place);
+    }
+
     /// Adds a view taken at rest. Returns true once there are enough of them.
     fn has_looked(&mut self, settings: &Settings, view: View<'_>) -> bool {
         self.velocity = Point::default();
@@ -189,6 +204,24 @@ impl<M> State<M> {
 /// Returns the displacement that brings the reference to a corner.
 fn to_corner<M>(state: &State<M>, settings: &Settings, corner: Corner) -> Point {
     state.reference.map_or(Point::default(), |mark| mark.place) + settings.window.centre_from(corner)
+}
+
+/// Finds the heading by the landmarks around the start.
+fn orient<G: Guide>(navigator: &Navigator<G>, state: &mut State<G::Memory>, view: View<'_>) {
+    let settings = &navigator.settings;
+    if !state.has_looked(settings, view) {
+        return;
+    }
+    state.looks = 0;
+    let (_, seen) = state.others(settings, None, None);
+    match navigator.guide.around().and_then(|around| around.turned_rad(&seen)) {
+        Some(turned_rad) => {
+            (state.heading, state.waited) = (Heading::found(turned_rad), 0);
+            state.phase = navigator.begins(&state.memory, state.heading);
+        }
+        None if state.waited < settings.patience => state.waited += 1,
+        None => state.finish(Outcome::CannotLocate),
+    }
 }
 
 fn describe<G: Guide>(
@@ -274,6 +307,7 @@ fn correct_heading<M>(
     let turn_rad = state.heading.correct(bearing_deg, place - mark.place, settings.tolerance);
     state.reference = Some(Mark { place: mark.place.turned(turn_rad), ..mark });
     state.before.turn(turn_rad);
+    state.began = state.began.map(|place| place.turned(turn_rad));
     turn_rad
 }
 
@@ -304,6 +338,11 @@ fn picked<M>(
     let (origin, others) = state.others(settings, state.reference, kind);
     if word == Descriptor::Same {
         return state.reference.map(|_| origin);
+    }
+    if let Descriptor::Counted(side, ordinal) = word {
+        let is_counted = |dot: &Point| settings.window.land.is_some() || settings.window.shows(*dot);
+        let counted: ArrayVec<Point, MOST_CANDIDATES> = others.into_iter().filter(is_counted).collect();
+        return state.course.pick(side, ordinal, &counted).map(|index| counted[index]);
     }
     let shown = |slack: f64| -> ArrayVec<Point, MOST_CANDIDATES> {
         let is_shown = |dot: &Point| match corner {
@@ -462,6 +501,7 @@ fn adjust<G: Guide>(
         Next::Entry(to) => to,
     };
     state.spent_s = 0.0;
+    state.turns_course(navigator.settings.gate);
     match navigator.guide.enter(&mut state.memory, to) {
         true => {
             let word = navigator.guide.order(&state.memory).word;

@@ -7,6 +7,7 @@ use sketchnav_schemas::seed::stream;
 use super::*;
 use crate::geometry::Land;
 use crate::markers::Seen;
+use crate::orientation::Around;
 use crate::plane::DotId;
 use crate::testing::{camera, config, plane, plane_of_kinds};
 use crate::traversal::{Helicopter, Kind, Noise, STEP_S, Traversal};
@@ -103,6 +104,74 @@ fn on_land_a_word_means_a_landmark_of_its_kind_whose_marker_is_in_view() {
     // One picture in four misses a marker, but the navigator looks three times.
     let misses = attained("(*, SW)\n(door, Isol, -)", 2, camera(0.2));
     assert_eq!(misses, (Kind::Direct, Some(2)));
+}
+
+/// Along a corridor to the east, the doors are on the left. On the way back, they are on the right.
+#[test]
+fn on_land_landmarks_are_counted_along_the_direction_of_travel() {
+    let land = Land { radius: 0.15, range: 8.0, stand_off: 0.8, clearance: 0.5 };
+    let dots = [
+        (0.0, 0.0, ""),
+        (2.2, 1.8, "door"),
+        (5.0, 2.0, "door"),
+        (8.0, 2.6, "door"),
+        (4.0, -2.0, "door"),
+        (8.5, 6.0, "door"),
+    ];
+    let world = plane_of_kinds(camera(0.0), &dots);
+    let attained = |map: &str, last: DotId| {
+        let settings = Settings { speed: 0.5, ..Settings::new(Window::on_land(land).unwrap(), 0.0) };
+        let map: CustomMap = map.parse().unwrap();
+        let meant = vec![last; map.entries().len()];
+        let navigator = Navigator::new(settings, map).unwrap();
+        let journey = Traversal::new(&world, &navigator, &meant, Noise::NONE).unwrap();
+        journey.run(Point::new(-0.6, -0.6), &mut stream(1, "journey"), |_, _, _| {}).attained
+    };
+    assert_eq!(attained("(*, NE)\n(door, Left2, -)", 2), [0, 2]);
+    assert_eq!(attained("(*, NE)\n(door, Right1, -)", 4), [0, 4]);
+    assert_eq!(attained("(*, NE)\n(door, Left1, NW)\n(door, Left1, -)", 2), [0, 1, 2]);
+    let there = "(*, NE)\n(door, Left2, NW)\n(door, Left1, NE)";
+    assert_eq!(attained(&format!("{there}\n(door, Behind1, -)"), 2), [0, 2, 3, 2]);
+    // From the third door, the robot goes on to the north, and turns back to the south and to the west.
+    let north = format!("{there}\n(door, Left1, SE)");
+    assert_eq!(attained(&format!("{north}\n(door, Behind1, NE)"), 3), [0, 2, 3, 5, 3]);
+    assert_eq!(attained(&format!("{north}\n(door, Behind1, NE)\n(door, Right1, -)"), 2), [0, 2, 3, 5, 3, 2]);
+    // Driving around a landmark leaves the direction of travel as it is.
+    assert_eq!(attained("(*, NE)\n(door, Left1, NW)\n(Same, NE)\n(door, Left1, -)", 2), [0, 1, 1, 2]);
+}
+
+/// Whatever direction the robot faces at the start, it finds its heading and then follows the map. If the landmarks are not those
+/// around its start, it does not begin to drive.
+#[test]
+fn on_land_a_robot_that_faces_anywhere_finds_its_heading_first() {
+    let land = Land { radius: 0.15, range: 8.0, stand_off: 0.8, clearance: 0.5 };
+    let world = plane(&[(0.0, 0.0), (3.0, 2.0), (-2.0, 4.0), (5.0, -3.0), (-4.0, -2.5), (8.5, 5.0)]);
+    let start = Point::new(0.6, 0.6);
+    let around = Around::at(&world, land, start).unwrap();
+    let map: CustomMap = "(*, SW)\n(*, 056, SW)\n(*, 061, -)".parse().unwrap();
+    let settings = Settings {
+        speed: 0.5,
+        heading_unknown: true,
+        heading_rad: 0.035,
+        ..Settings::new(Window::on_land(land).unwrap(), 0.03)
+    };
+    let noise = Noise { sigma: 0.03, heading_unknown: true, ..Noise::NONE };
+    let driven = |map: CustomMap, seed: u64| {
+        let navigator = Navigator::new(settings, map).unwrap();
+        let journey = Traversal::new(&world, &navigator, &[0, 1, 5], noise).unwrap();
+        let mut headings = Vec::new();
+        let report =
+            journey.run(start, &mut stream(seed, "journey"), |robot, _, _| headings.push(robot.heading_rad));
+        (report.kind, report.distance, headings[0])
+    };
+    let all: Vec<_> = (0..40).map(|seed| driven(map.clone().starting_among(around.clone()), seed)).collect();
+    assert!(all.iter().all(|(kind, ..)| *kind == Kind::Direct), "{all:?}");
+    let quarters =
+        all.iter().map(|(.., heading_rad)| (heading_rad / std::f64::consts::FRAC_PI_2).floor() as i32);
+    assert_eq!(quarters.collect::<std::collections::BTreeSet<_>>().len(), 4, "all around: {all:?}");
+    let elsewhere = Around::new(&[10, 20, 30, 40, 50]).unwrap();
+    let (kind, distance, _) = driven(map.starting_among(elsewhere), 1);
+    assert_eq!((kind, distance), (Kind::CannotLocate, 0.0));
 }
 
 /// Killing the process between any two steps must not change anything, since the restarted process restores the state and takes the

@@ -41,7 +41,7 @@ use serde::Deserialize;
 use sketchnav_dots::camera::Known;
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::mission::{Mission, MissionError, Task, keys};
-use sketchnav_schemas::robot::Robot;
+use sketchnav_schemas::robot::{Drive, Robot};
 
 use super::error::DirectionsError;
 use super::settings;
@@ -51,8 +51,10 @@ use crate::geometry::Point;
 use crate::markers::LandmarkKind;
 use crate::messages::MAX_PLANNED;
 use crate::navigator::Settings;
+use crate::orientation::FOUND_RAD;
 use crate::path::Objective;
 use crate::plan::Verify;
+use crate::sides::{Ordinal, Side};
 use crate::transitions::Kinds;
 
 /// The value of `[navigator] kind`.
@@ -104,11 +106,13 @@ impl Method {
     fn is_for_land(self) -> Result<(), MissionError> {
         let (expected, found) = match self {
             Self::Branching => (
-                "another method on land or with heading_noise_deg, because maps that branch have no walls and no bearings",
+                "arrival, shortest, simplest, fewest-views, quickest, reliable or d-r on land or with heading_noise_deg, because maps that \
+                 branch have no walls and no bearings",
                 "branching",
             ),
             Self::Belief => (
-                "another method on land or with heading_noise_deg, because the list of landmarks has no walls and no bearings",
+                "arrival, shortest, simplest, fewest-views, quickest, reliable or d-r on land or with heading_noise_deg, because the \
+                 list of landmarks has no walls and no bearings",
                 "belief",
             ),
             _ => return Ok(()),
@@ -189,12 +193,16 @@ pub struct DirectionsMission {
     /// Standard deviation of the heading at the start, in degrees. If it is above 0, the maps include bearings to correct the
     /// heading.
     pub heading_noise_deg: f64,
+    /// Whether the robot may face any direction at the start. It finds its heading up to `heading_noise_deg`.
+    pub heading_unknown: bool,
     /// Probability of arrival below which a robot should not start without a person's consent.
     pub least_probability: f64,
     /// The errors that the paper's maps allow the navigator to notice.
     pub verify: Verify,
-    /// The words that the navigator understands.
+    /// The words that the navigator understands. The first landmark on a side stands for all landmarks counted there.
     pub words: Vec<Descriptor>,
+    /// Whether the map-maker counts landmarks on the sides that the navigator understands.
+    pub ordinals: bool,
     /// The goal of each task. Empty if the custom map was written by hand.
     pub goals: Vec<Point>,
     /// The landmarks that a handwritten map refers to. Empty if the mission doesn't list them.
@@ -214,11 +222,21 @@ struct NavigatorKeys {
     landmark_radius_m: Option<f64>,
     range_m: Option<f64>,
     heading_noise_deg: Option<f64>,
+    heading: Option<HeadingWord>,
     least_probability: Option<f64>,
     verify: Option<VerifyWord>,
     words: Option<Vec<String>>,
     #[serde(default)]
+    ordinals: bool,
+    #[serde(default)]
     markers: BTreeMap<String, Vec<u32>>,
+}
+
+/// The only value of `navigator.heading`.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum HeadingWord {
+    Unknown,
 }
 
 #[derive(Debug, Clone, Copy, Deserialize)]
@@ -256,7 +274,9 @@ impl DirectionsMission {
         let (method, words) = (keys.method, words(keys.words.as_deref())?);
         let (land, heading_noise_deg) = (land(&keys)?, heading_noise_deg(&keys)?);
         let least_probability = least_probability(&keys)?;
+        let ordinals = ordinals(&keys)?;
         let markers = markers(&keys)?;
+        let heading_unknown = keys.heading.is_some();
         if land.is_some() || heading_noise_deg > 0.0 {
             method.is_for_land()?;
         }
@@ -282,9 +302,11 @@ impl DirectionsMission {
             land,
             markers,
             heading_noise_deg,
+            heading_unknown,
             least_probability,
             verify,
             words,
+            ordinals,
             goals,
             landmarks,
         })
@@ -306,8 +328,14 @@ impl DirectionsMission {
         let understood = |words: &[Descriptor]| -> Vec<Descriptor> {
             words.iter().copied().filter(|word| self.words.contains(word)).collect()
         };
-        let words = understood(usual);
-        if words.is_empty() { understood(&Descriptor::DEFINITE) } else { words }
+        let mut words = understood(usual);
+        if words.is_empty() {
+            words = understood(&Descriptor::DEFINITE);
+        }
+        let counted =
+            self.words.iter().filter(|word| self.ordinals && matches!(word, Descriptor::Counted(..)));
+        words.extend(counted);
+        words
     }
 }
 
@@ -315,12 +343,21 @@ pub(super) fn wrong(key: &str, expected: &'static str, found: &str) -> MissionEr
     MissionError::Value { key: key.to_owned(), expected, found: found.to_owned() }
 }
 
+/// The words of a mission for the landmarks counted on a side.
+const SIDES: [(&str, Descriptor); 4] = [
+    ("Left", Descriptor::Counted(Side::Left, Ordinal::FIRST)),
+    ("Right", Descriptor::Counted(Side::Right, Ordinal::FIRST)),
+    ("Ahead", Descriptor::Counted(Side::Ahead, Ordinal::FIRST)),
+    ("Behind", Descriptor::Counted(Side::Behind, Ordinal::FIRST)),
+];
+
 fn words(given: Option<&[String]>) -> Result<Vec<Descriptor>, MissionError> {
-    let Some(given) = given else { return Ok(Descriptor::ALL.to_vec()) };
+    let known = || Descriptor::ALL.map(|word| (word.word(), word)).into_iter().chain(SIDES);
+    let Some(given) = given else { return Ok(known().map(|(_, word)| word).collect()) };
     let word = |word: &String| {
-        let known = Descriptor::ALL.into_iter().find(|known| known.word().eq_ignore_ascii_case(word));
-        let words = || Descriptor::ALL.map(Descriptor::word).join(", ");
-        known.ok_or_else(|| MissionError::Key {
+        let found = known().find(|(known, _)| known.eq_ignore_ascii_case(word)).map(|(_, word)| word);
+        let words = || known().map(|(known, _)| known).collect::<Vec<_>>().join(", ");
+        found.ok_or_else(|| MissionError::Key {
             key: "navigator.words".into(),
             reason: format!("expected some of {}, found {word:?}", words()),
         })
@@ -378,6 +415,14 @@ const NAME_OF_KIND: &str =
     "a kind: at most 16 letters (a to z), digits and hyphens, beginning with a letter, and no word of maps";
 
 fn heading_noise_deg(keys: &NavigatorKeys) -> Result<f64, MissionError> {
+    if keys.heading.is_some() {
+        let expected = match (keys.landmark_radius_m, keys.heading_noise_deg) {
+            (None, _) => "no such key above a plane, where the window's axes are those of the plane",
+            (_, Some(_)) => "no such key with heading_noise_deg, since the robot finds its heading itself",
+            (Some(_), None) => return Ok(FOUND_RAD.to_degrees()),
+        };
+        return Err(wrong("navigator.heading", expected, "it"));
+    }
     let heading_noise_deg = keys.heading_noise_deg.unwrap_or(0.0);
     if !(0.0..=MOST_ASIDE_DEG).contains(&heading_noise_deg) {
         return Err(wrong("navigator.heading_noise_deg", "0 to 20 degrees", &heading_noise_deg.to_string()));
@@ -394,6 +439,17 @@ fn least_probability(keys: &NavigatorKeys) -> Result<f64, MissionError> {
         return Err(wrong("navigator.least_probability", "0 to 1", &least.to_string()));
     }
     Ok(least)
+}
+
+/// Reads whether the map-maker counts landmarks.
+fn ordinals(keys: &NavigatorKeys) -> Result<bool, MissionError> {
+    let expected = match (keys.method, &keys.map_file) {
+        _ if !keys.ordinals => return Ok(false),
+        (_, Some(_)) => "no such key with map_file, in which a person decides what to count",
+        (Method::Arrival, None) => return Ok(true),
+        _ => "no such key for methods other than `arrival`, which do not count landmarks",
+    };
+    Err(wrong("navigator.ordinals", expected, "it"))
 }
 
 fn map_noise(keys: &NavigatorKeys) -> Result<Option<f64>, MissionError> {
@@ -478,17 +534,25 @@ pub fn check(mission: &Mission, robot: &Robot) -> Result<(), DirectionsError> {
     settings::camera(mission, robot)?;
     // Above a plane, the heading is only corrected if the mission states that it may be wrong.
     let is_corrected = read.land.is_some() || read.heading_noise_deg > 0.0;
-    let most_deg = if is_corrected { MOST_ASIDE_DEG } else { 0.0 };
+    let most_deg = match (read.heading_unknown, is_corrected) {
+        (true, _) => f64::INFINITY,
+        (_, true) => MOST_ASIDE_DEG,
+        _ => 0.0,
+    };
     if mission.start.world_heading_deg.abs() > most_deg {
         let found = mission.start.world_heading_deg.to_string();
         let expected = if is_corrected {
-            "-20 to 20: the robot's axes are nearly those of its map"
+            "-20 to 20, or navigator.heading = \"unknown\": the robot's axes are nearly those of its map"
         } else {
             "0, or navigator.heading_noise_deg: the window's axes are those of the plane"
         };
         return Err(wrong("start.world_heading_deg", expected, &found).into());
     }
     let is_made = !matches!(read.source, Source::Map { .. });
+    if is_made && robot.drive == Drive::Differential && read.land.is_some() && read.heading_noise_deg == 0.0 {
+        let expected = "more than 0 for a robot with a differential drive, whose heading drifts as it turns";
+        return Err(wrong("navigator.heading_noise_deg", expected, "0").into());
+    }
     if is_made && (read.planned().is_empty() || !read.words.contains(&Descriptor::Any)) {
         let found = read.words.iter().map(|word| word.word()).collect::<Vec<_>>().join(", ");
         let expected = "* and one of Obvious, Isol, IsolPair, PlusPair: the map-maker plans with those";
@@ -501,175 +565,4 @@ pub fn check(mission: &Mission, robot: &Robot) -> Result<(), DirectionsError> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::geometry::Window;
-
-    const MISSION: &str = "name='m'\nrobot='helicopter'\nworld={plane='p.toml'}\nstart={world=[0,0],world_heading_deg=0}\n\
-        [navigator]\nkind='directions'\nplane_file='p.png'\ncalibration=[[0,0,0,0]]\n[[task]]\nname='on'\ngoal=[0.5, 0.9]\n";
-
-    fn read(text: &str) -> Result<DirectionsMission, MissionError> {
-        DirectionsMission::of(&Mission::parse(text).unwrap())
-    }
-
-    #[test]
-    fn branching_and_belief_are_for_planes_and_for_a_heading_that_is_right() {
-        for (method, read_as) in [("branching", Method::Branching), ("belief", Method::Belief)] {
-            let ours = MISSION.replace("kind='directions'", &format!("kind='directions'\nmethod='{method}'"));
-            assert_eq!(read(&ours).unwrap().method, read_as);
-            for key in ["heading_noise_deg=2.0", "landmark_radius_m=0.15"] {
-                let wrong = ours
-                    .replace("plane_file='p.png'", "floor_file='f.toml'")
-                    .replace("calibration=[[0,0,0,0]]", key);
-                let wrong = if key.starts_with('h') {
-                    wrong.replace("floor_file='f.toml'", "map_file='m'")
-                } else {
-                    wrong
-                };
-                let error = read(&wrong).unwrap_err().to_string();
-                assert!(
-                    error.contains("navigator.method") && error.contains(&format!("found {method}")),
-                    "{error}"
-                );
-            }
-        }
-    }
-
-    #[test]
-    fn a_mission_says_what_is_seen_and_where_to_go() {
-        let mission = read(MISSION).unwrap();
-        assert_eq!((mission.method, &mission.goals[..]), (Method::Arrival, &[Point::new(0.5, 0.9)][..]));
-        let usual = Settings::new(Window::new(0.1, 0.015).unwrap(), 0.001);
-        for method in METHODS {
-            let text = MISSION.replace("kind='directions'", &format!("kind='directions'\nmethod='{method}'"));
-            let objective = read(&text).unwrap().method.objective(&usual);
-            assert_eq!(objective.is_none(), METHODS[..3].contains(&method));
-        }
-    }
-
-    #[test]
-    fn errors_name_the_key() {
-        let navigator =
-            |keys: &str| MISSION.replace("kind='directions'", &format!("kind='directions'\n{keys}"));
-        let written =
-            MISSION.replace("plane_file='p.png'\ncalibration=[[0,0,0,0]]", "map_file='a.directions'");
-        for (text, words) in [
-            (
-                MISSION.replace("calibration=[[0,0,0,0]]", ""),
-                "navigator.calibration: expected at least four known points",
-            ),
-            (
-                MISSION.replace("plane_file='p.png'", ""),
-                "navigator: expected one of plane_file, floor_file and map_file, found none",
-            ),
-            (
-                navigator("map_file='a'"),
-                "navigator: expected one of plane_file, floor_file and map_file, found both",
-            ),
-            (navigator("map_noise_m=-1.0"), "navigator.map_noise_m: expected 0 to 10 m, found -1"),
-            (navigator("least_probability=50"), "navigator.least_probability: expected 0 to 1, found 50"),
-            (navigator("words=['Isol','Lonely']"), "navigator.words: expected some of Obvious, Isol"),
-            (navigator("verify='nothing'"), "navigator.verify: expected no such key for `arrival`"),
-            (
-                written
-                    .replace("kind='directions'", "kind='directions'\nmethod='belief'")
-                    .replace("goal=[0.5, 0.9]", ""),
-                "navigator.method: expected another method with map_file",
-            ),
-            (navigator("method='fast'"), "navigator.method: unknown variant `fast`"),
-            (
-                MISSION.replace("goal=[0.5, 0.9]", ""),
-                "task 1 (on).goal: expected a place in metres, found none",
-            ),
-            (MISSION.replace("goal=", "goals="), "task 1 (on): unknown field `goals`"),
-            (written.clone(), "task 1 (on).goal: expected no such key with navigator.map_file"),
-            (
-                format!("{}[[task]]\nname='two'\n", written.replace("goal=[0.5, 0.9]", "")),
-                "task: expected one task with navigator.map_file, found 2",
-            ),
-        ] {
-            let error = read(&text).unwrap_err().to_string();
-            assert!(error.contains(words), "{error}");
-        }
-    }
-
-    const ON_LAND: &str = "name='m'\nrobot='panorama'\nworld={floor_plan='f.toml'}\nstart={world=[0,0],world_heading_deg=0}\n\
-        [navigator]\nkind='directions'\nfloor_file='f.toml'\nlandmark_radius_m=0.15\n\
-        [navigator.markers]\nstairs=[4]\ndoor=[1, 2]\n[[task]]\nname='on'\ngoal=[0.5, 0.9]\n";
-
-    #[test]
-    fn a_mission_says_which_markers_show_which_kinds() {
-        let mission = read(ON_LAND).unwrap();
-        let kinds: Vec<_> = mission.markers.keys().map(LandmarkKind::name).collect();
-        assert_eq!(kinds, ["door", "stairs"]);
-        assert_eq!(
-            [2, 3, 4].map(|id| mission.kind(id)),
-            [LandmarkKind::of("door"), None, LandmarkKind::of("stairs")]
-        );
-        for (given, wrong, words) in [
-            ("stairs=[4]", "Stairs=[4]", "navigator.markers.Stairs: expected a kind: at most 16 letters"),
-            ("stairs=[4]", "isol=[4]", "navigator.markers.isol: expected a kind: "),
-            (
-                "stairs=[4]",
-                "stairs=[4, 2]",
-                "navigator.markers.stairs: expected numbers that no other kind has, each once, found marker 2 also for door",
-            ),
-            (
-                "floor_file='f.toml'\nlandmark_radius_m=0.15",
-                "map_file='m'",
-                "navigator.markers: expected no such key without navigator.landmark_radius_m",
-            ),
-        ] {
-            let error = read(&ON_LAND.replace(given, wrong)).unwrap_err().to_string();
-            assert!(error.contains(words), "{error}");
-        }
-        let robot = |name: &str| {
-            let folder =
-                std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../sim/missions/directions");
-            sketchnav_sim::files::robot(&folder.join(name).to_string_lossy()).unwrap()
-        };
-        let mission = Mission::parse(ON_LAND).unwrap();
-        assert!(check(&mission, &robot("panorama-camera.toml")).is_ok());
-        let error = check(&mission, &robot("panorama.toml")).unwrap_err().to_string();
-        assert!(error.contains("[camera]"), "{error}");
-    }
-
-    #[test]
-    fn what_a_robot_lacks_or_a_parameter_cannot_be_is_said() {
-        let robot = |name: &str| sketchnav_sim::robots::find(name).unwrap().unwrap();
-        let checked = |text: &str, name: &str| {
-            check(&Mission::parse(text).unwrap(), &robot(name)).map_err(|error| error.to_string())
-        };
-        assert_eq!(checked(MISSION, "helicopter"), Ok(()));
-        assert!(checked(MISSION, "robotino").unwrap_err().contains("[view]"));
-        for (text, words) in [
-            (
-                format!("{MISSION}[parameters.planner]\nlooks = 0\n"),
-                "parameters.planner: looks: expected at least 1",
-            ),
-            (
-                format!("{MISSION}[parameters.planner]\nlook = 1\n"),
-                "parameters.planner: unknown field `look`",
-            ),
-            (
-                format!("{MISSION}[parameters.sketcher]\ntrials = 0\n"),
-                "parameters.sketcher.trials: expected 1 to",
-            ),
-            (
-                MISSION.replace("world_heading_deg=0", "world_heading_deg=90"),
-                "start.world_heading_deg: expected 0, or navigator.heading_noise_deg",
-            ),
-            (
-                MISSION.replace("kind='directions'", "kind='directions'\nwords=['*', 'New']"),
-                "navigator.words: expected * and one of Obvious, Isol, IsolPair, PlusPair",
-            ),
-            (
-                MISSION.replace("kind='directions'", "kind='directions'\nwords=['Isol']"),
-                "navigator.words: expected * and one of",
-            ),
-        ] {
-            let error = checked(&text, "helicopter").unwrap_err();
-            assert!(error.contains(words), "{error}");
-        }
-    }
-}
+mod tests;

@@ -12,9 +12,10 @@ use crate::messages::{DESCRIPTION, DIRECTIONS, DescribedDot, Description, JOURNE
 use arrayvec::ArrayVec;
 use serde::{Deserialize, Serialize};
 use sketchnav_motion::agenda::{Agenda, Due, Motion, Phase, Standing};
-use sketchnav_schemas::channels::SCAN;
+use sketchnav_schemas::channels::{ODOMETRY, SCAN};
 use sketchnav_schemas::codes::TaskState;
-use sketchnav_schemas::message::{LaserScan, MAX_DOTS, Twist};
+use sketchnav_schemas::message::{LaserScan, MAX_DOTS, Odometry, Twist};
+use sketchnav_schemas::robot::Drive;
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::{Incoming, Instant, Outbox, Remains, Stage, StageError};
 
@@ -91,6 +92,9 @@ pub struct Planner<G: Guide> {
     navigators: Vec<Navigator<G>>,
     /// Keeps a robot on land away from everything that isn't a landmark.
     guard: Option<Guard>,
+    /// Whether the robot has a differential drive. It turns to where it drives, while the navigator's axes remain those of the robot
+    /// at the start, according to its odometry.
+    turns: bool,
     memory: Memory<G::Memory>,
 }
 
@@ -117,6 +121,7 @@ impl<G: Instructed> Planner<G> {
         let simulation = Simulation::of(run)?;
         let guard = simulation.pilot.settings.window.land.map(|_| Guard::new(&run.robot)).transpose()?;
         let last = guard.as_ref().map(Guard::at_rest);
+        let turns = guard.is_some() && run.robot.drive == Drive::Differential;
         Ok(Self {
             simulation,
             nominal_dt_s: 1.0 / run.robot.tick_hz(),
@@ -124,6 +129,7 @@ impl<G: Instructed> Planner<G> {
             agenda: Agenda::new(run),
             navigators: Vec::new(),
             guard,
+            turns,
             memory: Memory { journey: None, hovers: false, seen: None, last },
         })
     }
@@ -142,8 +148,8 @@ impl<G: Instructed> Planner<G> {
         (self.memory.hovers, self.memory.seen) = (false, None);
     }
 
-    /// Continues the journey with a new view.
-    fn follow(&mut self, description: &Description) {
+    /// Continues the journey with a new view, whose axes are turned by `yaw_rad` from the navigator's.
+    fn follow(&mut self, description: &Description, yaw_rad: f64) {
         let (Some(navigator), Some(state)) =
             (self.navigators.get(self.agenda.task()), &mut self.memory.journey)
         else {
@@ -151,8 +157,11 @@ impl<G: Instructed> Planner<G> {
         };
         let is_new = self.memory.seen.is_none_or(|(views, _)| views != description.views);
         if description.views > 0 && is_new {
-            let dots: ArrayVec<Point, MAX_DOTS> =
-                description.dots().iter().map(|dot| Point::new(dot.x_m.into(), dot.y_m.into())).collect();
+            let place = |dot: &DescribedDot| {
+                let place = Point::new(dot.x_m.into(), dot.y_m.into());
+                if self.turns { place.turned(yaw_rad) } else { place }
+            };
+            let dots: ArrayVec<Point, MAX_DOTS> = description.dots().iter().map(place).collect();
             let kind = |dot: &DescribedDot| self.kinds.get((dot.kind as usize).checked_sub(1)?).copied();
             let kinds: ArrayVec<Option<LandmarkKind>, MAX_DOTS> =
                 description.dots().iter().map(kind).collect();
@@ -220,18 +229,32 @@ impl<G: Instructed> Planner<G> {
         output.map_or(Point::default(), |output| output.velocity)
     }
 
-    /// Returns the velocity, limited by obstacles in the newest scan.
-    fn guarded(&mut self, scan: Option<&LaserScan>) -> Point {
+    /// Returns the command for the navigator's velocity, limited by obstacles in the newest scan.
+    fn command(&mut self, scan: Option<&LaserScan>, yaw_rad: f64) -> Twist {
         let wish = self.velocity();
         let (Some(guard), Some(last), Some(scan)) = (&mut self.guard, &mut self.memory.last, scan) else {
-            return wish;
+            return Twist { vx_mps: wish.x, vy_mps: wish.y, yaw_rate_radps: 0.0 };
         };
-        let velocity = guard.command(last, wish, scan, self.nominal_dt_s);
+        let dt_s = self.nominal_dt_s;
+        let (velocity, twist) = if self.turns {
+            let twist = guard.steer(last, wish.turned(-yaw_rad), scan, dt_s);
+            // Halfway through the step, the robot has turned by half of the step's angle.
+            let on_average_rad = yaw_rad + 0.5 * twist.yaw_rate_radps * dt_s;
+            (Point::new(twist.vx_mps, 0.0).turned(on_average_rad), twist)
+        } else {
+            let velocity = guard.command(last, wish, scan, dt_s);
+            (velocity, Twist { vx_mps: velocity.x, vy_mps: velocity.y, yaw_rate_radps: 0.0 })
+        };
         self.memory.journey.iter_mut().for_each(|journey| journey.moves_by(velocity));
-        velocity
+        twist
     }
 
-    fn write_journey(&self, journey: &mut Journey) {
+    /// Returns the angle by which the robot has turned since the start, in radians.
+    fn yaw_rad(&self, odometry: Option<&Odometry>) -> f64 {
+        odometry.filter(|_| self.turns).map_or(0.0, |odometry| odometry.pose.yaw_rad())
+    }
+
+    fn write_journey(&self, journey: &mut Journey, yaw_rad: f64) {
         journey.task = self.agenda.task() as u32;
         journey.activity = Code::Rest.code();
         let Some(output) = self.output() else { return };
@@ -240,7 +263,8 @@ impl<G: Instructed> Planner<G> {
         journey.recoveries = output.recoveries.into();
         journey.has_reference = output.reference.is_some().into();
         journey.cannot_locate = (output.outcome == Some(Outcome::CannotLocate)).into();
-        let Point { x, y } = output.reference.unwrap_or_default();
+        let reference = output.reference.unwrap_or_default();
+        let Point { x, y } = if self.turns { reference.turned(-yaw_rad) } else { reference };
         (journey.reference_x_m, journey.reference_y_m) = (x, y);
     }
 }
@@ -262,7 +286,7 @@ fn navigators(text: &str, settings: Settings) -> Result<Vec<Navigator>, Error> {
 }
 
 impl Instructed for CustomMap {
-    const FORM: &'static str = "directions planner 7";
+    const FORM: &'static str = "directions planner 9";
     const WAITING: &'static str = "waiting for the custom map";
 
     fn receive(
@@ -282,7 +306,9 @@ impl Instructed for CustomMap {
 
     fn failure(&self, outcome: Outcome, output: &Output) -> impl std::fmt::Display {
         let (entry, word) = (output.entry + 1, self.entries()[usize::from(output.entry)].landmark());
+        let is_oriented = output.is_oriented;
         std::fmt::from_fn(move |f| match outcome {
+            _ if !is_oriented => write!(f, "cannot tell its heading by the landmarks around the start"),
             Outcome::CannotLocate => write!(f, "entry {entry}: cannot locate the landmark ({word})"),
             _ => write!(f, "entry {entry}: the landmark is wrong, with no way back"),
         })
@@ -307,20 +333,22 @@ impl<G: Instructed> Stage for Planner<G> {
 
     fn step(&mut self, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError> {
         let Some(description) = instant.newest(DESCRIPTION)? else { return Ok(()) };
+        let odometry = if self.turns { instant.newest(ODOMETRY)? } else { None };
+        let yaw_rad = self.yaw_rad(odometry);
         let motion = Motion::Commanded { speed_mps: self.velocity().norm() };
         self.agenda.begin_step(instant.stamp_ns, motion);
         match self.agenda.due(self.missing()) {
             Due::Begin => {
                 self.begin();
-                self.follow(description);
+                self.follow(description, yaw_rad);
             }
-            Due::Drive => self.follow(description),
+            Due::Drive => self.follow(description, yaw_rad),
             Due::Stand => self.pause(description),
         }
-        out.send(JOURNEY, |journey| self.write_journey(journey))?;
+        out.send(JOURNEY, |journey| self.write_journey(journey, yaw_rad))?;
         G::report(self.agenda.task(), self.memory.journey.as_ref().map(navigator::State::memory), out)?;
-        let Point { x: vx_mps, y: vy_mps } = self.guarded(instant.newest(SCAN)?);
-        self.agenda.send(Twist { vx_mps, vy_mps, yaw_rate_radps: 0.0 }, 0.0, out)
+        let twist = self.command(instant.newest(SCAN)?, yaw_rad);
+        self.agenda.send(twist, 0.0, out)
     }
 
     fn state(&self) -> impl Serialize {

@@ -77,8 +77,9 @@ const USUAL_SHARE: f64 = 0.62;
 /// Returns the window of a mission's robot, and the standard deviation of a position in it, in metres.
 ///
 /// # Errors
-/// [`DirectionsError::Robot`] if the robot has no view or, on land, no laser. [`DirectionsError::Settings`] if the window is
-/// invalid or, on land, the laser doesn't look all around or the drive is not omnidirectional.
+/// [`DirectionsError::Robot`] if the robot has no view or, on land, no laser, or if it
+/// has to turn and has no odometry. [`DirectionsError::Settings`] if the window is
+/// invalid or, on land, the laser doesn't look all around.
 pub fn sight(mission: &Mission, robot: &Robot) -> Result<(Window, f64), DirectionsError> {
     let Some(land) = DirectionsMission::of(mission)?.land else {
         let view = robot.view()?;
@@ -91,8 +92,8 @@ pub fn sight(mission: &Mission, robot: &Robot) -> Result<(Window, f64), Directio
     if laser.field_of_view_deg < 359.0 {
         return unfit("laser.field_of_view_deg", "359 and more on land", laser.field_of_view_deg);
     }
-    if robot.drive != Drive::Omnidirectional {
-        return unfit("drive", "omnidirectional on land", 0.0);
+    if robot.drive == Drive::Differential {
+        robot.require("odometry")?;
     }
     let clearance = land.radius_m + robot.radius_m + BERTH_M;
     let range = land.range_m.map_or(laser.range_max_m, |range_m| range_m.min(laser.range_max_m));
@@ -140,6 +141,15 @@ pub fn body(mission: &Mission, robot: &Robot) -> Result<Body, DirectionsError> {
     Ok(Body { radius: robot.radius_m, keeps: robot.radius_m + BERTH_M, merges })
 }
 
+/// Returns the standard deviation of the change of a robot's heading error over one metre, in radians. The odometry of a robot that
+/// turns drifts steadily. A random walk that is as wrong after the robot's range stands for that drift.
+fn heading_drift_rad(robot: &Robot, window: &Window) -> f64 {
+    match (robot.drive, robot.odometry, window.land) {
+        (Drive::Differential, Some(odometry), Some(land)) => odometry.drift_yaw_radpm * land.range.sqrt(),
+        _ => 0.0,
+    }
+}
+
 /// Returns the settings of a mission's navigator.
 ///
 /// # Errors
@@ -157,10 +167,12 @@ pub fn settings(mission: &Mission, robot: &Robot) -> Result<Settings, Directions
     };
     let PlannerParameters { looks, patience, most_recoveries, longest_entry_s, gain, weight } =
         mission.parameters.over(Process::Planner, &defaults)?;
-    let DirectionsMission { words, heading_noise_deg, .. } = DirectionsMission::of(mission)?;
+    let DirectionsMission { words, heading_noise_deg, heading_unknown, .. } = DirectionsMission::of(mission)?;
     let settings = Settings {
         vocabulary: Vocabulary::of(&words),
         heading_rad: heading_noise_deg.to_radians(),
+        heading_drift_rad: heading_drift_rad(robot, &window),
+        heading_unknown,
         // A step lasts one tick, so this keeps the window from moving further per step than the view allows.
         speed: usual.speed.min(robot.limits.speed_mps),
         looks,
@@ -185,7 +197,8 @@ pub fn pilot(mission: &Mission, robot: &Robot, map_noise_m: f64) -> Result<Pilot
     let heading_rad = read.heading_noise_deg.to_radians();
     let errors = Noise { sigma, map_sigma: map_noise_m, heading_rad, ..Noise::NONE };
     if read.land.is_some() {
-        return Ok(Pilot { settings, noise: errors });
+        let noise = Noise { rotation_rad: settings.heading_drift_rad, ..errors };
+        return Ok(Pilot { settings, noise });
     }
     let (view, motion) = (robot.view()?, robot.motion_noise.unwrap_or_default());
     let noise = Noise {

@@ -161,6 +161,11 @@ fn written(
     let in_file = |cause| DirectionsError::Map { file: file.to_owned(), cause };
     let map: CustomMap = text.parse().map_err(in_file)?;
     Navigator::new(settings::settings(&run.mission, &run.robot)?, map.clone()).map_err(in_file)?;
+    if read.heading_unknown && map.around().is_empty() {
+        return Err(wrong(
+            "expected the landmarks around the start, as (Around, 085, 012, 133), with navigator.heading = \"unknown\"",
+        ));
+    }
     unknown_kind(&map, read).map_or(Ok(()), |cause| Err(in_file(cause)))?;
     if !read.landmarks.is_empty() && read.landmarks.len() != map.entries().len() {
         let (entries, found) = (map.entries().len(), read.landmarks.len());
@@ -278,7 +283,10 @@ impl Maker<'_> {
         let Self { atlas, read, pilot, effort, seed } = self;
         let start = match before {
             Some(start) => start,
-            None => Start::at(&atlas.plane, atlas.window, start)?,
+            None => Start {
+                faces_anywhere: read.heading_unknown,
+                ..Start::at(&atlas.plane, atlas.window, start)?
+            },
         };
         let goal = wanted(atlas, goal)?;
         match read.method.objective(&pilot.settings) {

@@ -58,8 +58,8 @@ codes! {
 
 messages! {
     /// The drawing as a grid. Its cells follow the message as a byte slice, row 0 at the bottom, each
-    /// [`sketchnav_schemas::codes::FREE`] or [`sketchnav_schemas::codes::WALL`] (in ROS 2, the cells are a
-    /// `nav_msgs/OccupancyGrid`).
+    /// [`sketchnav_schemas::codes::FREE`] or [`sketchnav_schemas::codes::WALL`], or in a learned map
+    /// [`sketchnav_stage::drawn::UNSEEN`] (in ROS 2, the cells are a `nav_msgs/OccupancyGrid`).
     pub struct SketchMap version 1 {
         /// Width of the grid, in pixels.
         pub width_px: u32,

@@ -167,3 +167,49 @@ fn a_robot_anywhere_in_a_map_finds_its_place() {
         );
     }
 }
+
+/// Somebody carries the robot from the last room to the first one, and its wheels do not notice.
+#[test]
+fn a_robot_that_is_carried_elsewhere_in_a_map_finds_its_place_again() {
+    let mut drive = anywhere(1);
+    let (_, error_m) = *along(&mut drive, &WAY).last().unwrap();
+    assert!(error_m < 0.2, "{error_m} m before");
+    drive.truth = Pose::new(WAY[0][0], WAY[0][1], 0.0);
+    let estimates = along(&mut drive, &WAY[..9]);
+    let wrong = estimates
+        .iter()
+        .rposition(|(estimate, error_m)| estimate.tracking != Tracking::Tracking || *error_m > 0.5);
+    assert!(wrong.unwrap_or_default() < 250, "it finds itself within 25 s: {wrong:?}");
+    let (last, error_m) = estimates.last().unwrap();
+    assert!(last.tracking == Tracking::Tracking && *error_m < 0.2, "{last:?}, off by {error_m} m");
+}
+
+/// Until the robot knows a single place, the estimate is never one that it is sure of and wrong about.
+#[test]
+fn a_robot_anywhere_in_a_map_is_sure_of_no_wrong_place() {
+    for seed in 4..=9 {
+        let estimates = along(&mut anywhere(seed), &WAY[..5]);
+        let wrong = estimates
+            .iter()
+            .filter(|(estimate, error_m)| estimate.tracking == Tracking::Tracking && *error_m > 0.5);
+        assert_eq!(wrong.count(), 0, "{seed}");
+    }
+}
+
+#[test]
+fn a_search_goes_on_from_a_checkpoint() {
+    let bits_of =
+        |estimates: Vec<(Estimate, f64)>| estimates.iter().map(|(e, _)| bits(e)).collect::<Vec<_>>();
+    let (mut whole, mut resumed) = (anywhere(2), anywhere(2));
+    for drive in [&mut whole, &mut resumed] {
+        along(drive, &WAY[..1]);
+        (0..7).for_each(|_| {
+            let (odometry, scan) = drive.advance(WAY[1]);
+            drive.localizer.step(&odometry, &scan);
+        });
+    }
+    let state = resumed.localizer.state().clone();
+    resumed.localizer = anywhere(99).localizer;
+    resumed.localizer.restore(state);
+    assert_eq!(bits_of(along(&mut whole, &WAY[1..6])), bits_of(along(&mut resumed, &WAY[1..6])));
+}

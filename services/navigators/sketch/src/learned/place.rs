@@ -6,6 +6,7 @@ use sketchnav_mapping::outline::distance;
 use sketchnav_schemas::codes::{FREE, WALL};
 use sketchnav_schemas::geometry::{Point, Sketch};
 use sketchnav_schemas::seed;
+use sketchnav_stage::drawn::UNSEEN;
 
 use super::{Goal, Learned, LearnedMap, Warp};
 use crate::messages::SketchMap;
@@ -23,7 +24,7 @@ impl LearnedMap {
         [x, self.height() as f64 - y]
     }
 
-    /// Returns the map as a drawing at [`CELLS_PER_M`](super::CELLS_PER_M). What was not seen is wall.
+    /// Returns the map as a drawing at [`CELLS_PER_M`](super::CELLS_PER_M).
     fn drawn(&self, file: &str, options: &Options) -> DrawnMap {
         let (width, height) = (self.width as u32, self.height() as u32);
         let picture = GrayImage::from_fn(width, height, |column, row| {
@@ -36,7 +37,15 @@ impl LearnedMap {
             kind: Kind::Filled,
             width_px: width,
             height_px: height,
-            cells: self.cells.iter().map(|&cell| if cell == Cell::Free { FREE } else { WALL }).collect(),
+            cells: self
+                .cells
+                .iter()
+                .map(|cell| match cell {
+                    Cell::Free => FREE,
+                    Cell::Occupied => WALL,
+                    Cell::Unknown => UNSEEN,
+                })
+                .collect(),
             scale: 1.0,
             pen_width_px: SketchMap::NO_PEN_PX,
             wall_direction_rad: reading::wall_direction(&picture, &options.settings, &mut rng),

@@ -85,7 +85,7 @@ fn a_drawing_is_recognized_by_its_content() {
     assert_eq!(DrawingFile::of("x", b"123456789").crc32, "cbf43926");
 }
 
-/// The map is the drawing, at 20 px/m. What was not seen is wall.
+/// The map is the drawing, at 20 px/m. What was not seen is neither free nor wall.
 #[test]
 fn a_goal_of_the_drive_is_where_the_robot_arrived() {
     let (drawing, places) = placed([300.0, 100.0]).unwrap();
@@ -93,8 +93,9 @@ fn a_goal_of_the_drive_is_where_the_robot_arrived() {
     let end = places.tasks[0].end();
     assert!((end.x - 70.0).abs() < 1e-9 && (end.y - 50.0).abs() < 1e-9, "{end:?}");
     assert!(places.start_spread_px >= 90.0 && places.start_spread_rad >= std::f64::consts::PI);
-    let walls = drawing.cells.iter().filter(|cell| **cell == sketchnav_schemas::codes::WALL).count();
-    assert_eq!(walls, 90 * 70 - 80 * 60 + 39);
+    let count = |code: u8| drawing.cells.iter().filter(|cell| **cell == code).count();
+    let not_free = count(sketchnav_schemas::codes::WALL) + count(sketchnav_stage::drawn::UNSEEN);
+    assert_eq!(not_free, 90 * 70 - 80 * 60 + 39);
 }
 
 #[test]

@@ -23,7 +23,8 @@ pub struct DrawnMap {
     pub width_px: u32,
     /// Height of the grid, in sketch pixels.
     pub height_px: u32,
-    /// The `width_px * height_px` cells, each [`FREE`] or [`WALL`], with row 0 at the bottom.
+    /// The `width_px * height_px` cells, each [`FREE`] or [`WALL`], with row 0 at the bottom. In a learned map, cells that were not
+    /// seen are [`UNSEEN`](sketchnav_stage::drawn::UNSEEN).
     pub cells: Vec<u8>,
     /// Sketch pixels per image pixel. This is below 1 if the picture is larger than the canvas.
     pub scale: f64,

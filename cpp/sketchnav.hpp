@@ -150,10 +150,18 @@ static_assert(offsetof(Chart, journeys) == 40);
 struct PlannedJourney {
     double distance_m;
     double probability;
+    std::uint32_t weakest_entry;
+    std::uint32_t failure_count;
+    std::uint32_t simulated_count;
+    std::uint32_t reserved;
 };
-static_assert(std::is_trivially_copyable_v<PlannedJourney> && sizeof(PlannedJourney) == 16);
+static_assert(std::is_trivially_copyable_v<PlannedJourney> && sizeof(PlannedJourney) == 32);
 static_assert(offsetof(PlannedJourney, distance_m) == 0);
 static_assert(offsetof(PlannedJourney, probability) == 8);
+static_assert(offsetof(PlannedJourney, weakest_entry) == 16);
+static_assert(offsetof(PlannedJourney, failure_count) == 20);
+static_assert(offsetof(PlannedJourney, simulated_count) == 24);
+static_assert(offsetof(PlannedJourney, reserved) == 28);
 
 struct PlannedLandmark {
     std::uint32_t task;
@@ -174,12 +182,12 @@ struct Itinerary {
     PlannedJourney journeys[64];
     PlannedLandmark landmarks[512];
 };
-static_assert(std::is_trivially_copyable_v<Itinerary> && sizeof(Itinerary) == 9248);
+static_assert(std::is_trivially_copyable_v<Itinerary> && sizeof(Itinerary) == 10272);
 static_assert(offsetof(Itinerary, header) == 0);
 static_assert(offsetof(Itinerary, journey_count) == 24);
 static_assert(offsetof(Itinerary, landmark_count) == 28);
 static_assert(offsetof(Itinerary, journeys) == 32);
-static_assert(offsetof(Itinerary, landmarks) == 1056);
+static_assert(offsetof(Itinerary, landmarks) == 2080);
 
 struct Understood {
     Header header;
@@ -222,8 +230,9 @@ struct MissionCommand {
     double here_yaw_rad;
     std::uint32_t has_heading;
     std::uint32_t reserved;
+    char place[32];
 };
-static_assert(std::is_trivially_copyable_v<MissionCommand> && sizeof(MissionCommand) == 64);
+static_assert(std::is_trivially_copyable_v<MissionCommand> && sizeof(MissionCommand) == 96);
 static_assert(offsetof(MissionCommand, header) == 0);
 static_assert(offsetof(MissionCommand, order) == 24);
 static_assert(offsetof(MissionCommand, task) == 28);
@@ -231,6 +240,7 @@ static_assert(offsetof(MissionCommand, here_px) == 32);
 static_assert(offsetof(MissionCommand, here_yaw_rad) == 48);
 static_assert(offsetof(MissionCommand, has_heading) == 56);
 static_assert(offsetof(MissionCommand, reserved) == 60);
+static_assert(offsetof(MissionCommand, place) == 64);
 
 struct Contact {
     Header header;
@@ -543,7 +553,7 @@ struct SeenObject {
     std::uint32_t place;
     std::uint32_t first;
     std::uint32_t count;
-    std::uint32_t reserved;
+    std::uint32_t landmark;
     double proximity_m;
     double width;
 };
@@ -551,7 +561,7 @@ static_assert(std::is_trivially_copyable_v<SeenObject> && sizeof(SeenObject) == 
 static_assert(offsetof(SeenObject, place) == 0);
 static_assert(offsetof(SeenObject, first) == 4);
 static_assert(offsetof(SeenObject, count) == 8);
-static_assert(offsetof(SeenObject, reserved) == 12);
+static_assert(offsetof(SeenObject, landmark) == 12);
 static_assert(offsetof(SeenObject, proximity_m) == 16);
 static_assert(offsetof(SeenObject, width) == 24);
 
@@ -743,7 +753,7 @@ struct LandmarkProgress {
     static constexpr std::uint32_t EVENT_LOST = 3;
     std::uint32_t event;
     std::uint32_t met_count;
-    std::uint32_t reserved;
+    std::uint32_t is_lost;
     MetRelation met[64];
 };
 static_assert(std::is_trivially_copyable_v<LandmarkProgress> && sizeof(LandmarkProgress) == 576);
@@ -755,7 +765,7 @@ static_assert(offsetof(LandmarkProgress, state_count) == 44);
 static_assert(offsetof(LandmarkProgress, command) == 48);
 static_assert(offsetof(LandmarkProgress, event) == 52);
 static_assert(offsetof(LandmarkProgress, met_count) == 56);
-static_assert(offsetof(LandmarkProgress, reserved) == 60);
+static_assert(offsetof(LandmarkProgress, is_lost) == 60);
 static_assert(offsetof(LandmarkProgress, met) == 64);
 
 struct Journey {
@@ -969,10 +979,10 @@ inline constexpr std::array<Channel, 37> CHANNELS{{
     {"landmark_route", "sketchnav/LandmarkRoute/1/ccee207c01927f1c", sizeof(LandmarkRoute), false},
     {"directions", "sketchnav/Directions/1/6f64871dae83bea2", sizeof(Directions), false},
     {"chart", "sketchnav/Chart/1/c41f02b33738ccc5", sizeof(Chart), false},
-    {"itinerary", "sketchnav/Itinerary/1/1c577744a22642b1", sizeof(Itinerary), false},
+    {"itinerary", "sketchnav/Itinerary/2/560049705bfb08fe", sizeof(Itinerary), false},
     {"understood", "sketchnav/Understood/1/cf0efb456e05d81e", sizeof(Understood), false},
-    {"orders", "sketchnav/MissionCommand/2/a84b107d9cf57f48", sizeof(MissionCommand), false},
-    {"mission", "sketchnav/MissionCommand/2/a84b107d9cf57f48", sizeof(MissionCommand), false},
+    {"orders", "sketchnav/MissionCommand/3/1f4826f6fb405dc3", sizeof(MissionCommand), false},
+    {"mission", "sketchnav/MissionCommand/3/1f4826f6fb405dc3", sizeof(MissionCommand), false},
     {"contact", "sketchnav/Contact/1/ef5da161b2eb61b4", sizeof(Contact), false},
     {"truth", "sketchnav/GroundTruth/1/20954d63b5e53b0a", sizeof(GroundTruth), false},
     {"people", "sketchnav/People/1/0a047672a30ae3ef", sizeof(People), false},
@@ -985,12 +995,12 @@ inline constexpr std::array<Channel, 37> CHANNELS{{
     {"particles", "sketchnav/Particles/1/83328733bea235fe", sizeof(Particles), false},
     {"estimate", "sketchnav/PoseEstimate/1/6fe39940e3453396", sizeof(PoseEstimate), false},
     {"relations", "sketchnav/Relations/1/76abc44575759b47", sizeof(Relations), false},
-    {"landmark_view", "sketchnav/LandmarkView/2/a335b22417b1e912", sizeof(LandmarkView), false},
+    {"landmark_view", "sketchnav/LandmarkView/3/bfe8c78e69f611de", sizeof(LandmarkView), false},
     {"description", "sketchnav/Description/2/207b246074302ce7", sizeof(Description), false},
     {"plan", "sketchnav/Plan/1/948683b6daa21d2e", sizeof(Plan), false},
     {"correspondence", "sketchnav/Correspondence/1/04977d1d4f303caf", sizeof(Correspondence), false},
     {"question", "sketchnav/Question/1/d383d138d8361399", sizeof(Question), false},
-    {"landmark_progress", "sketchnav/LandmarkProgress/1/e6a61868204884b6", sizeof(LandmarkProgress), false},
+    {"landmark_progress", "sketchnav/LandmarkProgress/2/001370b1fbf1a4a1", sizeof(LandmarkProgress), false},
     {"journey", "sketchnav/Journey/1/f054905aa2292e8d", sizeof(Journey), false},
     {"whereabouts", "sketchnav/Whereabouts/1/3d39eeeb79b1c3a9", sizeof(Whereabouts), false},
     {"command", "sketchnav/VelocityCommand/1/45ef9b3c7d504529", sizeof(VelocityCommand), false},

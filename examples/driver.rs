@@ -26,7 +26,7 @@ const WALLS: [[f64; 4]; 6] = [
     [3.0, 0.0, 3.0, 1.4],
     [3.0, 2.6, 3.0, 4.0],
 ];
-/// Where the robot is when the driver begins, in metres. This is the origin of its odometry.
+/// Position of the robot when the driver begins, in metres, which is the origin of its odometry.
 const START: [f64; 2] = [1.0, 1.0];
 
 fn main() -> anyhow::Result<()> {

@@ -28,9 +28,9 @@ NOISE_AT_M = 2.0
 
 
 def walls(floor):
-    """The outlines of walls and furniture as a map of ir-sim, which searches its lines by place.
+    """Returns the outlines of walls and furniture as an ir-sim map, whose lines are indexed by position.
 
-    As objects of their own, all of them would take part in each step: thousands in a building that was mapped.
+    If they were separate objects, each step would update all of them: thousands in a mapped building.
     """
     lines = ObstacleMap(shape={"name": "map", "points": np.zeros((2, 1))})
     lines.set_original_geometry(shapely.multilinestrings(list(floor.segments())))
@@ -41,19 +41,19 @@ def walls(floor):
 
 
 def base(robot, step_s):
-    """The robot of the mission in the words of ir-sim."""
+    """Returns the mission's robot in the format of ir-sim."""
     shape = {"name": "circle", "radius": robot.robot["radius_m"]}
     if footprint := robot.robot.get("footprint"):
         shape = {"name": "rectangle", "length": footprint["length_m"], "width": footprint["width_m"]}
     limits, noise, laser = (robot.robot[table] for table in ("limits", "odometry", "laser"))
     speed_mps, turn_radps = limits["speed_mps"], limits["yaw_rate_radps"]
-    # In the file, variances are per second; in ir-sim, they are of a step.
+    # In the file, variances are per second; in ir-sim, they are per step.
     by_speed, by_turn = noise["alpha_speed_speed"] / step_s, noise["alpha_turn_turn"] / step_s
     if robot.robot["drive"] == "differential":
         kinematics, axes = "diff", 1
         alpha = [by_speed, noise["alpha_speed_turn"] / step_s, noise["alpha_turn_speed"] / step_s, by_turn]
     else:
-        # The noise of this kinematics does not depend on the velocity: that of half the greatest one is taken.
+        # The noise of this kinematics does not depend on the velocity, so it is set to that at half the maximum velocity.
         kinematics, axes = "omni_angular", 2
         alpha = [by_speed * (speed_mps / 2) ** 2] * 2 + [by_turn * (turn_radps / 2) ** 2]
     most = [speed_mps] * axes + [turn_radps]
@@ -80,7 +80,7 @@ def base(robot, step_s):
 
 
 def environment(robot):
-    """The mission's world in ir-sim."""
+    """Returns the mission's world in ir-sim."""
     step_s = robot.period_s / STEPS
     world = {"step_time": step_s, "sample_time": step_s, "collision_mode": "contact"}
     text = yaml.safe_dump({"world": world, "robot": [base(robot, step_s)]})
@@ -93,13 +93,13 @@ def environment(robot):
 
 
 class Wheels:
-    """Adds up velocities of the wheels, forward, left and turning."""
+    """Odometry that integrates the velocities measured at the wheels: forward, left and turning."""
 
     def __init__(self):
         self.pose, self.velocity = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
 
     def turn(self, velocity, step_s):
-        """Moves on by a step."""
+        """Adds one step."""
         (x, y, heading), (forward, left, turn) = self.pose, velocity
         cos, sin = math.cos(heading) * step_s, math.sin(heading) * step_s
         self.pose = (x + forward * cos - left * sin, y + forward * sin + left * cos, heading + turn * step_s)

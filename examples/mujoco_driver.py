@@ -4,8 +4,9 @@
     sketchnav run mission.toml --without world --system lab
     python examples/mujoco_driver.py lab
 
-The floor and the robot are those of the mission. A differential base has two wheels and two casters, an omnidirectional one three
-wheels with rollers. Motors turn the wheels. The odometry follows from the rotation of the wheels and does not include slip.
+The floor and the robot are those of the mission. A differential base has two wheels and two casters, and an omnidirectional one
+has three wheels with rollers. Motors turn the wheels. The odometry is computed from the rotation of the wheels and does not include
+slip.
 """
 
 import math
@@ -27,13 +28,13 @@ WALL, HULL = 'contype="2" conaffinity="0" group="1"', 'contype="0" conaffinity="
 
 
 def ring(robot):
-    """Radius of the circle on which the wheels stand, in metres."""
+    """Returns the radius of the circle on which the wheels are mounted, in metres."""
     footprint = robot.robot.get("footprint")
     return 0.8 * (footprint["width_m"] / 2 if footprint else robot.robot["radius_m"])
 
 
 def wheels(robot):
-    """Where each wheel touches the floor, and in which direction it drives."""
+    """Returns the position of each wheel on the floor and its direction of travel."""
     ring_m = ring(robot)
     if robot.robot["drive"] == "differential":
         return [((0.0, side * ring_m), (1.0, 0.0)) for side in (1, -1)]
@@ -42,7 +43,7 @@ def wheels(robot):
 
 
 def wheel_xml(index, at, ahead, has_rollers):
-    """A wheel that turns about its axis, with rollers on its rim or a tyre."""
+    """Returns a wheel that turns about its axis, with rollers on its rim or with a tyre."""
     (x, y), (dx, dy) = at, ahead
     parts = [f'<geom type="ellipsoid" size="{WHEEL_M} {WHEEL_M} {HALF_WIDTH_M}" zaxis="0 1 0" mass="0.3" {WHEEL}/>']
     if has_rollers:
@@ -59,7 +60,7 @@ def wheel_xml(index, at, ahead, has_rollers):
 
 
 def wall_xml(corners):
-    """A convex polygon as a box, or else as a prism: what is an asset, and what is in the world."""
+    """Returns a convex polygon as a box or, if it is not a rectangle, as a prism: the asset and the element of the world."""
     points = np.array(corners)
     sides = np.roll(points, -1, axis=0) - points
     if len(points) == 4 and abs(sides[0] @ sides[1]) < 1e-9 and np.allclose(sides[0], -sides[2]):
@@ -73,12 +74,12 @@ def wall_xml(corners):
 
 
 def model(robot):
-    """The mission's floor and robot as a model of MuJoCo."""
+    """Returns the mission's floor and robot as a MuJoCo model."""
     floor, facts = robot.floor(), robot.robot
     meshes, solids = zip(*(wall_xml(corners) for corners in [*floor.walls, *floor.furniture]))
     places, has_rollers = wheels(robot), facts["drive"] == "omnidirectional"
     x, y, heading = robot.start
-    # Casters without friction in front and behind, a millimetre above the floor.
+    # Frictionless casters at the front and the back, a millimetre above the floor.
     slides = f'size="0.02" mass="0.05" {WHEEL} friction="0 0 0" priority="1"'
     casters = [f'<geom type="sphere" pos="{side * ring(robot)} 0 0.021" {slides}/>' for side in (1, -1)]
     rolling = [wheel_xml(i, at, ahead, has_rollers) for i, (at, ahead) in enumerate(places)] + casters * (not has_rollers)
@@ -103,7 +104,7 @@ class Simulator:
         self.model = model(robot)
         self.data = mujoco.MjData(self.model)
         self.steps = round(robot.period_s / STEP_S)
-        #: From the velocity of the robot to those of its rims, and back.
+        #: Converts the velocity of the robot to those of its rims; the inverse converts back.
         self.rims = np.array([[dx, dy, x * dy - y * dx] for (x, y), (dx, dy) in wheels(robot)])
         self.inverse = np.linalg.pinv(self.rims)
         self.turned = [self.model.joint(f"wheel{i}").dofadr[0] for i in range(len(self.rims))]
@@ -111,12 +112,12 @@ class Simulator:
         self.beams_rad = np.array(robot.beams_rad())
 
     def truth(self):
-        """Where the base is: x, y and heading."""
+        """Returns the true pose of the base: x, y and heading."""
         x, y, _, w, _, _, z = self.data.qpos[:7]
         return x, y, 2 * math.atan2(z, w)
 
     def drive(self, velocity):
-        """Drives until the next tick. The motors change their speed within the robot's limits."""
+        """Drives until the next tick. The motors respect the robot's limits of acceleration."""
         limits = self.facts["limits"]
         most = np.array([limits["acceleration_mps2"]] * 2 + [limits["yaw_acceleration_radps2"]]) * STEP_S
         for _ in range(self.steps):
@@ -129,7 +130,7 @@ class Simulator:
             self.pose += np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]]) @ self.velocity * STEP_S
 
     def scan(self):
-        """The ranges of the laser, with the noise of the robot's file."""
+        """Returns the ranges of the laser, with the noise stated in the robot's file."""
         laser, (x, y, heading) = self.facts["laser"], self.truth()
         cos, sin = math.cos(heading), math.sin(heading)
         ahead_m, left_m = laser["mount_x_m"], laser["mount_y_m"]
@@ -145,7 +146,7 @@ class Simulator:
         return np.where(is_lost, np.inf, np.maximum(ranges_m, 0.0))
 
     def touches(self):
-        """Whether the hull touches a wall."""
+        """Returns true if the hull touches a wall."""
         hull = self.model.geom("hull").id
         return bool((self.data.contact.geom == hull).any())
 

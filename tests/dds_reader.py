@@ -1,6 +1,6 @@
-"""A third-party DDS reader (Cyclone DDS, PyPI `cyclonedds`) that has our own types only as IDL; tests/tools/ros2.rs runs it.
+"""A third-party DDS reader (Cyclone DDS, PyPI `cyclonedds`) that has our types only as IDL. tests/tools/ros2.rs runs it.
 
-It joins late, and must receive the latched drawing: `sketchnav_msgs/SketchMap`, far longer than a datagram.
+It joins late and must receive the latched drawing, a `sketchnav_msgs/SketchMap` that is much larger than a datagram.
 """
 
 import json

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Decodes every message of a recording with rosbags and with mcap-ros2-support.
 
-Both get the file and nothing else: the types come from the schemas inside it. Prints the number of
-messages by topic. Exit 0: both decoded everything and agree; 1: they did not; 2: usage, or a package
-is missing (pip install rosbags==0.11.9 mcap-ros2-support==0.6.0).
+Both get only the file, and take the types from the schemas in it. Prints the number of messages by topic. Exit code 0: both decoded
+everything and agree; 1: they did not; 2: wrong usage, or a package is missing (pip install rosbags==0.11.9
+mcap-ros2-support==0.6.0).
 """
 
 import sys
@@ -21,7 +21,7 @@ except ImportError as error:
 
 
 def count_with_rosbags(path: Path) -> Counter:
-    """Counts what rosbags decodes; its type store starts empty."""
+    """Counts the messages that rosbags decodes. Its type store starts empty."""
     counts: Counter = Counter()
     with AnyReader([path], default_typestore=get_typestore(Stores.EMPTY)) as reader:
         for connection, _, raw in reader.messages():
@@ -32,7 +32,7 @@ def count_with_rosbags(path: Path) -> Counter:
 
 
 def count_with_mcap_ros2(path: Path) -> Counter:
-    """Counts what mcap-ros2-support decodes."""
+    """Counts the messages that mcap-ros2-support decodes."""
     counts: Counter = Counter()
     with path.open("rb") as file:
         reader = make_reader(file, decoder_factories=[DecoderFactory()], validate_crcs=True)

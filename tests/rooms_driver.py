@@ -1,9 +1,9 @@
-"""Drives the robot of tests/two_rooms.py by `sketchnav.drive`; tests/missions/python_driver.rs runs it.
+"""Drives the robot of tests/two_rooms.py with `sketchnav.drive`. tests/missions/python_driver.rs runs it.
 
     python rooms_driver.py SYSTEM             in real time
     python rooms_driver.py SYSTEM simulated   as fast as the navigators answer
 
-The robot begins where it stood when the driver before this one died, and its odometry begins at 0 each time.
+The robot starts where it stood when the previous driver died, and its odometry starts at 0 each time.
 """
 
 import sys
@@ -16,7 +16,7 @@ robot = Robot()
 
 
 def send(system, age_s=0.0):
-    """Sends the readings that are due; returns whether an instant is over."""
+    """Sends the readings that are due. Returns true if an instant is complete."""
     has_scan = robot.step()
     x, y = robot.x - system.start.x_m, robot.y - system.start.y_m
     system.odometry(x, y, robot.yaw, vx_mps=robot.velocity[0], yaw_rate_radps=robot.velocity[2], age_s=age_s)
@@ -38,7 +38,7 @@ def drive_robot(system):
 
 def drive_simulator(system):
     while not system.is_over:
-        # The scan comes with the first of five readings of the wheels, and ends the instant.
+        # The scan is due with every fifth reading of the wheels, and completes the instant.
         if send(system, age_s=PERIOD_S * (-robot.readings % SCAN_EVERY)):
             robot.velocity = system.command()
 

@@ -1,6 +1,6 @@
-"""A node of real ROS 2 (rclpy), the counterpart of `sketchnav bridge ros2`; tests/tools/ros2.rs runs it.
+"""A genuine ROS 2 node (rclpy), the counterpart of `sketchnav bridge ros2`. tests/tools/ros2.rs runs it.
 
-ros2_node.py listen SCANS [NAMESPACE]   receives topics until so many scans have come, and prints a summary as JSON
+ros2_node.py listen SCANS [NAMESPACE]   receives topics until this number of scans has arrived, and prints a summary as JSON
 ros2_node.py order TEXT [NAMESPACE]     publishes an order once a node subscribes
 """
 
@@ -16,9 +16,9 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 
-#: Longest wait, seconds of the wall clock, in case something hangs.
+#: Maximum wait in case something hangs, in seconds of wall-clock time.
 LIMIT_S = 90.0
-#: How many processes a robot's tree has. Each appears in the diagnostics once it has been heard.
+#: Number of processes of a robot. Each appears in the diagnostics once it has reported.
 PROCESSES = 5
 
 
@@ -66,7 +66,7 @@ def order(node, text):
     publisher = node.create_publisher(String, "order", QoSProfile(depth=10))
     spin_until(node, lambda: publisher.get_subscription_count() > 0)
     publisher.publish(String(data=text))
-    # Reliable: it is there once this is true.
+    # The publisher is reliable, so the order arrives once this is true.
     publisher.wait_for_all_acked(rclpy.duration.Duration(seconds=LIMIT_S))
 
 

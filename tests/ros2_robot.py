@@ -1,7 +1,7 @@
-"""A robot that speaks only ROS 2 (rclpy), for `sketchnav bridge ros2 --drive`; tests/tools/ros2.rs runs it.
+"""A robot that speaks only ROS 2 (rclpy), for `sketchnav bridge ros2 --drive`. tests/tools/ros2.rs runs it.
 
-It publishes /scan ten times a second and odometry, on the topic that is named, fifty times. It moves by /cmd_vel, and ends with
-SIGTERM. Its stamps are those of its clock.
+It publishes /scan ten times a second, and odometry fifty times a second on the topic given as argument. It follows /cmd_vel and
+exits on SIGTERM. Its stamps are the times of its own clock.
 """
 
 import math

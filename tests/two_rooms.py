@@ -1,6 +1,6 @@
-"""A robot in the two rooms of tests/support/room.rs, for drivers of any protocol: a point, exact and without noise.
+"""A robot in the two rooms of tests/support/room.rs, for drivers of any protocol. It is a point and has no noise.
 
-It has a laser, which scans ten times a second, and wheels that are read fifty times a second. Its odometry does not begin at 0.
+Its laser scans ten times a second, and its wheels are read fifty times a second. Its odometry does not start at 0.
 """
 
 import math
@@ -19,14 +19,14 @@ WALLS = np.array(
     ]
 )
 START = (1.0, 1.0)
-#: Where the odometry begins: this far from its origin, turned.
+#: The pose in the odometry's frame at the start.
 ORIGIN = (7.0, -3.0, 0.5)
 PERIOD_S = 0.02
 SCAN_EVERY = 5
 FIELD_RAD = math.radians(239.765625)
 BEAMS = 683
 RANGE_MAX_M = 5.6
-#: Where the laser is mounted, forward of the centre, metres.
+#: Distance of the laser in front of the robot's centre, in metres.
 MOUNT_M = 0.1
 
 
@@ -46,7 +46,7 @@ def ranges(x, y, yaw):
 
 
 class Robot:
-    """Moves by its velocity: forward and left, metres per second; radians per second."""
+    """A robot that moves at `velocity`: forward and left in metres per second, and turning in radians per second."""
 
     def __init__(self):
         self.x, self.y, self.yaw = *START, 0.0
@@ -54,7 +54,7 @@ class Robot:
         self.readings = 0
 
     def step(self):
-        """Moves on; returns whether a scan is due."""
+        """Moves by one period. Returns true if a scan is due."""
         forward, left, turn = self.velocity
         cos, sin = math.cos(self.yaw), math.sin(self.yaw)
         self.x += (forward * cos - left * sin) * PERIOD_S
@@ -64,16 +64,16 @@ class Robot:
         return self.readings % SCAN_EVERY == 1
 
     def odometry(self):
-        """Where it is in the frame of its odometry: x and y, metres, and the heading, rad."""
+        """Returns the pose in the odometry's frame: x and y in metres, and the heading in radians."""
         x, y, turn = ORIGIN
         dx, dy = self.x - START[0], self.y - START[1]
         cos, sin = math.cos(turn), math.sin(turn)
         return x + dx * cos - dy * sin, y + dx * sin + dy * cos, self.yaw + turn
 
     def ranges(self):
-        """What the laser sees, metres."""
+        """Returns the ranges of the laser, in metres."""
         return ranges(self.x, self.y, self.yaw)
 
     def summary(self):
-        """Its pose and its last command."""
+        """Returns the pose and the last command."""
         return f"{self.x:.2f} {self.y:.2f} {self.velocity[0]:.3f} {self.velocity[2]:.3f}"

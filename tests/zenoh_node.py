@@ -1,12 +1,12 @@
 """A node that speaks as ROS 2's rmw_zenoh does (PyPI `zenoh-ros2-sdk`), the counterpart of `sketchnav bridge ros2 --rmw zenoh`.
 
-tests/tools/zenoh.rs runs it. The router is at 127.0.0.1, in the domain of ROS_DOMAIN_ID. Definitions of standard types are those
-of rosbags for ROS 2 Jazzy; the drawing's is in the crate of the navigator that owns it.
+tests/tools/zenoh.rs runs it. The router is at 127.0.0.1, in the domain of ROS_DOMAIN_ID. The definitions of standard types are
+those of rosbags for ROS 2 Jazzy. That of the drawing is in the crate of the navigator that owns it.
 
-zenoh_node.py listen PORT SCANS        receives topics until so many scans have come, and prints a summary as JSON
-zenoh_node.py late PORT                joins after the drawing was sent, and queries it
+zenoh_node.py listen PORT SCANS        receives topics until this number of scans has arrived, and prints a summary as JSON
+zenoh_node.py late PORT                joins after the drawing was sent, and queries for it
 zenoh_node.py router PORT              acts as the router; the drawing is sent after it has joined
-zenoh_node.py order PORT TEXT...       publishes orders once a node subscribes, and ends with SIGTERM
+zenoh_node.py order PORT TEXT...       publishes orders once a node subscribes, and exits on SIGTERM
 zenoh_node.py hashes RECORDING         prints the hash of each type of a recording as JSON
 """
 
@@ -27,9 +27,9 @@ from zenoh_ros2_sdk.attachment import Attachment
 from zenoh_ros2_sdk.qos import QosDurability, QosProfile
 from zenoh_ros2_sdk.session import ZenohSession
 
-#: Longest wait, seconds of the wall clock, in case something hangs.
+#: Maximum wait in case something hangs, in seconds of wall-clock time.
 LIMIT_S = 90.0
-#: How many processes a robot's tree has. Each appears in the diagnostics once it has been heard.
+#: Number of processes of a robot. Each appears in the diagnostics once it has reported.
 PROCESSES = 5
 DOMAIN = os.environ.get("ROS_DOMAIN_ID", "0")
 ROS_2 = get_typestore(Stores.ROS2_JAZZY)
@@ -62,7 +62,7 @@ def seconds(stamp):
 
 
 def graph(session):
-    """The tokens of all nodes, publishers and subscriptions, in their parts."""
+    """Returns the tokens of all nodes, publishers and subscriptions, split into their parts."""
     replies = session.liveliness().get(f"@ros2_lv/{DOMAIN}/**", timeout=LIMIT_S)
     return [str(reply.ok.key_expr).split("/") for reply in replies if reply.ok]
 
@@ -117,7 +117,7 @@ def print_sketch(sketch):
 
 
 def late(port):
-    """By the package, which asks the publishers that the graph names; and by what rmw_zenoh itself has."""
+    """Queries with the package, which asks the publishers in the graph, and as rmw_zenoh itself does."""
     quality = QosProfile(durability=QosDurability.TRANSIENT_LOCAL, history_depth=1)
     sketches = subscribe(port, "sketch", SKETCH, qos=quality)
     wait_until(lambda: sketches)
@@ -148,7 +148,7 @@ def order(port, texts):
     wait_until(lambda: publisher.pub.matching_status.matching)
     for text in texts:
         publisher.publish(data=text)
-    # It is on its way until its effect is seen.
+    # The order may still be under way until its effect is visible.
     over.wait(LIMIT_S)
 
 

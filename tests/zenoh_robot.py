@@ -1,7 +1,7 @@
-"""A robot that speaks as rmw_zenoh does, for `sketchnav bridge ros2 --rmw zenoh --drive`; tests/tools/zenoh.rs runs it.
+"""A robot that speaks as rmw_zenoh does, for `sketchnav bridge ros2 --rmw zenoh --drive`. tests/tools/zenoh.rs runs it.
 
-zenoh_robot.py PORT: publishes /scan ten times a second and /odom fifty times, moves by /cmd_vel, and ends with SIGTERM. The
-router is at 127.0.0.1. Its stamps are those of its clock.
+zenoh_robot.py PORT: publishes /scan ten times a second and /odom fifty times, follows /cmd_vel, and exits on SIGTERM. The router is
+at 127.0.0.1. Its stamps are the times of its own clock.
 """
 
 import math

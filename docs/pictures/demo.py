@@ -1,22 +1,22 @@
 #!/usr/bin/env python3
-"""Makes demo.svg, the moving picture of the README, of the two pictures that a run of the demo leaves.
+"""Makes demo.svg, the animation in the README, from the two pictures that a run of the demo saves.
 
     sketchnav demo --out out
     python3 docs/pictures/demo.py out/demo-001 docs/pictures/demo.svg
 
-A viewer without animation shows the whole way.
+A viewer without animation shows the whole trajectory.
 """
 import re
 import sys
 from pathlib import Path
 
-SECONDS, STANDS = 24.0, 3.0  # of the loop, and of its end
-TASK_S = [16.8, 30.0, 28.4, 20.3, 37.2, 26.9, 24.4, 28.0, 27.7]  # what the demo's table says, seed 1
+SECONDS, STANDS = 24.0, 3.0  # duration of the loop, and of the still picture at its end
+TASK_S = [16.8, 30.0, 28.4, 20.3, 37.2, 26.9, 24.4, 28.0, 27.7]  # from the demo's table, seed 1
 WIDTH, SCALE = 1200, 0.5
 
 
 def thinned(data):
-    """Every third point of a way, and both ends."""
+    """Returns every third point of a trajectory, and both ends."""
     points = re.findall(r"[ML]([-\d.]+ [-\d.]+)", data)
     kept = points[:-1:3] + points[-1:]
     return "M" + "L".join(kept)
@@ -27,7 +27,7 @@ def panel(svg, at, title, dot):
     frame = next(i for i, line in enumerate(lines) if line.startswith("<rect x="))
     body, ways = [lines[frame]], []
     for line in lines[frame + 1:]:
-        if 'stroke-opacity="0.8"' in line:  # the white line beneath a way
+        if 'stroke-opacity="0.8"' in line:  # the white line beneath a trajectory
             continue
         way = re.match(r'<path d="(M[^"]*)".*stroke="(#\w+)" stroke-width="3"/>', line)
         if way and len(ways) < len(TASK_S):

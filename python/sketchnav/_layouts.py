@@ -106,6 +106,10 @@ PlannedJourney = np.dtype(
     [
         ("distance_m", "<f8"),
         ("probability", "<f8"),
+        ("weakest_entry", "<u4"),
+        ("failure_count", "<u4"),
+        ("simulated_count", "<u4"),
+        ("reserved", "<u4"),
     ]
 )
 
@@ -152,6 +156,7 @@ MissionCommand = np.dtype(
         ("here_yaw_rad", "<f8"),
         ("has_heading", "<u4"),
         ("reserved", "<u4"),
+        ("place", "S32"),
     ]
 )
 
@@ -370,7 +375,7 @@ SeenObject = np.dtype(
         ("place", "<u4"),
         ("first", "<u4"),
         ("count", "<u4"),
-        ("reserved", "<u4"),
+        ("landmark", "<u4"),
         ("proximity_m", "<f8"),
         ("width", "<f8"),
     ]
@@ -495,7 +500,7 @@ LandmarkProgress = np.dtype(
         ("command", "<u4"),
         ("event", "<u4"),
         ("met_count", "<u4"),
-        ("reserved", "<u4"),
+        ("is_lost", "<u4"),
         ("met", MetRelation, (64,)),
     ]
 )
@@ -612,10 +617,10 @@ CHANNELS = {
     "landmark_route": ("sketchnav/LandmarkRoute/1/ccee207c01927f1c", LandmarkRoute, False, ("localizer", "planner", "pad", "recorder",)),
     "directions": ("sketchnav/Directions/1/6f64871dae83bea2", Directions, False, ("supervisor", "planner", "pad", "recorder",)),
     "chart": ("sketchnav/Chart/1/c41f02b33738ccc5", Chart, False, ("planner", "pad", "recorder",)),
-    "itinerary": ("sketchnav/Itinerary/1/1c577744a22642b1", Itinerary, False, ("supervisor", "pad", "recorder",)),
+    "itinerary": ("sketchnav/Itinerary/2/560049705bfb08fe", Itinerary, False, ("supervisor", "pad", "recorder",)),
     "understood": ("sketchnav/Understood/1/cf0efb456e05d81e", Understood, False, ("pad", "recorder",)),
-    "orders": ("sketchnav/MissionCommand/2/a84b107d9cf57f48", MissionCommand, False, ("localizer", "planner", "recorder",)),
-    "mission": ("sketchnav/MissionCommand/2/a84b107d9cf57f48", MissionCommand, False, ("localizer", "planner", "recorder",)),
+    "orders": ("sketchnav/MissionCommand/3/1f4826f6fb405dc3", MissionCommand, False, ("localizer", "planner", "recorder",)),
+    "mission": ("sketchnav/MissionCommand/3/1f4826f6fb405dc3", MissionCommand, False, ("localizer", "planner", "recorder",)),
     "contact": ("sketchnav/Contact/1/ef5da161b2eb61b4", Contact, False, ("recorder",)),
     "truth": ("sketchnav/GroundTruth/1/20954d63b5e53b0a", GroundTruth, False, ("recorder",)),
     "people": ("sketchnav/People/1/0a047672a30ae3ef", People, False, ("recorder",)),
@@ -628,12 +633,12 @@ CHANNELS = {
     "particles": ("sketchnav/Particles/1/83328733bea235fe", Particles, False, ("pad", "recorder",)),
     "estimate": ("sketchnav/PoseEstimate/1/6fe39940e3453396", PoseEstimate, False, ("planner", "pad", "recorder",)),
     "relations": ("sketchnav/Relations/1/76abc44575759b47", Relations, False, ("planner", "pad", "recorder",)),
-    "landmark_view": ("sketchnav/LandmarkView/2/a335b22417b1e912", LandmarkView, False, ("planner", "pad", "recorder",)),
+    "landmark_view": ("sketchnav/LandmarkView/3/bfe8c78e69f611de", LandmarkView, False, ("planner", "pad", "recorder",)),
     "description": ("sketchnav/Description/2/207b246074302ce7", Description, False, ("planner", "pad", "recorder",)),
     "plan": ("sketchnav/Plan/1/948683b6daa21d2e", Plan, False, ("pad", "recorder",)),
     "correspondence": ("sketchnav/Correspondence/1/04977d1d4f303caf", Correspondence, False, ("pad", "recorder",)),
     "question": ("sketchnav/Question/1/d383d138d8361399", Question, False, ("pad", "recorder",)),
-    "landmark_progress": ("sketchnav/LandmarkProgress/1/e6a61868204884b6", LandmarkProgress, False, ("pad", "recorder",)),
+    "landmark_progress": ("sketchnav/LandmarkProgress/2/001370b1fbf1a4a1", LandmarkProgress, False, ("pad", "recorder",)),
     "journey": ("sketchnav/Journey/1/f054905aa2292e8d", Journey, False, ("pad", "recorder",)),
     "whereabouts": ("sketchnav/Whereabouts/1/3d39eeeb79b1c3a9", Whereabouts, False, ("pad", "recorder",)),
     "command": ("sketchnav/VelocityCommand/1/45ef9b3c7d504529", VelocityCommand, False, ("world", "recorder",)),

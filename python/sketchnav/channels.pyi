@@ -27,6 +27,7 @@ class MissionCommand(Message):
     here_yaw_rad: float
     has_heading: int
     reserved: int
+    place: str
 
 class Odometry(Message):
     header: Header

@@ -1,9 +1,9 @@
-"""Drives an experiment on the workers of a Dask cluster, and prints the report of one machine.
+"""Runs an experiment on the workers of a Dask cluster, and prints the same report as a single machine.
 
     python -m sketchnav.evaluate people --scheduler tcp://head:8786 -- --data /data --sample 4 -o page.html
 
 Arguments after `--` are passed to `sketchnav eval`. A worker needs the program, from the same build, and the suite's files in
-the same place. If a worker is lost, another one drives its job.
+the same place. If a worker is lost, another one runs its job.
 """
 
 import argparse
@@ -24,7 +24,7 @@ def jobs_of(program, suite, options):
 
 
 def drive(program, suite, options, job):
-    """Drives one job and returns its part. This runs on a worker."""
+    """Runs one job and returns its part. Called on a worker."""
     with tempfile.TemporaryDirectory() as folder:
         part = pathlib.Path(folder) / "part.json"
         _run(program, suite, options, "--job", str(job), "-o", str(part))
@@ -51,7 +51,7 @@ def of_jobs(options):
 
 
 def main(arguments):
-    """Drives, merges, prints; the exit code is that of `sketchnav eval`."""
+    """Runs the jobs, merges their parts, and prints the report. The exit code is that of `sketchnav eval`."""
     parser = argparse.ArgumentParser(
         prog="python -m sketchnav.evaluate",
         description=__doc__.splitlines()[0],

@@ -1,7 +1,7 @@
 """The channels of a running system, over shared memory.
 
-A reader joins as an observer. It may come, go or be killed at any time, because the pipeline keeps its own places. Messages do
-not wake it, so it polls every few milliseconds.
+A reader joins as an observer. It may join, leave or be killed at any time, because the places of the pipeline are reserved.
+Messages do not wake it, so it polls every few milliseconds.
 """
 
 import ctypes
@@ -16,7 +16,7 @@ import numpy as np
 
 from ._layouts import CHANNELS
 
-#: Shared memory has one form for one version: the program's own.
+#: The version that the program uses. Other versions have another layout of shared memory.
 ICEORYX2 = "iceoryx2==0.10.0"
 #: Interval at which to check for a message, in seconds.
 LOOK_EVERY_S = 0.002
@@ -125,7 +125,7 @@ class System:
 
     @property
     def is_running(self):
-        """Whether the system still runs."""
+        """Whether the system is still running."""
         return _is_alive(self._folder)
 
     def channel(self, name):
@@ -169,14 +169,14 @@ class Channel:
         self._last = 0
 
     def _check_places(self, readers):
-        """Leaves the places of the pipeline free. A place whose process is alive counts as taken."""
+        """Keeps the places of the pipeline free. A place whose process is alive counts as taken."""
         processes = self._system._folder / "processes"
         taken = sum(_is_held(processes / reader) for reader in readers)
         if self._service.dynamic_config.number_of_subscribers - taken >= MAX_OBSERVERS:
             raise TooManyReaders(f"channel {self.name!r}: expected fewer than {MAX_OBSERVERS} observers that read it")
 
     def receive(self):
-        """The next message, or None if none has arrived. Messages that have already been received are dropped."""
+        """The next message, or None if none has arrived. Messages that were already received are dropped."""
         while (sample := self._next()) is not None:
             message = Message(sample, self._dtype)
             # With several writers, sequence numbers cannot be compared.

@@ -347,8 +347,8 @@ _CLASSES.update(Header=Header, PoseM=PoseM, PosePx=PosePx, Twist=Twist)
 class Message(Part):
     """A message: a class with annotated fields, which states its version and its frame.
 
-    It begins with a `header`, which you don't declare. The fields are in memory in their order and must leave no gaps: large
-    ones first.
+    It begins with a `header`, which you don't declare. The fields are stored in their order and must not leave gaps, so
+    declare large ones first.
     """
 
     def __init_subclass__(cls, *, version=1, frame="", **given):
@@ -366,7 +366,7 @@ _M = TypeVar("_M", bound="Message")
 class Channel(Generic[_M]):
     """A channel of a navigator's own, written only by the process `writer` and read by the processes `readers`.
 
-    The role is `situation` (the localizer's answer to each tick, one a navigator), `instruction` (the sketcher's, latched) or
+    The role is `situation` (the localizer's answer to each tick, one per navigator), `instruction` (the sketcher's, latched) or
     `detail`. At most `per_tick` messages are sent between two ticks, each with at most `max_cells` bytes after it.
     """
 

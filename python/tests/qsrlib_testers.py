@@ -1,4 +1,4 @@
-"""QSRlib's own testers against `sketchnav.relations.qsrlib`, in place of QSRlib and of ROS.
+"""Runs QSRlib's own testers against `sketchnav.relations.qsrlib`, which replaces QSRlib and ROS.
 
     python qsrlib_testers.py strands_qsr_lib/qsr_lib/tests [TESTER ...]
 
@@ -20,7 +20,7 @@ from sketchnav.relations import qsrlib
 
 
 class Client:
-    """QSRlib's client of ROS, which here calls the library."""
+    """Replaces QSRlib's ROS client: calls the library directly."""
 
     def __init__(self, *_):
         pass
@@ -71,7 +71,7 @@ def main():
     folder = Path(sys.argv[1])
     provide_modules(folder)
     sys.path.insert(0, str(folder))
-    # Its name in Python 2.
+    # The name of `assertCountEqual` in Python 2.
     unittest.TestCase.assertItemsEqual = unittest.TestCase.assertCountEqual
     # Each test reads all worlds, which takes most of the time, so they are read only once.
     loaders = importlib.import_module("unittests_data_loaders")

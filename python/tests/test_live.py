@@ -1,4 +1,4 @@
-"""A running system, named by SKETCHNAV_SYSTEM. tests/house/python_package.rs starts it and runs this."""
+"""Tests with the running system named by SKETCHNAV_SYSTEM. tests/house/python_package.rs starts it and runs these."""
 
 import itertools
 import os
@@ -22,7 +22,7 @@ def test_scans_are_views_of_shared_memory():
 
 
 def test_messages_that_are_kept_must_be_copied():
-    """A list of messages once failed with an error of the library, which said nothing about copies."""
+    """Regression test: a list of messages failed with an error of the library that did not mention copies."""
     scans = sketchnav.connect(SYSTEM).scan
     with pytest.raises(sketchnav.TooManyMessages, match=r"at most 8 messages.*message\.copy\(\)"):
         list(itertools.islice(scans, 60))

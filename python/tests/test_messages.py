@@ -1,4 +1,4 @@
-"""Messages and channels as classes: declared, filled and read. Run by `tests/missions/python.rs` with the wheel."""
+"""Tests of messages and channels as classes: declared, filled and read. `tests/missions/python.rs` runs them with the wheel."""
 
 import ast
 import enum
@@ -84,7 +84,7 @@ scan = SONAR.message._of(memoryview(bytearray(SONAR.message._layout["size"])))
 scan.ranges_m = [1.0, 2.0]
 assert scan.sonar_count == 2 and json.dumps(scan.ranges_m.tolist()) == "[1.0, 2.0]"
 
-# The error of a stage names the line of its author, not that of the package in which the exception was raised.
+# The error of a stage names a line of the stage's file, not the line of the package that raised the exception.
 try:
     scan._set({"rangs_m": [1.0]})
 except Exception as error:

@@ -1,5 +1,6 @@
-"""The interface of QSRlib. Run by `tests/tools/relations.rs` with the wheel. Where QSRlib itself is installed (`import qsrlib`), both
-answer random requests alike; what this project knows of its own test data is in `services/libraries/qualitative/tests/conformance.rs`."""
+"""Tests of QSRlib's interface. `tests/tools/relations.rs` runs them with the wheel. If QSRlib itself is installed (`import
+qsrlib`), both must return the same results for random requests. QSRlib's own test data is covered by
+`services/libraries/qualitative/tests/conformance.rs`."""
 
 import importlib
 import itertools
@@ -117,7 +118,7 @@ def test_episodes_become_a_graph_and_graphlets():
     ]
     assert [node.obj_type for node in graph.object_nodes] == ["Human", "Chair"]
     assert [node["name"] for node in graph.temporal_nodes] == ["m", "<", "m"]
-    # Three episodes alone, two pairs of them, all three.
+    # Three single episodes, two pairs, and all three together.
     assert sorted(graph.graphlets.histogram) == [1] * 6 and len(graph.histogram) == 6
     assert graph.graph.dot().count("->") == 3 * 2 + 3 * 2
     refused(lambda: qstag.Activity_Graph(world, response.qsrs), ValueError, "qstag.params: expected max_eps")
@@ -159,7 +160,7 @@ def test_qsrlib_itself_answers_alike():
     compared = 0
     forms = [{}, {"validate": False}, {"no_collapse": True}, {"validate": False, "no_collapse": True}]
     for seed, which, form in itertools.product(range(20), CALCULI, forms):
-        # It fails on points straight ahead.
+        # QSRlib fails on points straight ahead.
         if which == "tpcc" or (form and not which.startswith("qtc")):
             continue
         arguments = {"argd": {"qsr_relations_and_values": LABELS}, "qtcs": form}

@@ -1,4 +1,4 @@
-"""A recording, named by SKETCHNAV_RECORDING. tests/house/python_package.rs makes it and runs this."""
+"""Tests with the recording named by SKETCHNAV_RECORDING. tests/house/python_package.rs creates it and runs these."""
 
 import os
 import subprocess
@@ -36,7 +36,7 @@ def test_a_recording_of_several_files_says_how_to_make_one(tmp_path):
 
 
 def test_a_folder_stands_for_its_only_recording(tmp_path):
-    """Every command accepts the folder of a run, but this function did not."""
+    """Regression test: every command accepts the folder of a run, but this function did not."""
     (tmp_path / "run.mcap").symlink_to(os.path.abspath(RECORDING))
     assert sketchnav.open(tmp_path).topics == sketchnav.open(RECORDING).topics
     (tmp_path / "other.mcap").touch()
@@ -66,7 +66,7 @@ sketchnav.System("lab", pathlib.Path(sys.argv[2]))
 
 
 def test_only_a_running_system_needs_the_library_of_shared_memory(tmp_path):
-    """The import of the package once failed without it."""
+    """Regression test: the package could not be imported without iceoryx2."""
     command = [sys.executable, "-c", WITHOUT_ICEORYX2, RECORDING, tmp_path]
     ended = subprocess.run(command, capture_output=True, text=True)
     assert ended.returncode == 1 and "pip install iceoryx2==" in ended.stderr, ended.stderr

@@ -1,4 +1,4 @@
-"""Relations of arrays. Run by `tests/tools/relations.rs` with the wheel, and by pytest."""
+"""Tests of relations of arrays. `tests/tools/relations.rs` runs them with the wheel; pytest runs them too."""
 
 import copy
 import itertools
@@ -24,7 +24,7 @@ def refused(call, error, words):
 
 
 def signs(k, l):
-    """QTC_C by its definition, in NumPy: towards and away, left and right, of k and of l."""
+    """Computes QTC_C from its definition with NumPy: towards or away, and left or right, for k and for l."""
 
     def of(moved, to):
         along = -np.sign(np.sum(moved * to, axis=-1))

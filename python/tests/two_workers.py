@@ -1,8 +1,8 @@
-"""Drives an experiment by two Dask workers, kills one of them at work, and prints what `sketchnav.evaluate` prints.
+"""Runs an experiment on two Dask workers, kills one of them while it works, and prints the report of `sketchnav.evaluate`.
 
     two_workers.py PROGRAM SUITE [OPTION ...]
 
-tests/house/python_package.rs runs this and compares with one machine's report.
+tests/house/python_package.rs runs this and compares the report with that of a single machine.
 """
 
 import os
@@ -18,13 +18,13 @@ import distributed
 
 def worker(address):
     command = [sys.executable, "-m", "distributed.cli.dask_worker", address, "--nworkers", "1", "--nthreads", "1"]
-    # Without a nanny, nobody restarts it.
+    # Without a nanny, the worker is not restarted.
     command += ["--no-nanny", "--no-dashboard"]
     return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
 
 
 def busy_pid(client, evaluation):
-    """The process of a worker that drives a job."""
+    """Returns the process of a worker that is running a job."""
     while evaluation.poll() is None:
         for address, keys in client.processing().items():
             if keys:

@@ -1,4 +1,4 @@
-"""A recording in pandas: estimates next to the truth, and how the localizer did.
+"""Loads a recording into pandas: estimates next to true poses, and the localizer's performance.
 
     pip install pandas mcap-ros2-support
     python recordings/examples/pandas_figures.py out/demo-001/building-a.mcap
@@ -14,12 +14,12 @@ from mcap_ros2.reader import read_ros2_messages
 
 
 def yaw(q):
-    """Heading of a planar quaternion, radians."""
+    """Returns the heading of a planar quaternion, in radians."""
     return 2.0 * math.atan2(q.z, q.w)
 
 
 def table(path, topic, row):
-    """A DataFrame of a topic, a row a message, by simulation time in seconds."""
+    """Returns a topic as a DataFrame with one row per message, indexed by simulation time in seconds."""
     rows = []
     for message in read_ros2_messages(path, topics=[topic]):
         values = row(message.ros_msg)

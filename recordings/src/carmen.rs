@@ -43,7 +43,7 @@ pub struct CarmenScan {
     pub beams: Beams,
     /// Ranges in metres, from right to left. NaN for a number in the log that no laser could have measured.
     pub ranges_m: Vec<f32>,
-    /// The maximum range that the log states, in metres.
+    /// The maximum range according to the log, in metres.
     pub range_max_m: Option<f64>,
     /// The pose according to the corrected log, or `None` if the log's lines state no pose.
     pub reference: Option<Pose<World>>,
@@ -82,7 +82,7 @@ pub enum Entry {
     LeftOut(LeftOut),
 }
 
-/// Why a log cannot be read at all.
+/// The reason why a log cannot be read at all.
 #[derive(Debug, thiserror::Error)]
 pub enum CarmenError {
     /// The system cannot open the file.
@@ -104,7 +104,7 @@ pub enum CarmenError {
         /// The format of the file.
         found: &'static str,
     },
-    /// No line of the log is a scan.
+    /// The log contains no scans.
     #[error("expected FLASER, ROBOTLASER1 or RAWLASER1 lines, found {found}")]
     NoScans {
         /// The kinds of lines that it contains instead.
@@ -148,8 +148,8 @@ pub fn open(path: &Path) -> Result<Box<dyn BufRead>, CarmenError> {
 struct Chain {
     /// The pose in the last ODOM line.
     last: Option<Pose<Odom>>,
-    /// Set right after a scan: the robot's pose that the scan states. If the next ODOM line repeats it, the chain restarts
-    /// from there.
+    /// The robot's pose according to a scan, set right after the scan. If the next ODOM line repeats it, the chain restarts from
+    /// there.
     reset: Option<Pose<Odom>>,
     odometry: Pose<Odom>,
 }
@@ -224,7 +224,7 @@ impl<R: BufRead> CarmenLog<R> {
         Ok(None)
     }
 
-    /// Completes a scan with what the lines before it state.
+    /// Completes a scan with information from the preceding lines.
     fn finish(&self, scan: ScanLine) -> Result<CarmenScan, Fault> {
         if scan.surplus.is_some() && scan.surplus != self.reading.surplus {
             return Err(scan.surplus_fault());

@@ -49,11 +49,11 @@ pub struct Copied {
 /// A part of a recording that was left out of a copy.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Lost {
-    /// Where the part begins.
+    /// Offset of the part in the file, in bytes.
     pub at: u64,
     /// Length of the part, in bytes.
     pub bytes: u64,
-    /// Why the part was left out.
+    /// The reason why the part was left out.
     pub reason: String,
     /// Number of messages in the part, if given in the file.
     pub messages: Option<u64>,
@@ -76,7 +76,7 @@ impl Copied {
     }
 }
 
-/// How many messages a recording contains, however damaged it is.
+/// Number of messages in a recording, even if it is damaged.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Held {
     /// Number of readable messages, plus the number in unreadable parts as given in the file.

@@ -17,7 +17,7 @@ use crate::error::RecordingError;
 use crate::reader::{Part, Parts, RawMessage, Recording};
 use crate::writer::topic_name;
 
-/// Where two recordings begin to differ.
+/// The first difference between two recordings.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Difference {
     /// The channel.
@@ -264,7 +264,7 @@ impl Lane {
     }
 }
 
-/// Returns how two messages with the same number differ, or `None` if all differences are tolerated.
+/// Returns the difference between two messages with the same number, or `None` if all differences are tolerated.
 fn explain(spec: &ChannelSpec, a: &RawMessage, b: &RawMessage, tolerances: &Tolerances) -> Option<What> {
     let offset = a.cdr.iter().zip(&b.cdr).position(|(a, b)| a != b);
     let bytes = What::Bytes { offset: offset.unwrap_or(a.cdr.len().min(b.cdr.len())) };

@@ -19,7 +19,7 @@ use crate::error::RecordingError;
 use crate::foreign::Form;
 use definition::Types;
 
-/// Why a message cannot be read by its schema.
+/// The reason why a message cannot be read by its schema.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum DynamicError {
     /// The definition is written in an unsupported language.

@@ -36,7 +36,7 @@ pub enum RecordingError {
     Foreign {
         /// The file.
         path: PathBuf,
-        /// What the file is instead.
+        /// Description of the file.
         found: Foreign,
     },
     /// The recording was not written by this project.

@@ -9,7 +9,7 @@ use sketchnav_schemas::message::Health;
 use crate::error::RecordingError;
 use crate::sequence::{Gap, MAX_GAPS, Seen, Sequence};
 
-/// Facts about a topic that the recording states, so that not all messages have to be read.
+/// Facts about a topic that are stored in the recording, so that not all messages have to be read.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TopicFacts {
     /// Times of the earliest and the latest message, in nanoseconds.

@@ -23,7 +23,7 @@ pub struct FaultInfo {
     pub process: &'static str,
     /// Process id.
     pub pid: u32,
-    /// How often the process has been restarted so far, if that is known.
+    /// Number of restarts of the process so far, if that is known.
     pub restarts: u32,
     /// Number of messages that are missing because of the fault.
     pub missing: u32,

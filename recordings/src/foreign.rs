@@ -92,7 +92,7 @@ impl Foreign {
 }
 
 impl fmt::Display for Foreign {
-    /// Writes what the file is, and what would convert it into a recording.
+    /// Describes the file and suggests a converter to a recording.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Sqlite => {

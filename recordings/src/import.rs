@@ -51,7 +51,8 @@ pub struct Imported {
     pub left_out_readings: u64,
     /// The lines of the first scans with such readings, each with the number of these readings.
     pub unreadable: Vec<(u64, usize)>,
-    /// How often the log's clock goes back. Scans with an earlier time are stamped one nanosecond after the previous scan.
+    /// Number of times that the log's clock goes back. Scans with an earlier time are stamped one nanosecond after the previous
+    /// scan.
     pub clock_goes_back: u64,
     /// Number of times that the log's clock does not advance. Such a scan also gets a timestamp one nanosecond after that of the
     /// previous scan.
@@ -60,7 +61,7 @@ pub struct Imported {
     pub blind: u64,
 }
 
-/// Why a log cannot be imported.
+/// The reason why a log cannot be imported.
 #[derive(Debug, thiserror::Error)]
 pub enum ImportError {
     /// The log cannot be read.

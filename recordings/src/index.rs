@@ -1,5 +1,5 @@
 //! The index of a recording: the positions of its chunks and the times that they cover. It comes from the summary at the end of the
-//! file or, if a kill left none, from one pass over the file.
+//! file or, if the recorder was killed before writing one, from one pass over the file.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -21,7 +21,7 @@ pub struct Index {
     pub(crate) chunks: Vec<ChunkEntry>,
     pub(crate) directory: Directory,
     pub(crate) statistics: Option<Statistics>,
-    /// Where the last metadata record of each name begins.
+    /// Offset of the last metadata record of each name, in bytes.
     metadata: BTreeMap<String, u64>,
     /// Offset and length of everything that the summary lists.
     known: BTreeMap<u64, u64>,
@@ -193,7 +193,7 @@ impl Index {
         self.metadata.keys().map(String::as_str)
     }
 
-    /// Reads an attachment at the position that the index gives.
+    /// Reads an attachment at the position from the index.
     pub(crate) fn attachment(
         &self,
         path: &Path,
@@ -208,7 +208,7 @@ impl Index {
         found.ok_or_else(|| open.stopped(Damage::NoIndex.into()))
     }
 
-    /// Reads the metadata of a name at the position that the index gives.
+    /// Reads the metadata of a name at the position from the index.
     pub(crate) fn metadata(
         &self,
         path: &Path,

@@ -36,9 +36,9 @@ pub struct Info {
     /// True if the writer finished. Otherwise the file is cut off, but its content up to that point is
     /// intact.
     pub clean_end: bool,
-    /// How often the recorder was killed and restarted.
+    /// Number of times that the recorder was killed and restarted.
     pub restarts: u64,
-    /// How often each process was restarted, according to its own messages.
+    /// Number of restarts of each process, according to its own messages.
     pub process_restarts: BTreeMap<String, u64>,
     /// Facts about the run: mission, robot, seed, pace, system, version.
     pub run: BTreeMap<String, String>,
@@ -55,7 +55,7 @@ pub struct Info {
 }
 
 impl Info {
-    /// How often processes were restarted in total. The recorder reports its restarts in messages, like any process, and
+    /// Total number of restarts of all processes. The recorder reports its restarts in messages, like any process, and
     /// also counts them itself. Its own count includes lives in which it sent no message, but a file that is cut off lacks
     /// that count, so the larger of the two is used.
     pub fn all_restarts(&self) -> u64 {

@@ -14,7 +14,7 @@ use crate::records::{
 
 /// A part of a recording, or the beginning of a chunk.
 pub(crate) enum Piece {
-    /// A chunk. Its parts come next.
+    /// A chunk, followed by its parts.
     Chunk,
     /// A part.
     Part(Part),
@@ -33,12 +33,12 @@ pub(crate) struct Open {
     path: PathBuf,
     pub(crate) file: RecordFile,
     directory: Directory,
-    /// Where the file's last record that was read begins. For a record inside a chunk, this is the chunk.
+    /// Offset of the last record that was read or, for a record inside a chunk, of the chunk.
     record_at: u64,
     chunk: Vec<u8>,
     offset: usize,
     messages: u64,
-    /// How many of `messages` were compressed individually.
+    /// Number of `messages` that were compressed individually.
     packed: u64,
     /// True if a record that would otherwise be skipped counts as damage.
     is_wary: bool,
@@ -145,7 +145,7 @@ impl Open {
         }
     }
 
-    /// Returns where the last record that was read begins, and its length including its frame.
+    /// Returns the position of the last record that was read, and its length including its frame.
     pub(crate) fn record(&self) -> (u64, u64) {
         (self.record_at, self.file.at() - self.record_at)
     }

@@ -202,7 +202,7 @@ impl Recording {
             serde_json::from_slice(&file.data).map_err(|error| wrong(error.to_string()))?;
         // A recording may come from anywhere, so its robot has not necessarily been parsed from a robot file.
         run.robot.check_numbers().map_err(|error| wrong(format!("robot: {error}")))?;
-        // Where the system took its files from does not matter for what it did.
+        // The location of the system's files has no effect on the run.
         run.files_of = None;
         if run.method.is_empty() {
             // Earlier versions wrote the method only into the metadata.

@@ -12,7 +12,7 @@ use crate::records::{Damage, FRAME_BYTES, MAX_RECORD_BYTES, Record};
 /// Size of the footer record and the magic after it.
 const TAIL_BYTES: u64 = FRAME_BYTES + 20 + 8;
 
-/// Why the next record cannot be read.
+/// The reason why the next record cannot be read.
 #[derive(Debug)]
 pub enum Stop {
     /// The file ends before or within the record that begins at this offset.
@@ -236,7 +236,7 @@ fn chunk_length(head: &[u8]) -> Option<u64> {
     fits.then_some(length)
 }
 
-/// Returns which kind of file this is if it does not begin as an MCAP file does.
+/// Returns the kind of the file if it does not begin as an MCAP file does.
 fn foreign(path: &Path) -> Stop {
     let mut begin = Vec::new();
     match sketchnav_files::open(path, "a recording")

@@ -1,4 +1,4 @@
-//! Passes on the messages of a drive as the planner received and sent them, together with what people drew.
+//! Passes on the messages of a drive as the planner received and sent them, together with people's drawings.
 
 use sketchnav_schemas::channels::{self, ChannelSpec, DRAWING};
 use sketchnav_schemas::codes::Process;

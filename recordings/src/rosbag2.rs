@@ -36,7 +36,7 @@ pub struct Bag {
     pub messages: Option<u64>,
 }
 
-/// Why a rosbag2 folder cannot be read.
+/// The reason why a rosbag2 folder cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum BagError {
     /// The metadata cannot be read, or is invalid.
@@ -162,7 +162,7 @@ fn there(folder: &Path, listed: &str) -> Option<PathBuf> {
 pub struct Unpacked {
     /// Number of unpacked bytes.
     pub bytes: u64,
-    /// Why the result is incomplete, if the file is cut off or damaged.
+    /// The reason why the result is incomplete, if the file is cut off or damaged.
     pub damage: Option<io::Error>,
 }
 

@@ -71,7 +71,7 @@ impl Selection {
 pub struct Selected {
     open: Open,
     chunks: VecDeque<ChunkEntry>,
-    /// Where the current run of messages outside chunks ends. While a chunk is read, where the chunk ends.
+    /// End of the current run of messages outside chunks or, while a chunk is read, of the chunk.
     run_end: u64,
     selection: Selection,
     is_over: bool,

@@ -1,6 +1,5 @@
-//! The files of a run inside its recording: those given to its navigator, and the map, floor plan or plane of
-//! the world. With these files, a recording can be executed again where the original files are missing or
-//! have changed.
+//! The files of a run inside its recording: those of its navigator, and the map, floor plan or plane of the world. With these
+//! files, a run can be repeated even if the original files are missing or have changed.
 //!
 //! A recording may come from anyone, and so may the paths in it. The files of a recorded run are therefore
 //! only read through [`RecordedRun`]. Its mission uses the names that the files have inside the recording,

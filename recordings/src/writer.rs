@@ -324,7 +324,7 @@ impl<W: Write> Writer<W> {
         Ok(())
     }
 
-    /// Records how often the recorder of this recording was killed and restarted.
+    /// Records the number of times that the recorder of this recording was killed and restarted.
     pub fn survived(&mut self, restarts: u32) {
         self.restarts = restarts;
     }

@@ -262,7 +262,7 @@ fn in_order(mut table: Vec<&'static ChannelSpec>) -> &'static [&'static ChannelS
     table.leak()
 }
 
-/// Why channels cannot be added.
+/// The reason why channels cannot be added.
 #[derive(Debug, Clone, thiserror::Error, PartialEq, Eq)]
 pub enum RegisterError {
     /// Two navigators have the same name.
@@ -372,7 +372,7 @@ pub fn of_kind(kind: &str) -> impl Iterator<Item = &'static ChannelSpec> + Clone
     all().filter(move |spec| spec.belongs_to(kind))
 }
 
-/// Returns the channel with this name.
+/// Returns the channel with the given name.
 pub fn find(name: &str) -> Option<&'static ChannelSpec> {
     all().find(|spec| spec.name == name)
 }
@@ -440,7 +440,7 @@ pub fn last_word_of(process: Process, kind: &str) -> Option<&'static ChannelSpec
     of_role(role, kind)
 }
 
-/// The processes of every run, except its supervisor, in the order they start in.
+/// The processes of every run, except its supervisor, in the order in which they start.
 pub const SERVICES: [Process; 5] =
     [Process::World, Process::Sketcher, Process::Localizer, Process::Planner, Process::Recorder];
 /// The processes that host the stages of a navigator, in the order of an instant.

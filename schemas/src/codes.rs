@@ -79,7 +79,8 @@ codes! {
         Resume = 4 "resume",
         /// Stop, to be continued later, because the link to the driving page was lost.
         Unattended = 5 "unattended",
-        /// Leave the current task for the one that the order names. The tasks after that one follow.
+        /// Leave the current task for the one that the order names, which the tasks after it follow, or for a place in the
+        /// drawing, after which the mission is over.
         Goal = 6 "goal",
         /// Assume that the robot is where the order says, like `initialpose` in ROS.
         Here = 7 "here",

@@ -305,7 +305,7 @@ macro_rules! __codes {
             /// The number in the message.
             pub const fn code(self) -> u32 { self as u32 }
 
-            /// Returns the value with this number, or `None` if there is none.
+            /// Returns the value with the given number, or `None` if there is none.
             pub fn from_code(code: u32) -> Option<Self> {
                 Self::ALL.iter().copied().find(|v| v.code() == code)
             }

@@ -131,7 +131,7 @@ pub struct Row {
     pub max_cells: usize,
 }
 
-/// Why a message or a channel cannot be declared.
+/// The reason why a message or a channel cannot be declared.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{place}: expected {expected}, found {found}")]
 pub struct DeclareError {

@@ -51,7 +51,7 @@ pub(crate) trait Operations: Sync {
 /// The ROS 2 form of an earlier message, whose memory is reused for the next one. See [`MessageType::encode`].
 pub type Spare = Box<dyn Any + Send>;
 
-/// Why a message cannot be converted to JSON.
+/// The reason why a message cannot be converted to JSON.
 pub type JsonError = Box<dyn std::error::Error + Send + Sync>;
 
 impl MessageType {

@@ -178,7 +178,7 @@ pub struct FaultPlan {
     pub fault: Vec<PlannedFault>,
 }
 
-/// Why a fault plan is invalid.
+/// The reason why a fault plan is invalid.
 #[derive(Debug, thiserror::Error)]
 pub enum FaultPlanError {
     /// The text is not TOML, or has an unknown key or a value of the wrong type.

@@ -137,7 +137,7 @@ impl Layout {
         T::layout()
     }
 
-    /// Creates the layout of a struct with these fields, in order and without padding.
+    /// Creates the layout of a struct with the given fields, in order and without padding.
     pub fn new(
         name: &'static str,
         declaration: &'static str,

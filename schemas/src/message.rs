@@ -340,12 +340,13 @@ messages! {
     }
 
     /// An order from a person or a tool.
-    pub struct MissionCommand version 2 in "sketch" {
+    pub struct MissionCommand version 3 in "sketch" {
         /// The kind of order.
         pub order: u32 as Order,
-        /// The task that the order names, if it names one.
+        /// The task that the order names, if it names one, or the largest number if `place` is the goal.
         pub task: u32,
-        /// For the order `here`, the position of the robot in the sketch. Zeros for all other orders.
+        /// For the order `here`, the position of the robot in the sketch. For the order `goal` with a `place`, the position of
+        /// that place. Zeros for all other orders.
         pub here_px: [f64; 2],
         /// For the order `here`, the heading of the robot, or 0 if `has_heading` is 0.
         pub here_yaw_rad: f64,
@@ -353,6 +354,8 @@ messages! {
         pub has_heading: u32,
         /// Zero.
         pub reserved: u32 as Zero,
+        /// For the order `goal`, the name of a place in the sketch that is no task's goal. Empty for all other orders.
+        pub place: Text<32>,
     }
 
     /// The status of the mission.
@@ -404,7 +407,8 @@ messages! {
         pub sketch_height_px: u32,
         /// Grid pixels per image pixel of the drawing.
         pub scale: f64,
-        /// Direction of the walls in (−π/4, π/4], modulo a right angle.
+        /// Direction of the walls in (−π/4, π/4], in radians modulo a right angle. 0 if the drawing has no
+        /// straight lines, and NaN if it consists of objects, which are not walls.
         pub wall_direction_rad: f64,
         /// Why a drawing was rejected, or what is doubtful about an accepted one, in words.
         pub words: Text<256>,
@@ -517,7 +521,19 @@ pub struct Here {
     pub yaw_rad: Option<f64>,
 }
 
+/// A named place in the sketch to which a person sends the robot.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct NamedPlace {
+    /// Name, truncated if it is too long.
+    pub name: Text<32>,
+    /// Position.
+    pub at: Point<Sketch>,
+}
+
 impl MissionCommand {
+    /// The `task` of an order that names a place instead of a task.
+    pub const NO_TASK: u32 = u32::MAX;
+
     /// Returns the pose set by a person, or `None` if the order is not `here` or a number is not finite.
     pub fn here(&self) -> Option<Here> {
         let is_finite = self.here_px.iter().chain([&self.here_yaw_rad]).all(|number| number.is_finite());
@@ -532,6 +548,20 @@ impl MissionCommand {
         self.here_px = [here.at.x, here.at.y];
         self.here_yaw_rad = here.yaw_rad.unwrap_or_default();
         self.has_heading = here.yaw_rad.is_some().into();
+    }
+
+    /// Returns the place to go to, or `None` if the order is not `goal`, names no place, or a number is not finite.
+    pub fn place(&self) -> Option<NamedPlace> {
+        let is_goal = self.order == Order::Goal.code() && !self.place.as_str().is_empty();
+        let [x, y] = self.here_px;
+        let is_finite = x.is_finite() && y.is_finite();
+        (is_goal && is_finite).then(|| NamedPlace { name: self.place, at: Point::new(x, y) })
+    }
+
+    /// Sets the place to go to instead of a task.
+    pub fn set_place(&mut self, place: &NamedPlace) {
+        (self.task, self.place) = (Self::NO_TASK, place.name);
+        self.here_px = [place.at.x, place.at.y];
     }
 }
 

@@ -267,7 +267,7 @@ pub fn only(key: &str, given: &toml::Table, known: &[&str]) -> Result<(), Missio
     Err(MissionError::Key { key: format!("{key}.{other}"), reason })
 }
 
-/// Why a mission is invalid.
+/// The reason why a mission is invalid.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MissionError {
     /// The text is not TOML, or has an unknown key or a value of the wrong type.

@@ -3,7 +3,7 @@
 use crate::mission::{Mission, Task, task_key};
 use crate::nearest::{folded, nearest_name};
 
-/// Why a name does not refer to a task.
+/// The reason why a name does not refer to a task.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NameError {
     /// No task and no goal has this name.
@@ -33,8 +33,8 @@ fn meant(nearest: Option<&str>) -> String {
     )
 }
 
-/// Returns the index of the task with this name or, if there is no such task, of the one whose goal is the
-/// place with this name. Case and spaces are ignored.
+/// Returns the index of the task with the given name or, if there is no such task, of the one whose goal is the place with the
+/// given name. Case and spaces are ignored.
 ///
 /// # Errors
 /// [`NameError`] if there is no such task, with the name that was probably meant, or if there are several.

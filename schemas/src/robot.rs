@@ -43,7 +43,7 @@ pub struct Robot {
     pub camera: Option<MarkerCamera>,
     /// The camera that looks down on a plane of dots, if the robot has one.
     pub view: Option<DotCamera>,
-    /// How the robot deviates from its commands over a plane of dots.
+    /// Deviations of the robot from its commands over a plane of dots.
     pub motion_noise: Option<MotionNoise>,
     /// The errors of the odometry, if the robot has any odometry.
     pub odometry: Option<OdometryNoise>,
@@ -85,7 +85,7 @@ pub struct Limits {
     pub yaw_acceleration_radps2: f64,
 }
 
-/// Why a robot file is invalid.
+/// The reason why a robot file is invalid.
 #[derive(Debug, thiserror::Error)]
 pub enum RobotError {
     /// The text is not TOML, or has an unknown key or a value of the wrong type.

@@ -155,7 +155,7 @@ pub(crate) fn expect_same(kind: &'static str, bytes: &[u8], exact: Vec<u8>) -> R
     if bytes == exact { Ok(()) } else { Err(foreign(kind, bytes, exact)) }
 }
 
-/// Returns how `bytes` differ from `exact`, the encoding of the message that was decoded from them.
+/// Returns the difference of `bytes` from `exact`, the encoding of the message that was decoded from them.
 fn foreign(kind: &'static str, bytes: &[u8], exact: Vec<u8>) -> Ros2Error {
     /// Alignment of the largest numbers, counted from the end of the encapsulation header.
     const ALIGNMENT: usize = size_of::<f64>();
@@ -176,7 +176,7 @@ fn foreign(kind: &'static str, bytes: &[u8], exact: Vec<u8>) -> Ros2Error {
     }
 }
 
-/// Why a message cannot be converted into its ROS 2 form, or a form into a message.
+/// The reason why a message cannot be converted into its ROS 2 form, or a form into a message.
 #[derive(Debug, thiserror::Error)]
 pub enum Ros2Error {
     /// Not little-endian CDR.

@@ -65,7 +65,7 @@ impl Split {
         *self == Self::default()
     }
 
-    /// Returns true if a file of this size and duration is full.
+    /// Returns true if a file of the given size and duration is full.
     pub fn is_full(&self, bytes: u64, duration_ns: u64) -> bool {
         self.bytes.is_some_and(|most| bytes >= most)
             || self.duration_ns.is_some_and(|longest| duration_ns >= longest)

@@ -28,8 +28,7 @@ pub fn read<T: DeserializeOwned>(text: &str) -> Result<T, TomlError> {
     Ok(toml::from_str(text)?)
 }
 
-/// Rewrites serde's description of what it expected: `a number` instead of `f64`, `a list of 2` instead of
-/// `an array of length 2`.
+/// Rewrites serde's description of an expected value: `a number` instead of `f64`, `a list of 2` instead of `an array of length 2`.
 pub fn in_words(message: &str) -> String {
     let lines = message.split('\n').map(|line| match line.rsplit_once(", expected ") {
         Some((found, expected)) if line.starts_with("invalid ") => {

@@ -10,7 +10,7 @@ use sketchnav_schemas::geometry::{Pose, World};
 
 /// Length of the drive through a straight corridor, in metres (Patil 2019, figure 5.8).
 pub const DISTANCE_M: f64 = 7.0;
-/// How far a straight corridor, with its markers, continues beyond both ends of the drive, in metres.
+/// Length of a straight corridor, with its markers, beyond either end of the drive, in metres.
 const BEYOND_M: f64 = 3.0;
 /// Distance from the beginning of a corridor to its turn, in metres.
 const LEG_M: f64 = 8.0;

@@ -14,7 +14,7 @@ use crate::ros_map::{OccupancyMap, TRANSPARENT};
 /// A floor, as created by [`crate::floor_plan::describe`] or [`crate::ros_map::OccupancyMap::describe`].
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct WorldDescription {
-    /// Name of the floor, for people.
+    /// Display name of the floor.
     pub name: String,
     /// Faces of the walls, which the laser sees and pictures show.
     pub outline: Vec<Segment>,

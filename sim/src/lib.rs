@@ -7,7 +7,7 @@
 //! - [`plane`], [`plane_file`]: the plane of dots and its files.
 //! - [`description`]: the objects in a world, created by [`floor_plan`] or [`ros_map`].
 //! - [`floor`], [`physics`], [`drive`], [`people`]: how everything moves.
-//! - [`sensors`], [`raycast`]: what the robot measures, and when.
+//! - [`sensors`], [`raycast`]: the robot's measurements and their times.
 //! - [`robots`], [`corridors`], [`offices`]: the robots, corridors and office floors in the repository.
 //! - [`mission_file`], [`files`]: the only modules that open files.
 

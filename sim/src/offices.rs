@@ -1,7 +1,7 @@
 //! Office floors: corridors or a hall, with rooms along them. [`Shape::plan`] generates the floor plan.
 //!
 //! A floor consists of rectangles, each surrounded by walls. Corridors come first. Rooms are then added along both sides of each
-//! corridor wherever they fit, each with a door to it. Where two corridors meet, the opening is as wide as they are.
+//! corridor wherever they fit, each with a door to it. The opening between two corridors that meet has their full width.
 
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
@@ -54,7 +54,8 @@ impl Shape {
         }
     }
 
-    /// Returns the floor with this shape and number. The number determines the sizes of its rooms and the positions of their doors.
+    /// Returns the floor with the given shape and number. The number determines the sizes of its rooms and the positions of their
+    /// doors.
     pub fn plan(self, number: u64) -> FloorPlan {
         let mut rng = seed::stream(number, &format!("offices/{}", self.name()));
         let corridors = self.corridors();

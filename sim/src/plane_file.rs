@@ -23,7 +23,7 @@ use crate::error::{SimError, check, check_within};
 /// A plane of dots, as described by a plane file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PlaneDescription {
-    /// Name of the plane, for people.
+    /// Display name of the plane.
     pub name: String,
     /// Positions of the dots, in metres, in frame `World`. No two are the same.
     pub dots: Vec<[f64; 2]>,
@@ -33,7 +33,7 @@ pub struct PlaneDescription {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PlaneFile {
-    /// Name of the plane, for people.
+    /// Display name of the plane.
     #[serde(default)]
     pub name: String,
     dots: Option<Vec<[f64; 2]>>,

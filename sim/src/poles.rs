@@ -16,7 +16,7 @@ const APART_M: f64 = 1.6;
 /// Distance from the field to the walls around it, in metres. It is greater than a robot's range.
 const AROUND_M: f64 = 15.0;
 
-/// Returns the poles of the field with this number, the one nearest to the south-west corner first.
+/// Returns the poles of the field with the given number, the one nearest to the south-west corner first.
 pub fn poles(number: u64) -> Vec<[f64; 2]> {
     let mut rng = seed::stream(number, "poles");
     let mut poles: Vec<[f64; 2]> = Vec::with_capacity(POLES);

@@ -59,7 +59,7 @@ impl Raster {
 
     /// Returns rectangles that cover only solid cells, and every solid cell within two cells of a free one, including those in
     /// the ring of cells around the grid. The rectangles may overlap. Each is as large as possible: it is grown in width first
-    /// if the run of cells is wider than high, and in height first otherwise. Returns `None` if there would be more than
+    /// if the run of cells is wider than tall, and in height first otherwise. Returns `None` if there would be more than
     /// `most`.
     pub fn boxes(&self, most: usize) -> Option<Vec<CellBox>> {
         let mut covered = vec![false; (self.width + 2) * (self.height + 2)];

@@ -20,7 +20,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::convex::Segment;
 
-/// How far faces extend beyond their ends, in metres, because parry lets a ray through exactly where two faces meet.
+/// Length by which faces extend beyond their ends, in metres, because parry lets a ray through exactly where two faces meet.
 const OVERLAP_M: f64 = 2e-5;
 
 /// Side length of the squares that group neighbouring faces, in metres.

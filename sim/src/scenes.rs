@@ -393,7 +393,7 @@ fn side(rng: &mut Pcg64Mcg) -> f64 {
     if rng.random::<bool>() { 1.0 } else { -1.0 }
 }
 
-/// Makes the goal, with this size across and along, straight ahead of the end of the route.
+/// Makes the goal, with the given size across and along, straight ahead of the end of the route.
 fn ahead(name: &str, way: &[At], heading: f64, [across, along]: [f64; 2], gap_m: f64) -> Object {
     let end = way[way.len() - 1];
     let beyond = gap_m + along / 2.0;

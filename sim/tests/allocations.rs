@@ -50,7 +50,7 @@ fn step(floor: &mut Floor) {
     floor.step(Some(&command(floor, 0.5, 0.3 * (phase / 20.0).sin(), 0.7 * (phase / 70.0).cos())));
 }
 
-/// Returns how often `work` allocates.
+/// Returns the number of allocations by `work`.
 fn allocations(work: impl FnOnce()) -> u64 {
     let before = ALLOCATIONS.get();
     work();

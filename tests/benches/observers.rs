@@ -112,7 +112,7 @@ fn take_turns(place: &Place) -> Vec<Turn> {
                 return taken;
             }
             let observers = attach(place, attached);
-            // The mission runs in real time. This process only waits, so that it does not disturb what is measured.
+            // The mission runs in real time. This process only waits, so that it does not disturb the measurement.
             sleep(SETTLE);
             let begin = next_tick();
             sleep(TURN);
@@ -192,8 +192,7 @@ fn rank(sorted: &[f64], share: f64) -> f64 {
     sorted[((sorted.len() as f64 * share).ceil() as usize).clamp(1, last + 1) - 1]
 }
 
-/// Returns how many times as long the slowest percent takes with observers as without, and an interval from
-/// bootstrapping the turns.
+/// Returns the ratio of the times of the slowest percent with and without observers, and an interval from bootstrapping the turns.
 fn ratio(with: &[Vec<f64>], without: &[Vec<f64>]) -> (f64, f64, f64) {
     let mut random = Pcg64Mcg::seed_from_u64(1);
     let p99 = |turns: Vec<&Vec<f64>>| {

@@ -1,5 +1,5 @@
-//! Measures what the pad's page costs in a browser: the time from pen to ink with 500 strokes on the sheet, and the
-//! feed of a mission at 10 Hz.
+//! Measures the cost of the pad's page in a browser: the time from pen to ink with 500 strokes on the sheet, and the feed of a
+//! mission at 10 Hz.
 //!
 //! `cargo bench --bench pad_page` draws and drives with the browser of the test `pad_browser`, and prints a line for
 //! each measurement.

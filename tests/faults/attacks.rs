@@ -18,7 +18,7 @@ use rand_pcg::Pcg64Mcg;
 use support::page::{free_port, wait_for};
 use support::{Ended, Place, SERVICES, kill_if_alive, repository, room, send, wait_until};
 
-/// Draws random numbers, and contains what every attack starts from.
+/// Draws random numbers, and contains the common starting point of all attacks.
 struct Attacker {
     rng: Pcg64Mcg,
     /// An undisturbed recording of the room.

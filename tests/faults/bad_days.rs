@@ -128,7 +128,7 @@ fn a_full_disk_is_reported_and_recording_resumes_once_there_is_space() {
     assert!(lacks > 0 && report["lost_messages"].as_u64().unwrap() >= lacks, "{info:#}");
 }
 
-/// Runs a shell script with a separate `/dev/shm` of this size, which also contains the folders of systems. `$0` is
+/// Runs a shell script with a separate `/dev/shm` of the given size, which also contains the folders of systems. `$0` is
 /// `sketchnav`. If this user is not allowed to mount it, prints a notice and returns `None`.
 fn with_shared_memory(place: &Place, size: &str, script: &str) -> Option<Ended> {
     let script = format!("mount -t tmpfs -o size={size} tmpfs /dev/shm || exit 99\n{script}");
@@ -158,7 +158,8 @@ fn full_shared_memory_is_refused_with_an_explanation() {
     place.assert_nothing_left("day");
 }
 
-/// A process that dies does not find enough space to restart and is given up. The supervisor then removes everything.
+/// A process that dies does not find enough space to restart, so the supervisor gives up on it. The supervisor then removes
+/// everything.
 #[test]
 fn shared_memory_that_fills_up_ends_the_mission_with_an_explanation() {
     let place = Place::new();

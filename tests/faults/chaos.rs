@@ -115,7 +115,7 @@ fn killing_starting_processes_loses_nothing() {
     chaos_finds_no_loss("--kills 20 --seed 6 --at-start-up");
 }
 
-/// A restarted recorder reads again what was not written yet. The recording contains the number of restarts of the recorder.
+/// A restarted recorder rereads messages that were not written yet. The recording contains the number of restarts of the recorder.
 #[test]
 fn a_killed_recorder_leaves_no_gap() {
     kill_in_turn(&["recorder"]);
@@ -180,7 +180,7 @@ fn processes_killed_while_starting_start_again() {
     assert_eq!(restarts, 3 * SERVICES.len() as u64);
 }
 
-/// A process that dies each time before it makes any progress is given up, and the mission fails.
+/// The supervisor gives up on a process that dies each time before it makes any progress, and the mission fails.
 #[test]
 fn a_process_that_keeps_dying_is_given_up() {
     let place = Place::new();

@@ -174,8 +174,8 @@ fn chaos_draws_starvations_and_repeats_them() {
     assert!(!place.files().join("out/chaos-003").exists());
 }
 
-/// A writer that is killed before the same message again and again makes no progress and is given up. This failure does
-/// not depend on the clock.
+/// A writer that is killed before the same message again and again makes no progress, so the supervisor gives up on it. This
+/// failure does not depend on the clock.
 #[test]
 fn a_failed_runs_schedule_fails_in_the_same_place() {
     let place = Place::new();

@@ -85,7 +85,7 @@ fn a_process_that_continues_in_time_is_left_alone() {
     assert_eq!(kinds(&faults, "planner"), ["unresponsive", "responsive again"], "{faults:?}");
 }
 
-/// The recorder is asked to end when its supervisor dies. A stopped recorder did not receive this request, and lived on
+/// The recorder is asked to end when its supervisor dies. A stopped recorder did not receive this request and kept running
 /// until the next system was started.
 #[test]
 fn a_stopped_recorder_does_not_outlive_its_supervisor() {
@@ -95,7 +95,7 @@ fn a_stopped_recorder_does_not_outlive_its_supervisor() {
     running.signal(Signal::SIGKILL);
     running.end();
     wait_until("the end of the recorder", || place.living().is_empty());
-    // The next system to start removes what is left.
+    // The next system to start removes the remains.
     room::write(place.files());
     place.mission("run room.toml", "next");
     place.assert_nothing_left("gone");

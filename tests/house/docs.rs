@@ -63,7 +63,7 @@ fn every_link_leads_somewhere() {
     findings.are_none();
 }
 
-/// Returns a description of what is wrong with a link on a page, or `None` if its target exists.
+/// Describes the problem with a link on a page, or returns `None` if its target exists.
 fn follow(page: &Page, link: &str) -> Option<&'static str> {
     let (file, heading) = link.split_once('#').map_or((link, None), |(file, heading)| (file, Some(heading)));
     let folder = repository().join(page.path.parent().unwrap());

@@ -25,7 +25,14 @@ fn from_a_picture_of_the_plane_the_navigator_arrives() {
         assert!(matches!(journey["kind"].as_str(), Some("direct" | "recovered")), "{judged}");
         assert!(journey["stated"].as_f64().is_some_and(|stated| stated > 0.5), "{judged}");
     }
-    let words = ["Custom maps", "(Isol", "parkways", "Entry of the custom map", "stated probability"];
+    let words = [
+        "Custom maps",
+        "(Isol",
+        "parkways",
+        "Entry of the custom map",
+        "stated probability",
+        "where most simulated journeys fail",
+    ];
     place.page_says(recording, &words);
 }
 
@@ -205,8 +212,8 @@ fn ended(map: &str, landmarks: &str, dots: &str) -> (Option<i32>, Value) {
              [[task]]\nname = 'there'\nlandmarks = [{landmarks}]\n"
         ),
     );
-    // This run takes only a few milliseconds. It once ended before the recorder had received the messages that are sent
-    // only once, at the start.
+    // Regression test: this run, which takes only a few milliseconds, ended before the recorder had received the messages that are
+    // sent only once, at the start.
     let ended = place.run("run mission.toml --out out --json");
     let recording = ended.json()["recording"].as_str().unwrap().to_owned();
     (ended.code, place.run(&format!("judge {recording} --json")).json()[0]["journeys"][0].clone())

@@ -1,4 +1,4 @@
-//! The figures of experiments agree with what the separate processes do.
+//! The figures of experiments agree with those of separate processes.
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;

@@ -156,6 +156,28 @@ fn labels_read_by_a_camera_are_used() {
     assert_eq!(judged.pointer("/0/verdict/tasks/0/reached"), Some(&Value::Bool(true)), "{judged}");
 }
 
+/// Words name objects, and so do markers. If the labels of the trash and the crate are exchanged, the robot recognizes neither as the
+/// one that the words name, and gets lost.
+#[test]
+fn landmark_states_match_the_labelled_objects_that_they_name() {
+    let place = place("scene-a-labels.toml");
+    let mission = read(&place, "mission.toml")
+        .replace(&format!("drawing = \"{SKETCH}\""), "method = \"chronis-2007\"\nroute_file = \"route.txt\"");
+    let exchanged = mission
+        .replace("crate = [", "other = [")
+        .replace("trash = [", "crate = [")
+        .replace("other = [", "trash = [");
+    for (name, mission, is_reached) in [("right", mission, true), ("exchanged", exchanged, false)] {
+        write(&place, "words.toml", &mission);
+        let (report, _) = place.mission(&format!("run words.toml --out {name}"), name);
+        let recording = report["recording"].as_str().unwrap();
+        let judged = place.run(&format!("judge {recording} --json")).json();
+        let reached = judged.pointer("/0/verdict/tasks/0/reached");
+        assert_eq!(reached, Some(&Value::Bool(is_reached)), "{name}: {judged}");
+        place.is_reproduced(recording, &["sketcher", "localizer", "planner"]);
+    }
+}
+
 #[test]
 fn unknown_labels_and_markers_are_named() {
     let place = place("scene-a-labels.toml");
@@ -164,7 +186,7 @@ fn unknown_labels_and_markers_are_named() {
         (
             "desk = [61,",
             "desc = [61,",
-            "navigator.markers.desc: expected one object with this label in the sketch, found 0; did you mean \"desk\"?",
+            "navigator.markers.desc: expected one object with this label in the sketch or the words, found 0; did you mean \"desk\"?",
         ),
         (
             "desk = [61,",
@@ -243,6 +265,11 @@ fn errors_are_reported_before_the_start() {
             mission.clone(),
             &on_the_way,
             "a-04.json: expected a route past objects, found one that enters bin at (",
+        ),
+        (
+            by_words.replace("chronis-2007", "belief"),
+            &drawn,
+            "because method \"belief\" needs positions, and words only give directions from the robot",
         ),
         (by_words.clone(), &drawn, "mine.txt: line 1, word 5: expected a direction"),
         (by_words, &drawn, "did you mean \"ahead\"?"),

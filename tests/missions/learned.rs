@@ -52,7 +52,7 @@ fn the_next_drive_starts_anywhere_in_what_was_learned() {
     // The option does the same as the key of the mission.
     building::write(&place.files().join("marked.toml"), keep_tasks);
     place.driven("marked.toml --learned building.learned");
-    // What was learned depends only on the messages.
+    // The learned map depends only on the messages.
     place
         .fine(&format!("replay {first} --live localizer,planner,recorder --rate max --record replayed.mcap"));
     place.fine("learn replayed.mcap -o replayed.learned");
@@ -64,8 +64,8 @@ fn the_next_drive_starts_anywhere_in_what_was_learned() {
     );
 }
 
-/// The second drive leads to a goal that the first one saw but did not drive to. What it sees is added to the map, and the third drive
-/// starts from both.
+/// The second drive leads to a goal that the first one saw but did not drive to. Its observations are added to the map, from which
+/// the third drive starts.
 #[test]
 fn a_drive_in_what_was_learned_teaches_more() {
     let (place, _) = learned();

@@ -202,7 +202,8 @@ fn the_error_for_a_misspelt_field_names_the_line_of_its_author() {
     assert!(error.contains(&slip) && !error.contains("messages.py"), "{ended}");
 }
 
-/// Exceptions in `save` restarted the process until it was given up, and those in `is_ready` and `recover` were ignored.
+/// Exceptions in `save` restarted the process until the supervisor gave up on it, and those in `is_ready` and `recover` were
+/// ignored.
 #[test]
 fn an_exception_in_any_method_is_an_error_of_the_stage() {
     let raises = "raise ArithmeticError('no wall')";
@@ -347,7 +348,7 @@ fn the_examples_of_the_package_run_as_they_are() {
     place.fine("chaos spin.toml --kills 5");
 }
 
-/// Type checkers once did not see the fields and the version of a navigator's messages.
+/// Regression test: type checkers did not see the fields and the version of a navigator's messages.
 #[test]
 fn a_type_checker_accepts_the_package_and_the_navigator() {
     let Some(python) = needs::python("wheel", "SKETCHNAV_WHEEL_PYTHON", "mypy, sketchnav._core") else {

@@ -18,7 +18,7 @@ struct Waiting {
     python: PathBuf,
 }
 
-/// Starts the mission with these options, or returns `None` without a Python that has the wheel.
+/// Starts the mission with the given options, or returns `None` without a Python that has the wheel.
 fn waiting(options: &str) -> Option<Waiting> {
     let python = needs::python("wheel", "SKETCHNAV_WHEEL_PYTHON", "numpy, sketchnav._core")?;
     let place = Place::new();

@@ -1,8 +1,8 @@
-// A robot that asks where it is, on the page of `run --pad`: `node asking.mjs URL OUT`.
+// Tests a robot that asks for its position, on the page of `run --pad`: `node asking.mjs URL OUT`.
 // Environment: SKETCHNAV_PLAYWRIGHT (the folder of node_modules), SKETCHNAV_CHROMIUM.
 //
-// Waits until the page shows the question and its places, taps the second one on the sheet, sees the robot drive on, and
-// answers the next question by its button. Leaves screenshots in OUT; fails with the first thing that does not hold.
+// Waits until the page shows the question and its places, taps the second one on the sheet, checks that the robot drives on, and
+// answers the next question with its button. Saves screenshots in OUT. Fails at the first violation.
 
 import assert from "node:assert/strict";
 import { join } from "node:path";
@@ -13,7 +13,7 @@ import { BROWSER, LIMIT_MS, chromium, faults } from "./visit.mjs";
 const [url, out] = process.argv.slice(2);
 const browser = await chromium.launch(BROWSER);
 
-/** What the server has said last. */
+/** The server's last message. */
 const told = { canvas: null, question: null };
 
 function listen(socket) {
@@ -45,7 +45,7 @@ async function main() {
   await hand.settled();
   await page.screenshot({ path: join(out, "asks.png") });
 
-  // A tap beside the letter means it, too.
+  // A tap next to the letter counts as well.
   const [x, y] = places[1].at;
   await hand.tap([x + 6 / hand.view.scale, y]);
   await says("say", "The place has been sent to the robot.");

@@ -1,11 +1,10 @@
-// A person with a pen on the running system: `node browser.mjs URL DRAWING.json ROUTE.json OUT`.
-// Environment: SKETCHNAV_PLAYWRIGHT (the folder of node_modules), SKETCHNAV_CHROMIUM, SKETCHNAV_PAD_PID (the
-// process that serves the page: killed on the way), SKETCHNAV_FEED_SECONDS (how long to measure the feed).
+// Acts as a person with a pen on the running system: `node browser.mjs URL DRAWING.json ROUTE.json OUT`. Environment:
+// SKETCHNAV_PLAYWRIGHT (the folder of node_modules), SKETCHNAV_CHROMIUM, SKETCHNAV_PAD_PID (the process that serves the page, which
+// is killed during the test), SKETCHNAV_FEED_SECONDS (the duration for which the feed is measured).
 //
-// Draws the map and the route of a mission by hand, sends both, lets the robot drive, stops it, lets it
-// go on, and sees it arrive; looks at what is drawn, kept and counted on the way. Prints one JSON object
-// of figures; leaves screenshots in OUT. Fails with the first thing that does not hold. No limit of time
-// here decides anything but that the test hangs.
+// Draws the map and the route of a mission by hand, sends both, lets the robot drive, stops it, lets it continue, and checks that
+// it arrives. Along the way, checks what is drawn, saved and counted. Prints its figures as one JSON object, and saves screenshots
+// in OUT. Fails at the first violation. The only purpose of its time limits is to detect a test that hangs.
 
 import assert from "node:assert/strict";
 import { readFileSync, readdirSync, writeFileSync } from "node:fs";
@@ -36,11 +35,11 @@ const says = async (page, id, words) => {
     throw new Error(`#${id}: expected "${words}", found say, headline, role: ${JSON.stringify(found)}`, { cause: error });
   }
 };
-/** The robot goes on, or has arrived already: how fast this browser is must not matter. */
+/** Waits until the robot drives on or has already arrived, so that the speed of this browser has no effect. */
 const goesOn = (page) => page.waitForFunction(
   () => /Driving|Finished/.test(document.getElementById("headline").textContent), null, { timeout: LIMIT_MS },
 );
-/** Presses what must be enabled first. */
+/** Presses a button once it is enabled. */
 const press = (page, id) => page.click(`#${id}:enabled`);
 const isOn = (page, id) => page.locator(`#${id}`).isEnabled();
 
@@ -58,13 +57,13 @@ async function drawMap({ page, hand }) {
   await hand.tool("pen");
 }
 
-/** How far what was drawn is from what the hand was told, at most, in canvas pixels. */
+/** The maximum distance between the drawn points and those given to the hand, canvas pixels. */
 function worst(drawn, told) {
   assert.equal(drawn.length, told.length, "points of a stroke");
   return Math.max(...drawn.map((p, i) => Math.hypot(p[0] - told[i][0], p[1] - told[i][1])));
 }
 
-/** Points that follow each other at one place are one: a pen that does not move tells nothing new. */
+/** The points without repetitions: a pen that does not move sends nothing new. */
 const moved = (points) => points.filter((p, i) => i === 0 || p[0] !== points[i - 1][0] || p[1] !== points[i - 1][1]);
 
 async function nothingIsLost({ hand }) {
@@ -120,7 +119,7 @@ async function fingersAfterThePen({ page, hand }) {
   assert.equal(await hand.saved(), before, "a finger after the pen moves the sheet and draws nothing");
 }
 
-/** On a phone without a pen: a finger draws, a second one or the browser takes that back. */
+/** On a phone without a pen: a finger draws; a second finger or a cancellation by the browser discards the stroke. */
 async function fingersOnAPhone({ hand }) {
   const count = async () => JSON.parse(await hand.saved()).strokes.length;
   await hand.look();
@@ -143,7 +142,7 @@ async function fingersOnAPhone({ hand }) {
   assert.equal(await count(), start);
 }
 
-/** Keys alone: the crosshair draws a wall; every enabled button is reached, and shows the focus. */
+/** With keys only: the crosshair draws a wall; every enabled button can be reached and shows the focus. */
 async function byKeyboard({ page, hand }) {
   const before = JSON.parse(await hand.saved()).strokes.length;
   await page.focus("#sheet");
@@ -169,7 +168,7 @@ async function byKeyboard({ page, hand }) {
   assert.ok([...reached].filter((name) => name !== "BODY" && name !== "INPUT").length >= wanted, `expected ${wanted}, reached ${[...reached]}`);
 }
 
-/** Every button has a name for those who do not see it, and is large enough for a finger. */
+/** Every button has a name for screen readers and is large enough for a finger. */
 async function isAtHand({ page }) {
   const small = await page.evaluate(() => [...document.querySelectorAll("button")].filter((b) => b.checkVisibility())
     .map((b) => [b.id || b.dataset.tool, b.getBoundingClientRect(), b.ariaLabel || b.innerText.trim() || b.title])
@@ -189,7 +188,7 @@ async function drawPath({ page, hand }) {
   assert.ok(worst(saved.route, moved(route)) <= 1 / hand.view.scale);
 }
 
-/** The mission that the drawing makes, as a file of one's own. */
+/** The drawing is saved as the files of a mission. */
 async function savesTheMission({ page }) {
   await page.click("#menu-button");
   await page.fill("#mission-name", "by-hand");
@@ -199,7 +198,7 @@ async function savesTheMission({ page }) {
   assert.deepEqual(names, ["by-hand.toml", "by-hand.json"]);
 }
 
-/** A file of `/proc`; empty where its process has gone. */
+/** A file in `/proc`; empty if its process has exited. */
 function fact(pid, name) {
   try {
     return readFileSync(`/proc/${pid}/${name}`, "utf8");
@@ -211,28 +210,28 @@ function fact(pid, name) {
 const parentOf = (pid) => fact(pid, "status").match(/^PPid:\t(\d+)/m)?.[1];
 const supervisor = process.env.SKETCHNAV_PAD_PID && parentOf(process.env.SKETCHNAV_PAD_PID);
 
-/** The process that serves the page now: a child of the one that had the first for a child. */
+/** The process that serves the page now: a child of the first one's parent. */
 function padPid() {
   const served = (pid) => parentOf(pid) === supervisor && fact(pid, "cmdline").includes("\0serve\0pad\0");
   return supervisor && Number(readdirSync("/proc").find((pid) => /^\d+$/.test(pid) && served(pid)));
 }
 
-/** The server dies as the path is sent: it is sent again by itself, and arrives. */
+/** The server dies while the path is being sent. The page sends it again, and it arrives. */
 async function sendsToTheServersSuccessor({ page }) {
   await page.waitForSelector("#send-path:enabled");
   const pid = padPid();
-  // It stops first: one that had died already would have taken the button with it.
+  // It is stopped first, because the button would be disabled once the server had died.
   if (pid) process.kill(pid, "SIGSTOP");
   await page.click("#send-path:enabled");
   if (pid) process.kill(pid, "SIGKILL");
   await says(page, "say", "The path has arrived");
 }
 
-/** The server's process dies: the page says so, comes back by itself, and still drives. */
+/** The server's process dies. The page reports this, reconnects by itself, and still drives. */
 async function outlivesTheServer({ page }) {
   const pid = padPid();
   if (!pid) return;
-  // However short the time for which it is not connected: it is told.
+  // Even a very short disconnection is reported.
   await page.evaluate(() => {
     const role = document.getElementById("link-role");
     new MutationObserver(() => { window.wasLost ||= role.textContent === "Not connected"; }).observe(role, { childList: true, subtree: true, characterData: true });
@@ -253,7 +252,7 @@ async function main() {
   await says(page, "headline", "No map yet");
   assert.equal(await isOn(page, "send-sketch"), false, "a blank sheet is no map");
 
-  // The pauses of a busy machine are no hand that holds still, and no link that is lost.
+  // Pauses of a busy machine must not count as a hand that holds still or as a lost link.
   await page.click("#menu-button");
   await page.uncheck("#hold");
   await page.fill("#limit", "60");
@@ -308,7 +307,7 @@ async function main() {
   await says(page, "headline", "Finished");
   await says(page, "task", "1 of 1 task reached");
   await page.screenshot({ path: join(out, "arrived.png") });
-  // A link that breaks is told of by the browser, too.
+  // The browser reports a broken link as well.
   assertNoFaults(/WebSocket|ERR_CONNECTION|ERR_SOCKET_NOT_CONNECTED/);
   figures.link_ms = parseFloat(await text(page, "link-latency"));
   process.stdout.write(`${JSON.stringify(figures)}\n`);

@@ -1,9 +1,9 @@
-// A person whose drawing is checked before a robot drives by it: `node checking.mjs URL OUT`.
+// Acts as a person whose drawing is checked before a robot drives by it: `node checking.mjs URL OUT`.
 // Environment: SKETCHNAV_PLAYWRIGHT (the folder of node_modules), SKETCHNAV_CHROMIUM.
 //
-// Draws ways through walls, closed rooms and rooms that look alike by mouse, fingers and keys, looks at what the page says and marks,
-// and mends the drawing. Sends a goal that has the name of its room. Leaves screenshots in OUT. Fails with the first thing that does
-// not hold.
+// Draws paths through walls, closed rooms and rooms that look alike by mouse, fingers and keys, checks the page's warnings and
+// marks, and corrects the drawing. Sends a goal that is named after its room. Saves screenshots in OUT. Fails at the first
+// violation.
 
 import assert from "node:assert/strict";
 import { join } from "node:path";
@@ -16,7 +16,7 @@ const CANVAS = [2540, 1252];
 const browser = await chromium.launch(BROWSER);
 
 const wall = (...points) => ({ points, width_px: 5 });
-/** Two rooms of the same form over a corridor, with a door each, and a third, closed one. */
+/** Two rooms of the same shape above a corridor, with one door each, and a third room without a door. */
 const FLOOR = {
   canvas: CANVAS,
   strokes: [
@@ -33,7 +33,7 @@ class Person {
     Object.assign(this, { page, hand });
   }
 
-  /** Waits until the page finds these faults with the drawing, and no others. */
+  /** Waits until the page reports exactly these faults of the drawing. */
   async doubts(...words) {
     try {
       await this.page.waitForFunction((wanted) => {
@@ -46,7 +46,7 @@ class Person {
     }
   }
 
-  /** Whether a place of the sheet is marked: its ring is seen above it. */
+  /** Whether a place on the sheet is marked, that is, the pixels above it show its ring. */
   async isMarked(point) {
     await this.hand.settled();
     const { x, y } = this.hand.at(point);
@@ -93,14 +93,14 @@ async function roomsWithoutADoor(me) {
   await me.hand.tap([1900, 350]);
   await me.doubts("Goal 1 cannot be reached");
   assert.ok(await me.isMarked([1900, 350]));
-  // A door mends it.
+  // A door fixes this.
   await me.hand.tool("door");
   await me.hand.drag([[1900, 700], [2000, 700]]);
   await me.doubts();
   assert.ok(!await me.isMarked([1900, 350]));
   await me.page.keyboard.press("Control+z");
   await me.doubts("Goal 1 cannot be reached");
-  // By keys: the goal is moved out of the wall that it was put into.
+  // By keys: the goal is moved out of the wall in which it was placed.
   await me.hand.tool("select");
   await me.hand.tap([1900, 350]);
   await me.page.focus("#sheet");
@@ -123,7 +123,7 @@ async function roomsThatLookAlike(me) {
   await me.doubts("No way leads to “store”.");
 }
 
-/** A goal has the name of its room on the way to the robot, and only there. */
+/** A goal is named after its room when it is sent to the robot, and only then. */
 async function goalsHaveTheNamesOfRooms(me) {
   await me.floor({ ...FLOOR, labels: FLOOR.labels.slice(0, 1) });
   await me.hand.tool("goal");
@@ -140,7 +140,7 @@ async function goalsHaveTheNamesOfRooms(me) {
   assert.deepEqual(JSON.parse(await me.hand.saved()).goals.map(({ name }) => name), [undefined, undefined]);
 }
 
-/** On a phone, by a finger; in both themes, there and on a desktop. */
+/** By a finger on a phone, and in both themes on a phone and on a desktop. */
 async function byFingers() {
   const context = await browser.newContext({ viewport: { width: 360, height: 740 }, hasTouch: true, acceptDownloads: true, reducedMotion: "reduce" });
   const me = await visit(context);

@@ -1,4 +1,4 @@
-// What is found in a drawing before a robot drives by it: rooms and their names, walls in the way, places without a way, places that
+// The checks of a drawing before a robot drives by it: rooms and their names, walls in the way, unreachable places, places that
 // look alike.
 
 import assert from "node:assert/strict";
@@ -12,7 +12,7 @@ import { LANDSCAPE, blank, fromText, isEditOf, withDoor, withGoal, withObstacle,
 const wall = (drawing, ...points) => withStroke(drawing, points, 5);
 const words = (drawing, from) => doubts(drawing, from).map(({ word }) => word);
 
-/** A hall below, two rooms of the same form above, closed. */
+/** A hall below two closed rooms of the same shape. */
 let floor = wall(blank(LANDSCAPE), [200, 200], [1800, 200], [1800, 1000], [200, 1000], [200, 200]);
 floor = wall(wall(floor, [200, 600], [1800, 600]), [1000, 200], [1000, 600]);
 floor = withStart(withText(floor, "kitchen", [400, 300]), [400, 800], 0);

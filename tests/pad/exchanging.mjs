@@ -1,9 +1,9 @@
-// A person who takes drawings in and out, on a page that runs: `node exchanging.mjs URL OUT`.
+// Acts as a person who imports and exports drawings on the running page: `node exchanging.mjs URL OUT`.
 // Environment: SKETCHNAV_PLAYWRIGHT (the folder of node_modules), SKETCHNAV_CHROMIUM.
 //
-// Drops, pastes and opens drawings of other programs and pictures, takes each back with one step, and saves PNG and SVG. Looks that
-// nothing in a file is run or fetched, and at what is said about bad files. Leaves `exported.svg`, `exported.json` and screenshots in
-// OUT. Fails with the first thing that does not hold.
+// Drops, pastes and opens pictures and drawings of other programs, undoes each in one step, and saves PNG and SVG. Checks that
+// nothing in a file is run or fetched, and the errors for bad files. Saves `exported.svg`, `exported.json` and screenshots in OUT.
+// Fails at the first violation.
 
 import assert from "node:assert/strict";
 import { readFileSync, writeFileSync } from "node:fs";
@@ -28,7 +28,7 @@ const FLAT = [
 ];
 const EXCALIDRAW = JSON.stringify({ type: "excalidraw", version: 2, source: "https://excalidraw.com", elements: FLAT, files: {} });
 
-/** A room, a table and a name, with whatever could run or fetch something. */
+/** A room, a table and a name, along with everything that could run or fetch something. */
 const HOSTILE = `<?xml version="1.0"?>
 <!DOCTYPE svg [<!ENTITY far SYSTEM "http://far.example/entity">]>
 <svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" viewBox="0 0 200 100" onload="window.ran = 1">
@@ -92,7 +92,7 @@ async function visit(context) {
   return new Person(page, hand);
 }
 
-/** A picture as a camera or a scanner makes it: a dark bar on white. */
+/** A picture as from a camera or a scanner: a dark bar on white. */
 const picture = async (me, type) => Buffer.from(await me.page.evaluate((kind) => {
   const canvas = Object.assign(document.createElement("canvas"), { width: 400, height: 200 });
   const context = canvas.getContext("2d");
@@ -145,7 +145,7 @@ async function excalidraw(me) {
   await me.page.screenshot({ path: join(out, "excalidraw.png") });
   await me.page.click("#undo");
   assert.equal((await me.drawing()).strokes.length, 0);
-  // Pasted onto a drawing, it is put in the middle and is what is selected.
+  // When it is pasted onto a drawing, it is placed in the middle and selected.
   await me.hand.draw([[100, 100], [200, 100]]);
   await me.page.evaluate((text) => navigator.clipboard.writeText(text), JSON.stringify({ type: "excalidraw/clipboard", elements: FLAT.slice(0, 3) }));
   await me.paste();
@@ -172,7 +172,7 @@ async function svgRunsNothing(me) {
   assert.deepEqual(drawing.obstacles.map(({ label }) => label), ["table"]);
   assert.equal(drawing.labels[0].text, "kitchen");
   await me.page.screenshot({ path: join(out, "svg.png") });
-  // It is shown in the library as well, as a picture.
+  // The library shows a picture of it as well.
   await me.page.keyboard.press("Control+o");
   await me.page.waitForFunction(() => document.querySelector("#shelf img")?.naturalWidth > 0);
   await me.page.keyboard.press("Escape");
@@ -200,7 +200,7 @@ async function badFilesSayWhatIsWrong(me) {
   assert.equal(await me.hand.saved(), before, "the drawing is as it was");
 }
 
-/** What is copied on one page is pasted on another, and is a drawing as text. */
+/** Copied items can be pasted on another page, and form a drawing as text. */
 async function copiesToAnotherPage(me, context) {
   await me.hand.open("court.json", COURT);
   await me.page.focus("#sheet");
@@ -258,7 +258,7 @@ async function savesPictures(me) {
   assert.match(svg.name, /court\.svg$/);
 }
 
-/** On a phone, by fingers. */
+/** By fingers on a phone. */
 async function byFingers(me) {
   await me.page.setViewportSize({ width: 360, height: 740 });
   const chooser = me.page.waitForEvent("filechooser");
@@ -275,7 +275,7 @@ async function main() {
   const me = await visit(context);
   await inTurn([pictures, excalidraw, svgRunsNothing, badFilesSayWhatIsWrong, copiesToAnotherPage, savesPictures, byFingers], (step) => step(me, context), () => me.page, out);
   await context.close();
-  // The page's policy keeps the styles and handlers of a parsed file from applying. The browser reports that.
+  // The page's policy blocks the styles and handlers of a parsed file, and the browser reports this.
   assertNoFaults(/WebSocket|ERR_CONNECTION|404|^(Applying inline style|Executing inline event handler)/);
 }
 

@@ -1,5 +1,5 @@
-// What the page costs, measured in the browser of the test. What is asserted is work, which no other
-// load on the machine changes; times are told, not judged.
+// The costs of the page, measured in the browser of the test. Only the amount of work is asserted, since the machine's load does
+// not affect it. Times are reported without a limit.
 
 import assert from "node:assert/strict";
 
@@ -20,13 +20,13 @@ export function inkWork() {
     const pens = list.getEntries().filter((entry) => entry.name === "pointerdown" && entry.target?.id === "sheet");
     slow.push(...pens.map((entry) => entry.duration));
   }).observe({ type: "event", durationThreshold: 16 });
-  // Read by the test alone; the page knows nothing of it.
+  // Only the test reads this; the page does not use it.
   window.inkCounts = { counts, slow };
 }
 
 const counts = (page) => page.evaluate(() => ({ ...window.inkCounts.counts }));
 
-/** A sheet of 500 strokes, twenty points each. */
+/** A sheet with 500 strokes of twenty points each. */
 function crowded([width, height]) {
   const strokes = Array.from({ length: 500 }, (_, i) => {
     const [x, y] = [((i % 25) + 0.2) * (width / 25), (Math.floor(i / 25) + 0.2) * (height / 20)];
@@ -35,7 +35,7 @@ function crowded([width, height]) {
   return JSON.stringify({ canvas: [width, height], strokes });
 }
 
-/** With 500 strokes on the sheet a movement of the pen draws its own segments, and nothing else. */
+/** With 500 strokes on the sheet, a movement of the pen draws only its own segments. */
 export async function manyStrokes({ page, hand }, canvas) {
   const kept = await hand.saved();
   await hand.open("crowded.json", crowded(canvas));
@@ -57,7 +57,7 @@ export async function manyStrokes({ page, hand }, canvas) {
   assert.equal(done("ink.stroke"), lines, "a stroke for each pen that leaves: those that lie there are not drawn again");
   assert.equal(now["Whole redraws"], shown["Whole redraws"], "no whole redraw");
   assert.equal(now.Strokes, 500 + lines);
-  // From the pen's event to the next picture on the screen; told in steps of 8 ms, from 16 ms on.
+  // From the pen's event to the next frame on the screen; the browser reports it in steps of 8 ms, from 16 ms on.
   const slow = await page.evaluate(() => window.inkCounts.slow.slice().sort((a, b) => a - b));
   await hand.open("kept.json", kept);
   times.sort((a, b) => a - b);
@@ -67,7 +67,7 @@ export async function manyStrokes({ page, hand }, canvas) {
   };
 }
 
-/** Processor time that the page's processes take while the feed runs, as parts of a core. */
+/** Processor time of the page's processes while the feed runs, as fractions of a core. */
 export async function feedCost(browser, { page }, seconds) {
   const cdp = await browser.newBrowserCDPSession();
   const own = await page.context().newCDPSession(page);

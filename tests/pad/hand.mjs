@@ -1,22 +1,22 @@
-// A hand on a page that runs: a pen, fingers, keys, by the browser's own input events (CDP), so that the
-// page gets what a real device gives it: pointer events, coalesced where they come fast.
+// A hand on the running page: a pen, fingers and keys, as input events of the browser (CDP). The page receives the same events as
+// from a real device: pointer events, coalesced if they arrive quickly.
 
 import { fitted, onScreen } from "../../services/pad/page/view.js";
 
 export class Hand {
-  /** `page` of playwright, `cdp` a session with it, `canvas` the sheet's size. */
+  /** `page`: the page in Playwright; `cdp`: a session with it; `canvas`: the size of the sheet. */
   constructor(page, cdp, canvas) {
     Object.assign(this, { page, cdp, canvas });
   }
 
-  /** Where the sheet lies: it is shown whole, as the page fits it. */
+  /** Computes the sheet's position on the screen, where the page shows all of it. */
   async look() {
     const { x, y, width, height } = await this.page.locator("#sheet").boundingBox();
     this.view = fitted(this.canvas, [width, height]);
     this.corner = [x, y];
   }
 
-  /** A place of the sheet on the screen. */
+  /** Converts a place on the sheet to the screen. */
   at(point) {
     const [x, y] = onScreen(this.view, point);
     return { x: x + this.corner[0], y: y + this.corner[1] };
@@ -26,7 +26,7 @@ export class Hand {
     return this.cdp.send("Input.dispatchMouseEvent", { type, ...this.at(point), button: "left", pointerType: "pen", force: 0.5, ...more });
   }
 
-  /** Draws a line with the pen: all movements at once, as fast as the browser takes them. */
+  /** Draws a line with the pen, with all movements at once, as fast as the browser accepts them. */
   async draw(points) {
     const moves = [this.#pen("mousePressed", points[0], { buttons: 1, clickCount: 1 })];
     for (const point of points.slice(1)) moves.push(this.#pen("mouseMoved", point, { buttons: 1 }));
@@ -34,7 +34,7 @@ export class Hand {
     await Promise.all(moves);
   }
 
-  /** Draws slowly: each movement waits for the one before. */
+  /** Draws slowly: each movement waits for the previous one. */
   async drag(points, pause = async () => {}) {
     await this.#pen("mousePressed", points[0], { buttons: 1, clickCount: 1 });
     for (const point of points.slice(1)) {
@@ -49,7 +49,7 @@ export class Hand {
     return this.draw([point]);
   }
 
-  /** A double click of the mouse, as quick as a hand's however busy the machine is. */
+  /** A double click of the mouse, as quick as by hand even on a busy machine. */
   async twice(point) {
     const began = Date.now() / 1000;
     for (const clickCount of [1, 2]) {
@@ -61,8 +61,8 @@ export class Hand {
   }
 
   /**
-   * Fingers: `type` is `touchStart`, `touchMove`, `touchEnd` or `touchCancel`. Events of one gesture come 20 ms apart by their own
-   * time, so that a busy machine does not turn two fingers into one that has been down for long.
+   * Fingers: `type` is `touchStart`, `touchMove`, `touchEnd` or `touchCancel`. The timestamps of a gesture's events are 20 ms
+   * apart, so that two fingers on a busy machine do not look like one that was held down for long.
    */
   fingers(type, ...points) {
     this.touched = this.touched === undefined ? Date.now() / 1000 : this.touched + 0.02;
@@ -72,18 +72,18 @@ export class Hand {
     return this.cdp.send("Input.dispatchTouchEvent", { type, touchPoints, timestamp });
   }
 
-  /** Takes a tool. */
+  /** Selects a tool. */
   tool(name) {
     return this.page.click(`#tools [data-tool="${name}"]`);
   }
 
-  /** Chooses something from the menu. */
+  /** Chooses an entry of the menu. */
   async menu(id) {
     await this.page.click("#menu-button");
     await this.page.click(`#${id}`);
   }
 
-  /** The drawing as the page saves it. */
+  /** The drawing in the form in which the page saves it. */
   async saved() {
     const download = this.page.waitForEvent("download");
     await this.menu("save");
@@ -114,7 +114,7 @@ export class Hand {
     return figures;
   }
 
-  /** Waits until the page has drawn what is due. */
+  /** Waits until the page has finished drawing. */
   settled() {
     return this.page.evaluate(() => new Promise((done) => { requestAnimationFrame(() => requestAnimationFrame(done)); }));
   }

@@ -1,10 +1,10 @@
-// A person whose drawings are kept, on a page that runs: `node keeping.mjs URL OUT draws`, and, when the server has ended,
+// Acts as a person whose drawings are saved by the running page: `node keeping.mjs URL OUT draws`, and, after the server has ended,
 // `node keeping.mjs URL OUT offline` with the same browser profile, in OUT.
 // Environment: SKETCHNAV_PLAYWRIGHT (the folder of node_modules), SKETCHNAV_CHROMIUM.
 //
-// Draws, closes pages, kills the browser, and finds every drawing again; opens, renames, duplicates, deletes and restores drawings by
-// mouse, fingers and keys; has one drawing open twice. Without a server, opens the page again and goes on. Leaves screenshots in OUT.
-// Fails with the first thing that does not hold.
+// Draws, closes pages, kills the browser, and finds every drawing again; opens, renames, duplicates, deletes and restores drawings
+// by mouse, fingers and keys; opens one drawing twice. Without a server, opens the page again and continues. Saves screenshots in
+// OUT. Fails at the first violation.
 
 import assert from "node:assert/strict";
 import { readFileSync, readdirSync } from "node:fs";
@@ -29,16 +29,16 @@ async function visit(context) {
   return { page, hand };
 }
 
-/** Waits until the drawing on the sheet is kept, under this name. */
+/** Waits until the drawing on the sheet has been saved under this name. */
 const isKept = (page, name) => page.waitForFunction((is) => document.getElementById("drawing-name").textContent === is, name);
 
-/** Waits until the library has the drawing as it is on the sheet, with so many strokes. */
+/** Waits until the library has the drawing on the sheet, with this number of strokes. */
 const hasAll = (page, strokes) => page.waitForFunction((count) => {
   const of = (key) => JSON.parse(sessionStorage.getItem(key) ?? "{}");
   return of("kept").saved && of("draft").strokes.length === count;
 }, strokes);
 
-/** The cards of the library: names, from the first to the last. */
+/** The names on the cards of the library, in order. */
 const names = (page) => page.locator("#shelf input").evaluateAll((all) => all.map((field) => field.value));
 const card = (page, name) => page.locator("#shelf li").filter({ has: page.locator(`[aria-label="Open “${name}”"]`) });
 const closed = (page) => page.waitForFunction(() => !document.getElementById("library").open);
@@ -49,7 +49,7 @@ async function library(page) {
   await page.waitForSelector("#shelf li");
 }
 
-/** How many pixels of a card's picture are not paper. */
+/** The number of pixels in a card's picture that are not paper. */
 async function ink(page, name) {
   const image = card(page, name).locator("img");
   await image.evaluate((element) => new Promise((done) => {
@@ -76,7 +76,7 @@ async function aPageThatIsClosedLosesNothing(context) {
   ({ page, hand } = await visit(context));
   await isKept(page, "Drawing 1");
   assert.equal(await hand.saved(), before, "the next page has the drawing");
-  // The page is left at once after a stroke: before any transaction could end.
+  // The page is closed directly after a stroke, before any transaction could complete.
   await hand.draw([[300, 600], [900, 610]]);
   await page.goto("about:blank");
   await page.close();
@@ -87,7 +87,8 @@ async function aPageThatIsClosedLosesNothing(context) {
   await hand.look();
   assert.equal(JSON.parse(await hand.saved()).strokes.length, 2, "a page that is loaded again");
 
-  // A browser that is killed may forget that what a page left was kept, and changed since: it is there again, and is known.
+  // A killed browser may forget that the leftovers of a page were already saved and then changed. They reappear, and must be
+  // recognized.
   await hand.draw([[300, 700], [900, 710]]);
   await hasAll(page, 3);
   const left = await page.evaluate(() => ({ ...JSON.parse(sessionStorage.getItem("kept")), text: sessionStorage.getItem("draft") }));
@@ -141,7 +142,7 @@ async function aBrowserThatIsKilledLosesNothing(context) {
 async function drawingsAreOpenedRenamedCopiedAndDeleted(context) {
   const { page, hand } = await visit(context);
   await isKept(page, "Drawing 1");
-  // The page that drove has been killed.
+  // The driving page has been killed.
   await page.click("#wheel:visible");
   await page.getByText("You drive", { exact: true }).waitFor();
   await hand.menu("new-landscape");
@@ -168,7 +169,7 @@ async function drawingsAreOpenedRenamedCopiedAndDeleted(context) {
   await isKept(page, "corner");
   assert.deepEqual(JSON.parse(await hand.saved()).strokes.map((s) => s.points.length), [3]);
 
-  // A step back leads to the drawing before, and what is changed there is kept there.
+  // Undo leads to the previous drawing, and changes to it are saved to its own entry.
   await page.click("#undo");
   await isKept(page, "1-court");
   await hand.draw([[100, 100], [200, 100]]);
@@ -183,7 +184,7 @@ async function drawingsAreOpenedRenamedCopiedAndDeleted(context) {
   await page.close();
 }
 
-/** Two pages with one drawing: both are kept. */
+/** If two pages change one drawing, both versions are saved. */
 async function aDrawingThatIsOpenTwiceIsKeptTwice(context) {
   const [one, two] = [await visit(context), await visit(context)];
   for (const { page } of [two, one]) {
@@ -206,7 +207,7 @@ async function aDrawingThatIsOpenTwiceIsKeptTwice(context) {
   for (const { page } of [one, two]) await page.close();
 }
 
-/** By fingers on a phone, and by keys alone. */
+/** By fingers on a phone, and with keys only. */
 async function byFingersAndByKeys(context) {
   const { page, hand } = await visit(context);
   await page.setViewportSize({ width: 360, height: 740 });
@@ -237,7 +238,7 @@ async function byFingersAndByKeys(context) {
   }
   for (const name of ["Duplicate", "Delete", "Name of the drawing", "Close", "Open “1-court”"]) assert.ok(reached.has(name), `${name}: ${[...reached]}`);
   await page.focus('[aria-label="Open “1-court”"]');
-  // Keys of the sheet do nothing here.
+  // The sheet's keys have no effect here.
   for (const key of ["Delete", "e"]) await page.keyboard.press(key);
   await page.keyboard.press("Enter");
   await closed(page);

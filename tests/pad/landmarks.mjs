@@ -1,9 +1,10 @@
-// A robot that drives past landmarks, on the running system: `node landmarks.mjs URL SKETCH.json OUT`.
+// Tests a robot that drives past landmarks on the running system: `node landmarks.mjs URL SKETCH.json OUT`.
 // Environment: SKETCHNAV_PLAYWRIGHT (the folder of node_modules), SKETCHNAV_CHROMIUM.
 //
-// Draws the objects of a sketch and the first half of its route with a pen, and lets the robot drive. It finds nothing where the
-// route ends, is lost and asks; a tap says where it is. Then draws the rest of the route from where the robot stands, and lets it
-// drive to its goal. Saves the mission. Leaves screenshots in OUT; fails with the first thing that does not hold.
+// Draws the objects of a sketch except for one, and the first half of its route, with a pen, and lets the robot drive. The robot
+// finds nothing where the route ends, is lost, and asks; a tap tells it its position. Then adds the missing object, draws the rest of
+// the route from the robot's position, and lets it drive to its goal. Saves the mission, and screenshots in OUT. Fails at the first
+// violation.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -13,12 +14,14 @@ import { BROWSER, LIMIT_MS, assertNoFaults, chromium, inTurn, opened } from "./v
 
 const [url, sketchFile, out] = process.argv.slice(2);
 const { canvas, strokes, route } = JSON.parse(readFileSync(sketchFile, "utf8"));
-/** The first half of the route ends in the open, between the second and the third turn. */
+/** The first half of the route ends in open space, between the second and the third turn. */
 const HALF = 22;
+/** Index of the object that is missing at first, the cabinet at the last turn. */
+const FORGOTTEN = 6;
 const browser = await chromium.launch(BROWSER);
 let page = null;
 let hand = null;
-/** What the server has said last. */
+/** The server's last message. */
 const told = { feed: null };
 
 const says = async (id, words) => {
@@ -42,7 +45,7 @@ async function draws() {
   await says("headline", "No map yet");
   await hand.menu("new-landscape");
   await hand.look();
-  for (const { points } of strokes) await hand.draw(points);
+  for (const { points } of strokes.filter((_, i) => i !== FORGOTTEN)) await hand.draw(points);
   await hand.tool("path");
   await hand.draw(route.slice(0, HALF));
 }
@@ -56,7 +59,7 @@ async function drives() {
   await says("headline", "Driving");
 }
 
-/** Nothing is where the route ends. The robot asks, is told that it is right, looks again and asks again. */
+/** The robot finds nothing where the route ends. It asks, is confirmed, looks again and asks again. */
 async function asks() {
   await says("headline", "Where is the robot?");
   await hand.settled();
@@ -69,15 +72,21 @@ async function asks() {
   await says("headline", "Stopped");
 }
 
-/** The rest is drawn from where the robot stands, in the direction in which it looks. */
+/** Adds the missing object, and draws the rest of the route from the robot's position, beginning in the direction of its heading. */
 async function drawsOn() {
   const { x, y, heading_rad: heading } = pose();
   const ahead = [x + 60 * Math.cos(heading), y - 60 * Math.sin(heading)];
   const rest = route.slice(HALF + 1).filter(([column]) => column > ahead[0] + 40);
   assert.ok(rest.length > 2, `the rest of the route from ${x}, ${y}: ${JSON.stringify(rest)}`);
+  await hand.tool("pen");
+  await hand.draw(strokes[FORGOTTEN].points);
   await hand.menu("clear-path");
   await hand.tool("path");
   await hand.draw([[x, y], ahead, ...rest]);
+  await hand.settled();
+  await page.screenshot({ path: join(out, "landmarks-corrected.png") });
+  await press("send-sketch");
+  await says("headline", "Map sent");
   await press("send-path");
   await says("headline", "Path sent");
   await press("execute");

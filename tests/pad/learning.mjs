@@ -1,9 +1,9 @@
-// A robot that learns, on the running system: `node learning.mjs URL DRAWING.svg OUT`.
+// Tests a robot that learns, on the running system: `node learning.mjs URL DRAWING.svg OUT`.
 // Environment: SKETCHNAV_PLAYWRIGHT (the folder of node_modules), SKETCHNAV_CHROMIUM.
 //
-// Draws the walls of a drawing with a pen, marks the start and two goals, and lets the robot drive. Looks at what the robot has
-// learned, accepts it, and lets the robot drive back without a mark. Then rejects what the second drive has added, and in the end
-// everything. Leaves screenshots in OUT; fails with the first thing that does not hold.
+// Draws the walls of a drawing with a pen, marks the start and two goals, and lets the robot drive. Looks at the learned map,
+// accepts it, and lets the robot drive back without a marked start. Then rejects the additions of the second drive, and finally the
+// whole map. Saves screenshots in OUT. Fails at the first violation.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -54,7 +54,7 @@ async function drives() {
   await says("task", "2 of 2 tasks reached");
 }
 
-/** Lets people look at the page: wide and on a phone, in both themes. */
+/** Takes screenshots for people to look at: on a wide screen and on a phone, in both themes. */
 async function isLookedAt(name) {
   for (const [size, viewport] of [["wide", { width: 1500, height: 900 }], ["phone", { width: 360, height: 740 }]]) {
     await page.setViewportSize(viewport);
@@ -76,7 +76,7 @@ async function isLookedAt(name) {
   await hand.look();
 }
 
-/** Waits until a layer no longer looks as before. A picture that has just arrived is first decoded. */
+/** Waits until a layer has changed. A picture that has just arrived must first be decoded. */
 async function changes(layer, before) {
   while ((await hand.pixels(layer)) === before) await hand.settled();
 }
@@ -91,7 +91,7 @@ async function isOffered() {
   await isLookedAt("learned");
 }
 
-/** The robot stands where the first drive ended. Nobody says where that is. */
+/** The robot stands where the first drive ended, and nobody marks this place. */
 async function accepts() {
   await press("accept");
   await says("say", "drives by what it has learned");
@@ -112,7 +112,7 @@ async function accepts() {
   await isLookedAt("again");
 }
 
-/** The second drive has added to the map, which a person need not want. */
+/** The second drive has added to the map, and the person may reject this. */
 async function rejects() {
   await page.waitForSelector("#accept:enabled");
   await press("reject");
@@ -125,7 +125,7 @@ async function rejects() {
   assert.match(await text("advice"), /start/, "a start is needed again");
 }
 
-/** What was seen lies under the drawing of a person who corrects it. */
+/** The learned map is placed under the drawing of a person who corrects it. */
 async function corrects() {
   const ink = await hand.pixels("ink");
   await press("correct");

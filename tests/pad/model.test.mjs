@@ -1,4 +1,4 @@
-// The drawing as a value: history, eraser, file. Run by `node --test`.
+// Tests of the drawing as a value: history, eraser, file. Run with `node --test`.
 
 import assert from "node:assert/strict";
 import { readFileSync, readdirSync } from "node:fs";
@@ -10,7 +10,7 @@ import * as model from "../../services/pad/page/model.js";
 const sheet = () => model.blank(model.LANDSCAPE);
 const missions = new URL("../../sim/missions/", import.meta.url);
 
-/** Numbers that look random and are the same each time. */
+/** Pseudorandom numbers that are the same in each run. */
 function numbers(seed) {
   let state = seed;
   return () => {

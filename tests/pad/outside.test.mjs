@@ -1,4 +1,4 @@
-// Drawings of other programs: what becomes of their lines, shapes and texts, and what is said about bad files.
+// Drawings of other programs: the conversion of their lines, shapes and texts, and the errors for bad files.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -29,7 +29,7 @@ test("curves of a path keep their ends and their middle", () => {
   const [{ points: parabola }] = outlines("M0 0Q5 10 10 0T20 0");
   near(parabola[8], [5, 5]);
   near(parabola[24], [15, -5]);
-  // Half a circle, with flags that no space follows.
+  // Half a circle, with flags that are not followed by a space.
   const [{ points: half }] = outlines("M0 0a5 5 0 0110 0");
   assert.ok(half.every((p) => Math.abs(Math.hypot(p[0] - 5, p[1]) - 5) < 1e-9));
   near(half[8], [5, -5]);

@@ -1,4 +1,4 @@
-// What the page shows and enables, by what the server says; the view; the trail; the settings.
+// What the page shows and enables, depending on the server's messages; the view; the trail; the settings.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -10,7 +10,7 @@ import { pauseMs } from "../../services/pad/page/link.js";
 import { LANDSCAPE, blank, withGoal, withStroke } from "../../services/pad/page/model.js";
 import { warnings } from "../../services/pad/page/panel.js";
 import { merged } from "../../services/pad/page/settings.js";
-import { advice, enabled, headline, isAsked, meant, seconds, stages, taskWords, tooMuch } from "../../services/pad/page/states.js";
+import { advice, enabled, headline, isAsked, meant, seconds, stages, taskWords, tooMuch, wheelNews } from "../../services/pad/page/states.js";
 import { fitted, held, onScreen, onSheet, panned, zoomed } from "../../services/pad/page/view.js";
 
 const feed = (state, ...allowed) => ({ state, allowed, ready: true });
@@ -32,6 +32,16 @@ test("stopping waits for no answer and needs no wheel, only a link", () => {
   assert.deepEqual(on(page({ feed: driving, busy: true })), ["abort"]);
   assert.deepEqual(on(page({ feed: driving, drives: false })), ["abort"]);
   assert.deepEqual(on(page({ feed: driving, up: false })), []);
+});
+
+test("a page that asked for the wheel hears what became of it", () => {
+  const asks = { ...feed("driving"), asks: true };
+  assert.equal(wheelNews(null, asks), null);
+  assert.equal(wheelNews(asks, asks), null);
+  assert.equal(wheelNews(asks, null), null);
+  assert.equal(wheelNews(asks, { ...feed("driving"), drives: true }), "You drive.");
+  assert.match(wheelNews(asks, { ...feed("driving"), drives: false }), /keeps the wheel/);
+  assert.match(advice(page({ drives: false, feed: asks })), /asked for the wheel/);
 });
 
 test("every state has a headline and advice", () => {
@@ -93,7 +103,7 @@ test("the trail grows by steps and stays bounded", () => {
   assert.equal(trailed(trail, undefined), trail);
 });
 
-/** What is called to draw a feed with these shapes, by name. */
+/** The names of the calls that draw a feed with these shapes. */
 function drawn(scene, shows, lasting = null) {
   const calls = [];
   const context = new Proxy({}, { get: (_, name) => () => calls.push(name), set: () => true });
@@ -119,7 +129,7 @@ test("each shape of a navigator is drawn, and a setting hides those of its colou
 test("particles are carried along with the robot, turned as it turns", () => {
   const cloud = { points: [[110, 50]], pose: { x: 100, y: 50, heading_rad: 0 } };
   const [[x, y]] = carried(cloud, { x: 200, y: 80, heading_rad: Math.PI / 2 });
-  // What was ten pixels ahead to the right is ten pixels ahead upwards.
+  // A particle ten pixels ahead, to the right, is then ten pixels ahead, upwards.
   assert.ok(Math.abs(x - 200) < 1e-9 && Math.abs(y - 70) < 1e-9, `${x} ${y}`);
   assert.equal(carried(null, { x: 0, y: 0, heading_rad: 0 }), null);
   assert.equal(carried(cloud, null), null);
@@ -130,7 +140,7 @@ test("settings of another kind fall back to the defaults", () => {
   assert.deepEqual(settings, { width_px: 5, hold: false, snap: true, fingers: true, shows: { particles: true, scan: false, plan: true, trail: true, walls: false, learned: true } });
 });
 
-/** WCAG's contrast of two colours, `#rrggbb`. */
+/** The contrast of two colours `#rrggbb` according to WCAG. */
 function contrast(...colors) {
   const [light, dark] = colors.map((color) => {
     const [r, g, b] = [1, 3, 5].map((i) => parseInt(color.slice(i, i + 2), 16) / 255)

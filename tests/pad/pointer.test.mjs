@@ -1,11 +1,11 @@
-// The rules of the hand: which pointer draws, which moves the sheet, which is a palm.
+// The rules for pointers: which one draws, which one moves the sheet, and which one is a palm.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { Pointers } from "../../services/pad/page/pointer.js";
 
-/** Pointers whose listener writes down what it is told. */
+/** Pointers whose listener records its calls. */
 function hand(options = {}) {
   const told = [];
   const listener = {

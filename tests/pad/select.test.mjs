@@ -1,4 +1,4 @@
-// What is selected as values: what a tap hits, moves, turns and sizes, copies, groups, order, points, snapping, gaps, doors, curves.
+// The selection as values: hits of a tap, moves, turns and sizes, copies, groups, order, points, snapping, gaps, doors, curves.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -11,7 +11,7 @@ import { makeTools } from "../../services/pad/page/tools.js";
 import { closings, snappedEnd, snappedMove, snappedPoint, targets } from "../../services/pad/page/snap.js";
 import { handleAt, handles, move, resize, scale, turn, turned } from "../../services/pad/page/transform.js";
 
-/** Numbers that look random and are the same each time. */
+/** Pseudorandom numbers that are the same in each run. */
 function numbers(seed) {
   let state = seed;
   return () => {
@@ -20,7 +20,7 @@ function numbers(seed) {
   };
 }
 
-/** A drawing with some of everything, spread over the sheet. */
+/** A drawing with items of every kind, spread over the sheet. */
 function room(random) {
   const place = () => [200 + random() * 2000, 200 + random() * 800];
   let drawing = model.blank(model.LANDSCAPE);
@@ -237,7 +237,7 @@ test("a line by hand keeps its form with fewer points", () => {
 
 // ---------------------------------------------------------------------------- the hand
 
-/** A hand with the tool that selects, on a desk without a screen; a pixel of the screen is `px` of the sheet. */
+/** A hand with the select tool, at a desk without a screen. One pixel of the screen is `px` pixels of the sheet. */
 class Hand {
   constructor(drawing, px = 1) {
     this.history = model.history(drawing);

@@ -1,9 +1,8 @@
-// A person who selects, with mouse, pen, fingers and keys, on a page that runs: `node selecting.mjs URL OUT`.
+// Acts as a person who selects with mouse, pen, fingers and keys on the running page: `node selecting.mjs URL OUT`.
 // Environment: SKETCHNAV_PLAYWRIGHT (the folder of node_modules), SKETCHNAV_CHROMIUM.
 //
-// Drives each tool that changes what is drawn already, looks at what the page would save, and undoes it. Sends a drawing, changes
-// it, and sends it again. Leaves screenshots in OUT: light and dark, wide and on a phone. Fails with the first thing that does not
-// hold.
+// Uses each tool that changes existing items, checks what the page would save, and undoes the change. Sends a drawing, changes it,
+// and sends it again. Saves screenshots in OUT: light and dark, wide and on a phone. Fails at the first violation.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -17,7 +16,7 @@ const CANVAS = [2540, 1252];
 const browser = await chromium.launch(BROWSER);
 const SCREEN = { width: 1500, height: 900 };
 
-/** A room with some of everything. */
+/** A room with items of every kind. */
 const ROOM = {
   canvas: CANVAS,
   strokes: [
@@ -33,25 +32,25 @@ const ROOM = {
   goals: [{ name: "door", at: [1150, 350] }, { at: [1800, 900] }],
 };
 
-/** A drawing of a mission, for the pictures. */
+/** The drawing of a mission, for the screenshots. */
 const COURT = JSON.parse(readFileSync(new URL("../../sim/missions/routes/court-01.json", import.meta.url), "utf8"));
 
 async function visit(context) {
   const { page, hand } = await opened(context, url, CANVAS);
-  // The pauses of a busy machine are no hand that holds still.
+  // Pauses of a busy machine must not count as a hand that holds still.
   await page.click("#menu-button");
   await page.uncheck("#hold");
   await page.click("#menu-button");
   return new Person(page, hand);
 }
 
-/** Somebody at the page. */
+/** A user of the page. */
 class Person {
   constructor(page, hand) {
     Object.assign(this, { page, hand });
   }
 
-  /** Begins with the room and the tool that selects. */
+  /** Begins with the room and the select tool. */
   async room(drawing = ROOM) {
     await this.hand.open("room.json", JSON.stringify(drawing));
     await this.page.focus("#sheet");
@@ -65,7 +64,7 @@ class Person {
     for (const key of keys) await this.page.keyboard.press(key);
   }
 
-  /** A drag of the mouse over places of the sheet, with keys held. */
+  /** Drags the mouse over places on the sheet, with keys held down. */
   async drag(places, ...held) {
     const [first, ...others] = places.map((place) => this.hand.at(place));
     for (const key of held) await this.page.keyboard.down(key);
@@ -90,14 +89,14 @@ class Person {
     return saved;
   }
 
-  /** One step back leads to the room as it was. */
+  /** A single undo restores the room. */
   async undone(words) {
     await this.keys("Control+z");
     assert.equal(await this.hand.saved(), this.before, `${words}: undone with one step`);
     await this.page.focus("#sheet");
   }
 
-  /** Points within a screen's pixel of where they should be. */
+  /** Requires that the points are within a screen pixel of their expected places. */
   near(found, wanted, words) {
     const least = 1.5 / this.hand.view.scale;
     assert.equal(found.length, wanted.length, words);
@@ -105,14 +104,14 @@ class Person {
     assert.ok(off <= least, `${words}: expected ${JSON.stringify(wanted)} within ${least}, found ${JSON.stringify(found)}`);
   }
 
-  /** Presses a button that sends something, and waits for the answer. */
+  /** Presses a button that sends a request, and waits for the answer. */
   async sends(id, words) {
     await this.hush();
     await this.page.click(`#${id}:enabled`);
     await this.page.waitForFunction((what) => document.getElementById("say").textContent.includes(what), words);
   }
 
-  /** Takes the words away that lie over the sheet of a phone for a while. */
+  /** Removes the message that temporarily covers the sheet of a phone. */
   hush() {
     return this.page.evaluate(() => { document.getElementById("say").textContent = ""; });
   }
@@ -139,7 +138,7 @@ async function tapsAndDrags(me) {
   await me.undone("a move");
   await me.click([1700, 300]);
   await me.selected(0);
-  // A wall is taken at once, without a tap before; with Shift it stays in its row.
+  // A wall can be dragged without being selected first; with Shift, it moves along one axis.
   await me.drag([[800, 200], [830, 500]], "Shift");
   drawing = await me.drawing();
   me.near(drawing.strokes[0].points, moved(ROOM.strokes[0].points, [0, 300]), "Shift keeps the axis");
@@ -222,13 +221,13 @@ async function sizesAndTurns(me) {
   me.near(drawing.obstacles[0].polygon, [[650, 350], [650, 550], [550, 550], [550, 350]], "the handle above turns");
   assert.equal(drawing.obstacles[0].label, "table");
   await me.undone("a turn");
-  // The start turns at the tip of its arrow.
+  // The start is turned by the tip of its arrow.
   await me.click([600, 750]);
   await me.drag([[600 + 34 * px, 750], [640, 700], [600, 650]], "Shift");
   drawing = await me.drawing();
   assert.deepEqual(drawing.start, { at: [600, 750], heading_deg: 90 });
   await me.undone("a heading");
-  // What the hand has begun, Escape takes back.
+  // Escape cancels a gesture.
   const { x, y } = me.hand.at([600, 450]);
   await me.page.mouse.move(x, y);
   await me.page.mouse.down();
@@ -242,7 +241,7 @@ async function sizesAndTurns(me) {
 
 async function byKeys(me) {
   await me.room();
-  // The last of all is the start, which is on top; the first is the first stroke.
+  // The start is last, since it is on top; the first stroke is first.
   await me.keys("n", "ArrowRight", "ArrowRight", "Shift+ArrowDown");
   assert.equal(await me.page.textContent("#selected"), "Wall selected", "for those who hear the page");
   let drawing = await me.drawing();
@@ -259,7 +258,7 @@ async function byKeys(me) {
   drawing = await me.drawing();
   me.near(drawing.obstacles[0].polygon, [[500, 400], [700 + 10 * px, 400], [700 + 10 * px, 500], [500, 500]], "Alt and arrows scale");
   await me.undone("sizes in a row");
-  // With the crosshair alone: a marquee around the middle of the sheet.
+  // With the crosshair only: a marquee around the middle of the sheet.
   await me.keys("Escape", ...Array(4).fill("ArrowLeft"), " ", ...Array(6).fill("ArrowLeft"), ...Array(10).fill("ArrowDown"), " ");
   await me.keys("Escape");
   assert.equal(await me.hand.saved(), me.before, "a marquee changes nothing");
@@ -295,7 +294,7 @@ async function byFingersAndPen(me) {
   drawing = await me.drawing();
   me.near([drawing.goals[0].at], [[1180, 480]], "a pen moves");
   await me.undone("by the pen");
-  // A finger still selects after the pen; two of them zoom.
+  // After the pen, one finger still selects, and two fingers zoom.
   await finger([1700, 300]);
   await finger([600, 450]);
   await me.press("remove");
@@ -313,7 +312,7 @@ async function byFingersAndPen(me) {
 async function editsPoints(me) {
   await me.room();
   await me.click([800, 200]);
-  // The ends of a straight wall are at hand at once; with Shift it keeps to multiples of 15°.
+  // The ends of a straight wall have handles immediately; with Shift, the wall snaps to multiples of 15°.
   await me.drag([[1300, 200], [1290, 1100]], "Shift");
   let drawing = await me.drawing();
   me.near([drawing.strokes[0].points[0]], [[300, 200]], "the other end stays");
@@ -343,13 +342,13 @@ async function editsPoints(me) {
   await me.selected(1);
   await me.keys("Escape");
   await me.selected(0);
-  // A double tap on an obstacle edits its corners, and it stays one.
+  // A double tap on an obstacle edits its corners, and it remains an obstacle.
   await me.hand.twice([950, 650]);
   await me.drag([[1000, 700], [1100, 800]], "Control");
   drawing = await me.drawing();
   me.near(drawing.obstacles[1].polygon, [[900, 600], [1000, 600], [1100, 800], [900, 700]], "a corner");
   await me.undone("a corner");
-  // The route has points, too.
+  // The route has points as well.
   await me.room({ ...ROOM, goals: [], route: [[400, 800], [600, 850], [900, 800]], start: undefined });
   await me.click([500, 826]);
   await me.keys("Enter");
@@ -389,7 +388,7 @@ async function groupsAndAligns(me) {
 
 async function snapsAndCloses(me) {
   await me.room();
-  // A line that ends near an end ends at it, one that is nearly upright is upright; with Ctrl neither.
+  // A line that ends near another end snaps to it, and one that is nearly vertical becomes vertical. With Ctrl, neither happens.
   await me.keys("l");
   await me.drag([[306, 895], [700, 895], [1294, 905]]);
   let drawing = await me.drawing();
@@ -403,7 +402,7 @@ async function snapsAndCloses(me) {
   drawing = await me.drawing();
   assert.equal(drawing.strokes[3].points[0][0], drawing.strokes[3].points[1][0], "upright");
   await me.undone("an upright wall");
-  // What is moved snaps to the ends of what stands.
+  // Moved items snap to the ends of the others.
   await me.keys("v");
   await me.drag([[300, 500], [300, 484]]);
   drawing = await me.drawing();
@@ -444,7 +443,7 @@ async function opensDoorsAndBends(me) {
   assert.ok(pillar.label === "pillar" && pillar.polygon.every(([x, y]) => Math.abs(Math.hypot(x - 1700, y - 500) - 100) < 3), "a circle with Shift");
   await me.keys("Control+z");
   await me.undone("a pillar");
-  // Another tool after the eraser, used or not, shows what is there.
+  // Switching from the eraser to another tool shows the drawing, even if the eraser was not used.
   await me.keys("e", "p", "e");
   await me.drag([[600, 450]]);
   await me.keys("p");
@@ -453,7 +452,7 @@ async function opensDoorsAndBends(me) {
   assert.equal(await me.hand.pixels("marks"), shown, "what was erased stays erased");
 }
 
-/** The tools for obstacles, goals and the start, as a person uses them. */
+/** The tools for obstacles, goals and the start, used as by a person. */
 async function drawsBoxesGoalsAndAStart(me) {
   await me.room();
   await me.keys("b");
@@ -478,7 +477,7 @@ async function drawsBoxesGoalsAndAStart(me) {
 
 // ---------------------------------------------------------------------------- what the robot is sent
 
-/** What was changed is sent again and accepted, and another page sees it, with its groups. */
+/** The changed drawing is sent again and accepted, and another page shows it with its groups. */
 async function sendsWhatWasChanged(me) {
   await me.room();
   await me.sends("send-sketch", "The map has arrived");
@@ -519,7 +518,7 @@ async function changesWhileItDrives(me) {
   await me.selected(1);
   await me.keys("Escape");
   await me.selected(0);
-  // The robot goes on in the changed map from where it stands.
+  // The robot continues in the changed map from its current position.
   const before = await me.drawing();
   await me.sends("send-sketch", "The start is now where the robot stands.");
   const after = await me.drawing();
@@ -534,7 +533,7 @@ async function changesWhileItDrives(me) {
 
 // ---------------------------------------------------------------------------- the look, and the work
 
-/** Every button has a name and is large enough for a finger, whatever is selected; nothing is wider than the screen. */
+/** For any selection, every button has a name and is large enough for a finger, and nothing is wider than the screen. */
 async function isAtHand({ page }, words) {
   const small = await page.evaluate(() => [...document.querySelectorAll("button")].filter((b) => b.checkVisibility())
     .map((b) => [b.id || b.dataset.tool || b.dataset.does, b.getBoundingClientRect(), b.ariaLabel || b.innerText.trim() || b.title])
@@ -546,7 +545,7 @@ async function isAtHand({ page }, words) {
   assert.ok(hidden <= 0, `${words}: ${hidden} px of the tools are beyond the screen`);
 }
 
-/** Light and dark, on a desk and on a phone: pictures for people, and what holds in all of them. */
+/** Light and dark, on a desktop and on a phone: takes screenshots, and checks what must hold in all of them. */
 async function looksRight(me) {
   for (const [name, width, height] of [["wide", 1500, 800], ["phone", 360, 740]]) {
     for (const colorScheme of ["light", "dark"]) {
@@ -583,7 +582,7 @@ async function looksRight(me) {
   await me.page.emulateMedia({ colorScheme: null });
 }
 
-/** Each button of the bar is reached by Tab, and shows the focus. */
+/** Each button of the bar can be reached by Tab and shows the focus. */
 async function isReached(me) {
   await me.room();
   await me.keys("Control+a");
@@ -605,7 +604,7 @@ async function isReached(me) {
   assert.equal(await me.page.evaluate(() => document.activeElement.id), "sheet", "the focus is not lost with the button");
 }
 
-/** Selecting among many strokes draws no ink, and ending it leaves the pen its canvas. */
+/** Selecting among many strokes does not draw any ink. Afterwards, the pen draws only its own segments. */
 async function drawsNoMoreThanItMust(me) {
   const strokes = Array.from({ length: 500 }, (_, i) => {
     const [x, y] = [((i % 25) + 0.2) * (CANVAS[0] / 25), (Math.floor(i / 25) + 0.2) * (CANVAS[1] / 20)];
@@ -626,7 +625,7 @@ async function drawsNoMoreThanItMust(me) {
   assert.equal(await work() - strokesBefore, 2, "the pen draws its own segments and nothing else");
 }
 
-/** Texts name places: written, changed, moved and taken back. */
+/** Texts that name places are written, changed, moved and undone. */
 async function writesTexts(me) {
   const texts = async () => ((await me.drawing()).labels ?? []).map(({ text, at }) => [text, ...at.map((c) => Math.round(c / 20) * 20)]);
   await me.room();

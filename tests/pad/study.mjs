@@ -1,8 +1,8 @@
-// A participant with a pen on the page of a study: `node study.mjs URL DRAWING.json ROUTE.json OUT`.
+// Acts as a participant with a pen on the page of a study: `node study.mjs URL DRAWING.json ROUTE.json OUT`.
 // Environment: SKETCHNAV_PLAYWRIGHT (the folder of node_modules), SKETCHNAV_CHROMIUM.
 //
-// Gives a code, practises, draws the place and the path, lets the robot drive, answers, and sees the page become ready for the
-// next participant. Leaves screenshots in OUT; fails with the first thing that does not hold.
+// Enters a code, practises, draws the place and the path, lets the robot drive, answers, and checks that the page becomes ready for
+// the next participant. Saves screenshots in OUT. Fails at the first violation.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -30,7 +30,7 @@ async function main() {
   );
   const press = (id) => page.click(`#${id}:enabled`);
 
-  // Who takes part.
+  // The participant's code.
   await page.waitForSelector("#study-begin");
   await page.waitForSelector("#study-place", { state: "visible" });
   await page.keyboard.press("Escape");
@@ -42,7 +42,7 @@ async function main() {
   await page.fill("#study-age", "27");
   await page.click("#study-begin button");
 
-  // Nothing that is practised can be sent, or taken back into the drawing.
+  // The practice drawing cannot be sent, and undo cannot bring it back.
   await page.waitForSelector("#study-start");
   assert.equal(await page.locator("#study").isVisible(), false);
   await says("advice", "Nothing counts");
@@ -73,7 +73,7 @@ async function main() {
   await hand.draw(route);
   await press("send-path");
   await says("say", "The path has arrived.");
-  // A page that is loaded again goes on, with the drawing and what was measured.
+  // After a reload, the page continues with the drawing and the measurements.
   await page.reload();
   await says("headline", "Path sent");
   assert.equal(await strokes(hand), drawing.strokes.length);
@@ -93,7 +93,7 @@ async function main() {
   await page.waitForSelector("#study-thanks");
   await page.screenshot({ path: join(out, "study-thanks.png") });
 
-  // The next participant finds nothing of this one.
+  // Nothing of this participant is left for the next one.
   await page.waitForSelector("#study-begin");
   assert.equal(await page.inputValue("#study-code"), "");
   await page.fill("#study-code", "p-2");

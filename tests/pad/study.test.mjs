@@ -1,4 +1,4 @@
-// What a study measures while somebody draws.
+// The measurements of a study while somebody draws.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -11,7 +11,7 @@ import {
 import { advice } from "../../services/pad/page/states.js";
 import { move } from "../../services/pad/page/transform.js";
 
-/** A hand that takes two seconds for each step, and pauses for one. */
+/** A hand that spends two seconds on each step, and pauses for one. */
 class Drawing {
   history = history(blank(LANDSCAPE));
   measure = NOTHING;

@@ -1,4 +1,4 @@
-// What every visit to the page needs: a browser, pages whose errors are collected, and steps that leave a picture if they fail.
+// Shared by all visits to the page: a browser, pages whose errors are collected, and steps that save a screenshot if they fail.
 // Environment: SKETCHNAV_PLAYWRIGHT (the folder of node_modules), SKETCHNAV_CHROMIUM.
 
 import assert from "node:assert/strict";
@@ -8,9 +8,9 @@ import { join } from "node:path";
 import { Hand } from "./hand.mjs";
 
 export const { chromium } = createRequire(join(process.env.SKETCHNAV_PLAYWRIGHT, "node_modules/"))("playwright-core");
-/** No limit of time decides anything except that a test hangs. */
+/** The only purpose of this time limit is to detect a test that hangs. */
 export const LIMIT_MS = 150000;
-/** Options of the browser. */
+/** The browser's options. */
 export const BROWSER = {
   executablePath: process.env.SKETCHNAV_CHROMIUM,
   args: ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"],
@@ -18,7 +18,7 @@ export const BROWSER = {
 /** The errors of all pages. */
 export const faults = [];
 
-/** Opens the page, with a hand on its sheet. `prepare` gets the page before it is loaded. */
+/** Opens the page, with a hand on its sheet. `prepare` is called with the page before it is loaded. */
 export async function opened(context, url, canvas, prepare = () => {}) {
   const page = await context.newPage();
   page.setDefaultTimeout(LIMIT_MS);
@@ -29,7 +29,7 @@ export async function opened(context, url, canvas, prepare = () => {}) {
   return { page, hand: new Hand(page, await context.newCDPSession(page), canvas) };
 }
 
-/** Takes one step after another. If one fails, leaves a picture of `page()` in `out`. */
+/** Runs the steps in order. If one fails, saves a screenshot of `page()` in `out`. */
 export async function inTurn(steps, take, page, out) {
   for (const step of steps) {
     try {

@@ -7,6 +7,7 @@ use nix::sys::signal::Signal;
 use serde_json::Value;
 use sketchnav_recordings::Recording;
 use sketchnav_schemas::channels::MISSION;
+use sketchnav_schemas::message::Text;
 use support::{Ended, Place, Running, repository, room};
 
 const NAME: &str = "tools";
@@ -238,7 +239,17 @@ fn a_robot_is_sent_to_a_room_by_its_name() {
     assert_eq!((&told["task"], &told["name"]), (&4.into(), &"Lounge".into()), "{told:#}");
     support::wait_until("the fourth task", || status("task") == 3);
     assert_eq!(status("name"), "to rest");
+    // No task leads to the store, but it is written on the drawing.
+    let told = place.fine("send goal STORE --json").json();
+    assert_eq!((&told["task"], &told["name"]), (&serde_json::Value::Null, &"STORE".into()), "{told:#}");
+    support::wait_until("the way to the store", || status("task") == 4);
+    assert_eq!((status("name"), status("task_count")), ("STORE".into(), 5.into()));
+    place.fine("restart planner --kill");
+    support::wait_until("the way on", || status("state") == 1);
+    assert_eq!((status("name"), status("task")), ("STORE".into(), 4.into()), "the successor goes there, too");
     for (wrong, words) in [
+        ("goal washroom", "sketch-a.svg, found \"washroom\" at (192, 809) and at (362, 809)"),
+        ("goal library", "there are back to work, coffee machine, for a coffee, lounge, office 1, office 2"),
         ("pause lounge", "NAME: expected the order `goal`, found `pause`"),
         ("goal lonuge", "did you mean \"lounge\"?"),
         ("goal lounge --task 2", "--task"),
@@ -247,7 +258,20 @@ fn a_robot_is_sent_to_a_room_by_its_name() {
         assert!(wrong.code == Some(2) && wrong.err.contains(words), "{words}: {wrong}");
     }
     place.fine("send abort");
-    running.end();
+    let report = running.end().json();
+    assert_eq!(
+        report["tasks"].as_array().unwrap().len(),
+        4,
+        "only the mission's tasks are judged: {report:#}"
+    );
+    let recording = report["recording"].as_str().unwrap();
+    let orders = Recording::open(recording.as_ref()).unwrap().channel(MISSION).unwrap();
+    let names: Vec<_> = orders.filter_map(|order| Some(order.unwrap().0.place()?.name)).collect();
+    assert_eq!(names.iter().map(Text::as_str).collect::<Vec<_>>(), ["STORE"]);
+    // The step at which the planner got an order is not recorded.
+    let again = place.run(&format!("rerun {recording} --process planner"));
+    assert!(again.code == Some(2) && again.err.contains("people took part"), "{again}");
+    place.fine(&format!("rerun {recording} --process localizer"));
     place.assert_nothing_left(NAME);
 }
 

@@ -131,8 +131,8 @@ fn drawings_are_checked_before_a_robot_drives_by_them() {
     place.assert_nothing_left("pad");
 }
 
-/// After a drive, the page shows what the robot saw over what was drawn. Once a person accepts it, the robot drives by it without a
-/// mark, from wherever it stands.
+/// After a drive, the page shows the robot's map over the drawing. Once a person accepts it, the robot drives by it without a mark,
+/// from wherever it stands.
 #[test]
 fn what_the_robot_has_learned_is_accepted_driven_by_and_rejected() {
     let Some(browser) = Browser::find() else { return };
@@ -160,15 +160,15 @@ fn what_the_robot_has_learned_is_accepted_driven_by_and_rejected() {
 }
 
 /// A robot follows a route past landmarks that was drawn on the page, and gets lost because the route ends in open space. A person
-/// taps its position and then draws the rest of the route, which leads it to the goal.
+/// taps its position, then adds an object that was missing from the map and draws the rest of the route, which leads it to the goal.
 #[test]
-fn a_route_past_landmarks_is_drawn_and_drawn_on_from_where_the_robot_stands() {
+fn a_route_past_landmarks_is_corrected_and_drawn_on_from_where_the_robot_stands() {
     let Some(browser) = Browser::find() else { return };
     let place = Place::new();
     let (mut pad, link) = pad_in(&place, "sim/missions/landmarks/pad", 4);
     let ended = browser.passes_landmarks(&place, &link);
     assert_eq!(ended.code, Some(0), "{ended}");
-    keep_pictures(place.files(), &["landmarks-lost.png", "landmarks-arrived.png"]);
+    keep_pictures(place.files(), &["landmarks-lost.png", "landmarks-corrected.png", "landmarks-arrived.png"]);
     pad.must_live();
     let saved = fs::read_to_string(place.files().join("past-the-table.toml")).unwrap();
     let saved = Mission::parse(&saved).unwrap();
@@ -193,6 +193,25 @@ fn a_question_is_answered_by_a_tap_and_by_a_button() {
     keep_pictures(place.files(), &["asks.png", "asks-again.png"]);
     running.end();
     place.assert_nothing_left("asks");
+}
+
+/// Only a page that could not be heard used to lose the wheel. A person who watches can ask for it.
+#[test]
+fn the_wheel_is_handed_over_while_the_robot_drives() {
+    let Some(browser) = Browser::find() else { return };
+    let (place, port) = (Place::new(), free_port());
+    let mission = repository().join("sim/missions/building/building-a.toml");
+    let mut running = place
+        .start(&format!("run {} --pad --port {port} --system handed --speed 1 --json", mission.display()));
+    wait_for(&mut running, port);
+    let ended = browser.hands_over(&place, &format!("http://127.0.0.1:{port}/?token={TOKEN}"));
+    assert_eq!(ended.code, Some(0), "{ended}");
+    let looks = ["wide-light", "wide-dark", "phone-light", "phone-dark"];
+    let pictures = ["may-ask", "asked", "asks"].map(|name| looks.map(|look| format!("{name}-{look}.png")));
+    keep_pictures(place.files(), pictures.as_flattened());
+    running.signal(Signal::SIGINT);
+    running.end();
+    place.assert_nothing_left("handed");
 }
 
 /// Checks what the page of a study measures about the pen, and what it stores.

@@ -1,4 +1,4 @@
-// Draws what a 3D panel would draw of the newest messages in frame `sketch`: an SVG out of standard messages alone.
+// Draws the newest messages in frame `sketch` like a 3D panel: an SVG made only from standard messages.
 
 const yaw = ({ z, w }) => 2 * Math.atan2(z, w);
 

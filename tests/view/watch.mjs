@@ -1,10 +1,10 @@
-// Watches a running view with other people's code: connects, subscribes to every topic, decodes every message by the schema that
-// came with it. Ends when each topic of the list has had a message.
+// Watches a running view with third-party code: connects, subscribes to every topic, and decodes every message by the schema
+// received with it. Exits when a message of each listed topic has arrived.
 //
 //   node watch.mjs ws://127.0.0.1:8765 /scan,/odometry [picture.svg]
 //
-// Prints one JSON object: by topic its type, how many messages were decoded, and the bytes of the first ones in hexadecimal. Needs
-// the packages of SKETCHNAV_FOXGLOVE (a folder with node_modules). Exit 0: all came and were decoded; 1: not.
+// Prints one JSON object: for each topic its type, the number of decoded messages, and the bytes of the first ones in hexadecimal.
+// Needs the packages in SKETCHNAV_FOXGLOVE (a folder with node_modules). Exit code 0: all arrived and were decoded; 1: otherwise.
 import { createRequire } from "node:module";
 import { writeFileSync } from "node:fs";
 import { picture } from "./picture.mjs";
@@ -26,7 +26,7 @@ const subscriptions = new Map();
 let isEnding = false;
 let client;
 
-// Once: messages go on coming while the answer is written.
+// Only once: messages continue to arrive while the answer is written.
 function end(words) {
   if (isEnding) return;
   isEnding = true;
@@ -59,7 +59,7 @@ function came({ subscriptionId, data }) {
   if (missing.size === 0) end();
 }
 
-// Sets all handlers before it returns: what came in one packet with the answer to the handshake is handed on right after.
+// Sets all handlers before it returns, because data in the same packet as the handshake's answer is delivered directly afterwards.
 function watch(socket) {
   client = new FoxgloveClient({ ws: socket });
   client.on("error", (error) => end(`error: ${error}`));
@@ -68,7 +68,7 @@ function watch(socket) {
   client.on("message", came);
 }
 
-// The view may still be about to listen.
+// The view may not be listening yet.
 function connect() {
   const socket = new WebSocket(url, ["foxglove.sdk.v1"]);
   socket.once("open", () => watch(socket));

@@ -25,7 +25,7 @@ class Inconsistent(ValueError):
 
 
 class Network:
-    """A set of possible relations for each pair of objects. At first, nothing is known about any."""
+    """A set of possible relations for each pair of objects. Initially, all relations are possible."""
 
     def __init__(self, calculus: Calculus, objects: Iterable[str]):
         if not (isinstance(calculus, Composed) and isinstance(calculus, OfTracks)):

@@ -39,7 +39,7 @@ pub struct Series {
     pub to_s: Vec<f64>,
     /// The relations.
     pub relations: Vec<i16>,
-    /// How each relation follows from the previous one, by the order of [`Change`].
+    /// The kind of change from the previous relation, by the order of [`Change`].
     pub changes: Vec<i8>,
 }
 

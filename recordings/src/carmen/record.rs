@@ -66,7 +66,7 @@ impl std::fmt::Display for ScanKind {
     }
 }
 
-/// Why a line is left out.
+/// The reason why a line is left out.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Fault {
     /// The line does not have the number of fields that its content implies.
@@ -107,7 +107,7 @@ pub enum Fault {
         kind: &'static str,
         /// The field of view, in degrees.
         view_deg: f64,
-        /// The angle from one beam to the next that the line states, in degrees.
+        /// The angle between neighbouring beams according to the line, in degrees.
         found_deg: f64,
         /// Number of readings.
         beams: usize,
@@ -166,7 +166,7 @@ pub struct ScanLine {
     pub beams: Beams,
     /// Ranges in metres, from right to left. NaN for a number in the log that no laser could have measured.
     pub ranges_m: Vec<f32>,
-    /// The maximum range that the line states, in metres.
+    /// The maximum range according to the line, in metres.
     pub range_max_m: Option<f64>,
     /// The value of an extra field right after the readings, if there is one. It is never less than any of the readings.
     pub surplus: Option<f64>,
@@ -346,7 +346,7 @@ impl<'a> Fields<'a> {
         (0..count).map(|_| self.range()).collect()
     }
 
-    /// Checks that the beams span the field of view that the line states, with a tolerance of one and a half beams.
+    /// Checks that the beams span the stated field of view, with a tolerance of one and a half beams.
     fn check_angles(&self, beams: &Beams, view_rad: f64, count: usize) -> Result<(), Fault> {
         let step_rad = beams.angle_increment_rad;
         let is_laser = step_rad > 0.0

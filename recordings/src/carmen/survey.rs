@@ -28,7 +28,7 @@ const MAX_OTHERS: usize = 32;
 pub enum OdometrySource {
     /// The ODOM lines, chained by `Chain`.
     Lines,
-    /// The pose of the robot that each scan states.
+    /// The pose of the robot according to each scan.
     Scans,
 }
 
@@ -384,7 +384,7 @@ impl Survey {
         others.chain(scans).chain(odometry).collect()
     }
 
-    /// Describes in words what the log has instead of scans.
+    /// Describes in words the contents of a log without scans.
     fn found(&self) -> String {
         let odometry = (self.odometry_lines > 0).then(|| format!("{} ODOM", self.odometry_lines));
         let others = self.others.iter().map(|(word, count)| format!("{count} {word}"));

@@ -187,7 +187,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-        /// No length is trusted: for any bytes, the result is either an error or a message.
+        /// Since no length is trusted, any sequence of bytes results in either an error or a message.
         #[test]
         fn arbitrary_bytes_are_decoded_or_rejected(
             cut in 0..50_usize,

@@ -45,7 +45,7 @@ fn messages(path: &Path) -> Vec<RawMessage> {
     parts.filter_map(|part| if let Part::Message(message) = part { Some(message) } else { None }).collect()
 }
 
-/// Returns where the chunks begin.
+/// Returns the positions of the chunks.
 fn chunks(file: &[u8]) -> Vec<usize> {
     let (mut at, mut chunks) = (8, Vec::new());
     while at + 9 < file.len() - 8 {
@@ -182,7 +182,7 @@ fn a_filter_keeps_the_selected_messages() {
     assert_eq!(info(&to).unwrap().run["mission"], "two rooms");
 }
 
-/// Two halves of a recording, put together, are the recording.
+/// Merging the two halves of a recording restores the recording.
 #[test]
 fn halves_become_one() {
     let folder = tempfile::tempdir().unwrap();

@@ -37,7 +37,7 @@ fn story(path: &Path, steps: u64) -> Vec<u8> {
     std::fs::read(path).unwrap()
 }
 
-/// Returns where each top-level record begins, with its opcode.
+/// Returns the position of each top-level record, with its opcode.
 fn records(file: &[u8]) -> Vec<(usize, u8)> {
     let (mut at, mut found) = (8, Vec::new());
     while at + 9 <= file.len() - 8 {

@@ -1,4 +1,4 @@
-//! Recordings by other software are read, and files that are not recordings are reported as what they are.
+//! Recordings by other software are read, and other files are identified in the error.
 
 use std::path::{Path, PathBuf};
 

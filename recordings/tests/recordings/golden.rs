@@ -1,7 +1,6 @@
-//! Recordings of earlier versions stay readable: the files in `golden` contain what this version would write. `story.mcap`
-//! has the messages of a mission, `samples.mcap` has every message type, `log.mcap` has an imported CARMEN log, and
-//! `cut.mcap` is a file that a kill has left. To change them on purpose, run `SKETCHNAV_UPDATE_GOLDEN=1 cargo test -p
-//! sketchnav-recordings golden`.
+//! Recordings of earlier versions stay readable: the files in `golden` contain what this version would write. `story.mcap` has the
+//! messages of a mission, `samples.mcap` has every message type, `log.mcap` has an imported CARMEN log, and `cut.mcap` is a file
+//! whose recorder was killed. To change them on purpose, run `SKETCHNAV_UPDATE_GOLDEN=1 cargo test -p sketchnav-recordings golden`.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};

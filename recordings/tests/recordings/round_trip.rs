@@ -1,5 +1,4 @@
-//! Recordings are read back as they were written: every message type, files that a kill cut off, gaps and
-//! repetitions.
+//! Recordings are read back as they were written: every message type, files cut off by a kill, gaps and repetitions.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -194,9 +193,9 @@ fn with_x(raw: &RawMessage, x: f64) -> RawMessage {
     raw
 }
 
-/// If a driver computes its quaternions, their x and y are 0 except for rounding errors, and may be −0. Its whole odometry was
-/// once rejected. A single tilted quaternion, which must be rejected, ended the command that encountered it, even if that command
-/// only copied messages.
+/// Regression test: if a driver computes its quaternions, their x and y may be −0 or have rounding errors, and all of its
+/// odometry was rejected. A single tilted quaternion, which must be rejected, ended the command that encountered it, even if that
+/// command only copied messages.
 #[test]
 fn rounding_in_a_quaternion_is_accepted_and_a_tilt_is_kept() {
     let folder = tempfile::tempdir().unwrap();

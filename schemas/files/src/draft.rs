@@ -36,7 +36,7 @@ impl Draft {
     /// Any I/O error, and [`ErrorKind::NotConnected`] for a named pipe without a reader.
     pub fn begin(path: &Path) -> io::Result<(Self, Sink)> {
         if let Some(there) = std::fs::metadata(path).ok().filter(|there| !there.is_file()) {
-            // Renaming a draft over a device would replace the device. A directory is refused here.
+            // Renaming a draft over a device would replace the device. Directories are refused as well.
             let file = if there.file_type().is_fifo() { open_pipe(path) } else { open_to_write(path) }?;
             return Ok((Self { path: path.to_owned(), draft: None }, BufWriter::new(file)));
         }

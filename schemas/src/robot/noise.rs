@@ -1,4 +1,4 @@
-//! How a robot deviates from its commands, and its odometry from the truth.
+//! Deviations of a robot from its commands, and of its odometry from the truth.
 
 use serde::{Deserialize, Serialize};
 

@@ -154,8 +154,8 @@ impl MarkerCamera {
         Pose::new(self.mount_x_m, self.mount_y_m, self.mount_yaw_deg.to_radians())
     }
 
-    /// Returns true if the camera sees a marker at this distance and bearing from its optical axis, if nothing hides the marker.
-    /// The slant is the angle between the direction that the marker faces and the line to the camera.
+    /// Returns true if the camera sees a marker at the given distance and bearing from its optical axis, if nothing hides the
+    /// marker. The slant is the angle between the direction that the marker faces and the line to the camera.
     pub fn sees(&self, distance_m: f64, bearing_rad: f64, slant_rad: f64) -> bool {
         (self.range_min_m..=self.range_max_m).contains(&distance_m)
             && self.resolves(distance_m, slant_rad)
@@ -163,15 +163,14 @@ impl MarkerCamera {
             && slant_rad <= self.slant_max_deg.to_radians()
     }
 
-    /// Returns the probability that the camera misses a marker that it could see at this distance.
+    /// Returns the probability that the camera misses a marker that it could see at the given distance.
     pub fn missed(&self, distance_m: f64) -> f64 {
         let span_m = self.range_max_m - self.range_min_m;
         self.miss * (1.0 + (distance_m - self.range_min_m) / span_m)
     }
 
-    /// Returns true if a marker at this distance appears large enough to be detected. In the pinhole model, a
-    /// side of s metres seen at this slant covers f s cos(slant) / distance pixels, where the focal length f
-    /// follows from the field of view.
+    /// Returns true if a marker at the given distance appears large enough to be detected. In the pinhole model, a side of s metres
+    /// seen at this slant covers f s cos(slant) / distance pixels, where the focal length f follows from the field of view.
     pub fn resolves(&self, distance_m: f64, slant_rad: f64) -> bool {
         self.pixels.is_none_or(|pixels| {
             let width_px = self.side_px(&pixels, distance_m) * slant_rad.cos();

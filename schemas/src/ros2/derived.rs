@@ -26,7 +26,7 @@ pub struct Derived {
     encode: Encode,
 }
 
-/// Appends what is derived from a message and its cells to a buffer, in CDR.
+/// Appends the messages derived from a message and its cells to a buffer, in CDR.
 pub type Encode = fn(&[u8], &[u8], &mut Vec<u8>) -> Result<(), Ros2Error>;
 
 impl Derived {
@@ -46,7 +46,7 @@ impl Derived {
         Self { topic, of, ros2, encode }
     }
 
-    /// Appends what is derived from a message of the channel to `out`, in CDR.
+    /// Appends the messages derived from a message of the channel to `out`, in CDR.
     ///
     /// # Errors
     /// [`Ros2Error`] if the message cannot be expressed in ROS 2. In that case, the content of `out` is

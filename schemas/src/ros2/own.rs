@@ -322,8 +322,8 @@ fn text<T: OwnMessage>() -> String {
 /// The comment of the slice after a message.
 pub(crate) const SLICE_DOC: &[&str] = &[" The slice after the message."];
 
-/// Returns the `.msg` text of a message with these fields: its comment with the frame, the header, the cause, the fields and the
-/// slice.
+/// Returns the `.msg` text of a message with the given fields: its comment with the frame, the header, the cause, the fields and
+/// the slice.
 pub(crate) fn message_text(doc: &[&str], frame: &str, fields: Vec<Line>, slice: Line) -> String {
     let frame = (!frame.is_empty()).then(|| format!(" Frame: {frame}."));
     let doc: Vec<_> = doc.iter().copied().chain(frame.as_deref()).collect();

@@ -51,9 +51,9 @@ pub fn first<T>(all: &[T], count: u32) -> &[T] {
 
 /// Colour of the place that the robot should reach.
 pub const ROUTE_COLOR: [f32; 4] = [0.85, 0.33, 0.1, 0.9];
-/// Colour of what the robot sees.
+/// Colour of the robot's current view.
 pub const SEEN_COLOR: [f32; 4] = [0.93, 0.69, 0.13, 1.0];
-/// Colour of what the robot remembers.
+/// Colour of the robot's memory.
 pub const REMEMBERED_COLOR: [f32; 4] = [0.47, 0.53, 0.6, 0.9];
 /// Colour of people.
 pub const PERSON_COLOR: [f32; 4] = [0.49, 0.18, 0.56, 0.9];

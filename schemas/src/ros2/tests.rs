@@ -90,7 +90,7 @@ fn rounding_in_a_quaternion_is_distinguished_from_a_tilt() {
     );
 }
 
-/// Returns how often the schema of `T` has a constant with this name and number.
+/// Returns the number of times that the schema of `T` has a constant with the given name and number.
 fn constants<T: Ros2>(name: &str, code: u32) -> usize {
     let line = format!("uint32 {}={code} #", definitions::constant(name));
     T::schema().lines().filter(|found| found.starts_with(&line)).count()

@@ -33,7 +33,7 @@ fn ros2(options: &Ros2Options) -> Result<Outcome, Failure> {
 /// Returns the error for a missing feature, which explains how to build with it.
 #[cfg(not(all(feature = "ros2", feature = "zenoh")))]
 fn absent(what: &str, feature: &str) -> Failure {
-    let advice = format!("cargo build --release --features {feature}");
+    let advice = format!("cargo build --features {feature}");
     Failure::Input(anyhow!("{what}: this program was built without it; build it with `{advice}`"))
 }
 
@@ -72,6 +72,7 @@ mod built {
     use crate::args::{Ros2Options, parse_domain};
     use crate::failure::{Failure, OrInput, Outcome};
     use crate::output::{live, say};
+    use crate::step_in::named_goal;
     use crate::systems;
 
     /// The environment variable that selects the domain of ROS 2.
@@ -120,7 +121,8 @@ mod built {
         let orders = settings.takes_orders.then(|| format!("; orders from {}", settings.topic(ORDER_TOPIC)));
         let (domain, orders) = (settings.domain, orders.unwrap_or_default());
         live!("{name} in domain {domain}: {}{orders}", names.join(" "))?;
-        let done = sketchnav_ros2::run(&node, run, &topics, settings).context("bridge ros2")?;
+        let find = |name: &str| named_goal(run, name).map_err(|error| error.to_string());
+        let done = sketchnav_ros2::run(&node, run, &topics, settings, &find).context("bridge ros2")?;
         Ok(report(name, &done))
     }
 

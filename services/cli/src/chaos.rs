@@ -35,7 +35,7 @@ struct Report {
     /// The number of kills that the options asked for. If the mission ends early, there are fewer, and the
     /// result proves less.
     asked: u32,
-    /// How many of the kills starved a process of the processor for a while instead of ending it.
+    /// Number of kills that starved a process of the processor for a while instead of ending it.
     starvations: usize,
     by_process: BTreeMap<&'static str, Recoveries>,
     /// Whether every task was reached in the run with kills.

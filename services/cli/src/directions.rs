@@ -6,7 +6,6 @@ use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
 use maud::{PreEscaped, html};
 use sketchnav_directions::messages::PlannedJourney;
-use sketchnav_directions::plan::Plan;
 use sketchnav_directions::plane::DotId;
 use sketchnav_directions::stages::belief::Charts;
 use sketchnav_directions::stages::mission::{self, KIND};
@@ -150,7 +149,7 @@ fn write_page(file: &Path, run: &RunConfig, made: &Made) -> anyhow::Result<()> {
         html! {
             h2 { (task.name) }
             @if !dots.is_empty() { div.pictures { figure { (PreEscaped(picture)) } } }
-            @if let Some(stated) = made.plans.get(number).and_then(Plan::stated) { p { (stated) } }
+            @if let Some(stated) = made.journeys.get(number).and_then(PlannedJourney::stated) { p { (stated) } }
             ol { @for words in map.in_words() { li { (words) } } }
         }
     };
@@ -202,7 +201,7 @@ fn charted(run: &RunConfig, made: &Made, charts: &Charts) -> String {
     let mut text =
         format!("{} landmarks in {} bytes, in place of a map\n", charts.charted.dots.len(), charts.bytes());
     for (task, journey) in run.mission.task.iter().zip(&made.journeys) {
-        let PlannedJourney { distance_m, probability } = journey;
+        let PlannedJourney { distance_m, probability, .. } = journey;
         text +=
             &format!("\n{}\ndistance {distance_m:.3}, probability of arrival {probability:.3}\n", task.name);
     }

@@ -1,4 +1,4 @@
-//! Ends commands with an exit code and what is printed with it.
+//! Exit codes of commands, and the output that accompanies them.
 
 use std::ffi::{OsStr, OsString};
 
@@ -11,7 +11,7 @@ use sketchnav_supervisor::INCOMPLETE;
 use crate::args::Cli;
 use crate::output::{self, out};
 
-/// Why a command failed.
+/// The reason why a command failed.
 #[derive(Debug)]
 pub enum Failure {
     /// Bad input or usage: exit 2.
@@ -20,7 +20,7 @@ pub enum Failure {
     Plain(anyhow::Error),
     /// Anything else: exit 3.
     Other(anyhow::Error),
-    /// Anything else, after the command printed what it could: exit 3.
+    /// Anything else, after the command has printed as much as possible: exit 3.
     Reported(anyhow::Error),
     /// The recording is incomplete: exit 4.
     Incomplete(anyhow::Error),
@@ -31,7 +31,7 @@ pub enum Failure {
 pub enum Outcome {
     /// Done, every task reached, no difference: exit 0.
     Success,
-    /// Done, but some task was not reached, or the recordings differ: exit 1.
+    /// The command completed, but a task was not reached, or the recordings differ: exit 1.
     Short,
     /// Recovered, but with losses: exit 3.
     Loss,

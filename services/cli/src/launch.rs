@@ -38,7 +38,7 @@ pub fn load(path: &Path, options: &SystemOptions) -> Result<(Mission, Robot), Fa
 /// Makes the mission one that is driven in the learned map `learned`.
 ///
 /// # Errors
-/// If the path is not UTF-8, or if the mission's navigator or method drives in no learned map.
+/// If the path is not UTF-8, or if the mission's navigator or method does not support learned maps.
 pub fn drive_in_learned(learned: &Path, mission: &mut Mission, robot: &Robot) -> Result<(), Failure> {
     let named = || learned.display().to_string();
     let path = std::path::absolute(learned).with_context(named).or_input()?.into_os_string().into_string();
@@ -47,7 +47,7 @@ pub fn drive_in_learned(learned: &Path, mission: &mut Mission, robot: &Robot) ->
     check(mission, robot).map_err(|error| anyhow!("--learned: {error}")).or_input()
 }
 
-/// Checks what the mission's navigator requires of the mission, the robot and the world's markers.
+/// Checks the requirements of the mission's navigator for the mission, the robot and the world's markers.
 fn check(mission: &Mission, robot: &Robot) -> Result<(), Box<dyn Error + Send + Sync>> {
     let navigator = sketchnav_navigators::of(mission)?;
     (navigator.check)(mission, robot)?;
@@ -123,7 +123,7 @@ pub fn lines(run: &RunConfig, link: Option<&Link>) -> Result<Vec<ProcessLine>, S
     services.chain(link.map(|link| link.line(&run.system))).collect()
 }
 
-/// Returns how long processes may go without a sign of life.
+/// Returns the maximum time that processes may go without a sign of life.
 pub fn grace(options: &SystemOptions) -> Grace {
     Grace { stopped: Duration::from_secs_f64(options.stopped_limit), ..Grace::default() }
 }
@@ -131,7 +131,7 @@ pub fn grace(options: &SystemOptions) -> Grace {
 /// Classifies an error as bad input if the user can correct it.
 pub fn classify(error: SystemError) -> Failure {
     match &error {
-        // The user needs to know what a service reports about its input, but not that a service's process reported it.
+        // The user needs the service's report about its input, but not the information that it came from the process of a service.
         SystemError::Died(death) if error.is_bad_input() => {
             // What comes before the error, such as a traceback, is in the process's log.
             let last = death.last_lines.rsplit_once("\nerror: ").map(|(_, last)| last);

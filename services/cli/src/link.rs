@@ -112,8 +112,8 @@ mod tests {
         PadSite { port: 0, bind: bind.parse().unwrap(), hosts: vec!["robot.local".into()], save: ".".into() }
     }
 
-    /// All users of the machine can reach a loopback address. A link to one once had no token, and another user could
-    /// drive the robot.
+    /// Regression test: links to loopback addresses had no token. Since all users of the machine can reach these addresses, another
+    /// user could drive the robot.
     #[test]
     fn every_link_has_an_unguessable_token() {
         for bind in ["127.0.0.1", "::1", "0.0.0.0"] {

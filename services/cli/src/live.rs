@@ -11,7 +11,7 @@ use sketchnav_schemas::codes::Process;
 
 use crate::failure::{Failure, OrInput};
 
-/// How often to poll. The buffer of a channel holds the messages that arrive in between.
+/// Interval at which to poll. The buffer of a channel holds the messages that arrive in between.
 const LOOK_EVERY: Duration = Duration::from_millis(5);
 /// The period over which rates are measured.
 const LOOK_FOR: Duration = Duration::from_secs(1);

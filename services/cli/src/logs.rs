@@ -16,11 +16,11 @@ use crate::failure::{Failure, Outcome};
 use crate::output::live;
 use crate::systems;
 
-/// How often to look for more output.
+/// Interval at which to look for more output.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
 /// Maximum length of a line, in bytes. A longer line is printed in pieces.
 const MAX_LINE: usize = 64 << 10;
-/// How much of a log's end is searched for its last lines, in bytes.
+/// Length of a log's end that is searched for its last lines, in bytes.
 const MAX_TAIL: u64 = 4 << 20;
 
 /// Prints the last lines of each process's log and, with `--follow`, new lines as they are written.

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 /// The service manager that started this process.
 pub struct Manager {
     socket: Option<(UnixDatagram, SocketAddr)>,
-    /// How often to send a sign of life, or `None` if the manager does not expect any.
+    /// Interval at which to send a sign of life, or `None` if the manager does not expect any.
     ping_every: Option<Duration>,
     pinged: Instant,
 }

@@ -19,10 +19,10 @@ use crate::notify::Manager;
 use crate::output::{self, say};
 use crate::study;
 
-/// How often to check for dead processes and for the end.
+/// Interval at which to check for dead processes and for the end.
 const REFRESH: Duration = Duration::from_millis(100);
 
-/// Serves the page and drives by what people draw on it, until a person ends it.
+/// Serves the page and drives by people's drawings on it, until a person ends it.
 pub fn pad(options: &PadOptions) -> Result<Outcome, Failure> {
     match &options.study {
         Some(folder) if options.report => study::report(folder),
@@ -98,7 +98,7 @@ pub fn place(options: &PadOptions) -> Result<Stage, Failure> {
     }
 }
 
-/// Checks that the mission's navigator drives by what people draw.
+/// Checks that the mission's navigator drives by people's drawings.
 fn check_kind(mission: &Mission) -> anyhow::Result<()> {
     let navigator = sketchnav_navigators::of(mission)?;
     let drawn = sketchnav_navigators::all().filter(|navigator| navigator.drawn.is_some());

@@ -122,7 +122,7 @@ struct Held {
     from_s: f64,
     to_s: f64,
     relation: String,
-    /// How the relation follows from the previous one, in a word.
+    /// The kind of change from the previous relation, in a word.
     change: String,
 }
 

@@ -36,7 +36,7 @@ pub struct Report {
     verdict: Verdict,
     #[serde(flatten)]
     doubts: Doubts,
-    /// How the planner reports that it drove, if it had to deviate from the method.
+    /// The planner's report of how it drove, if it had to deviate from the method.
     #[serde(skip_serializing_if = "Option::is_none")]
     driven: Option<&'static str>,
     /// Duration of the run by the clock, in seconds, or `None` if its supervisor was killed at its end.
@@ -56,14 +56,14 @@ pub struct Report {
     /// The folder with the output of the processes.
     #[serde(skip_serializing_if = "Option::is_none")]
     logs: Option<PathBuf>,
-    /// Why some of that output is missing.
+    /// The reason why some of that output is missing.
     #[serde(skip_serializing_if = "Option::is_none")]
     logs_incomplete: Option<String>,
-    /// Why there are fewer pictures than expected.
+    /// The reason why there are fewer pictures than expected.
     #[serde(skip_serializing_if = "Option::is_none")]
     not_drawn: Option<String>,
     processes: Vec<ProcessFigures>,
-    /// What a person should check first, if anything.
+    /// A hint about what to check first, if there is one.
     #[serde(skip)]
     hint: Option<&'static str>,
 }
@@ -175,7 +175,7 @@ impl Report {
         self.verdict.success
     }
 
-    /// Says what is missing from the recording, or returns `None` if it is complete.
+    /// Describes the gaps of the recording, or returns `None` if it is complete.
     pub fn incomplete(&self) -> Option<&str> {
         self.incomplete.as_deref()
     }
@@ -258,11 +258,14 @@ impl Report {
     }
 }
 
-/// Returns what to check first if no task was reached, where the mission gives the start twice: for the robot and in its drawing.
+/// Returns a hint about what to check first if the mission states the start twice, for the robot and in its drawing, and the robot
+/// ended tasks without reaching any. If people or the end of the run stopped it, that says nothing about the start.
 fn hint(mission: &Mission, verdict: &Verdict) -> Option<&'static str> {
     let is_given_twice = mission.navigator.given.contains_key("start");
-    let is_none_reached = !verdict.tasks.is_empty() && verdict.tasks.iter().all(|task| !task.reached);
-    (is_given_twice && is_none_reached).then_some(
+    let is_none_reached = verdict.tasks.iter().all(|task| !task.reached);
+    let by_robot = [TaskState::Reached, TaskState::Blocked, TaskState::Lost, TaskState::TimedOut];
+    let has_ended = verdict.tasks.iter().any(|task| by_robot.iter().any(|state| state.word() == task.state));
+    (is_given_twice && is_none_reached && has_ended).then_some(
         "check that navigator.start and start.world are the same place, and that navigator.start_heading_deg is the robot's \
          heading as seen in the drawing: `sketchnav help missions`",
     )
@@ -323,7 +326,7 @@ mod tests {
 
     use super::*;
 
-    /// A wrong heading in the drawing once gave "0 of 3 tasks reached", and nothing else.
+    /// Regression test: with a wrong heading in the drawing, the only output was "0 of 3 tasks reached".
     #[test]
     fn after_a_run_that_reached_nothing_the_starts_are_doubted() {
         let by_drawing =
@@ -331,7 +334,7 @@ mod tests {
         let task = |reached| TaskVerdict {
             name: "there".to_owned(),
             reached,
-            state: "failed".to_owned(),
+            state: TaskState::Lost.word().to_owned(),
             reason: String::new(),
             time_s: 1.0,
             path_m: 1.0,
@@ -346,6 +349,9 @@ mod tests {
         let said = hint(&by_drawing, &verdict(&[false, false])).unwrap();
         assert!(said.contains("start_heading_deg") && said.contains("sketchnav help missions"), "{said}");
         assert_eq!(hint(&by_drawing, &verdict(&[false, true])), None);
+        let mut aborted = verdict(&[false, false]);
+        aborted.tasks.iter_mut().for_each(|task| task.state = TaskState::Aborted.word().to_owned());
+        assert_eq!(hint(&by_drawing, &aborted), None);
         let without = Mission::parse(include_str!("../../../sim/missions/corridor/corridor-a.toml")).unwrap();
         assert_eq!(hint(&without, &verdict(&[false])), None);
     }

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, anyhow};
 use nix::sys::signal::Signal;
+use sketchnav_navigators::goal::{self, Goal};
 use sketchnav_navigators::read_from;
 use sketchnav_recordings::sources;
 use sketchnav_runtime::{Node, Ordered, SendTimes, System, Wake};
@@ -14,7 +15,6 @@ use sketchnav_schemas::channels::{MISSION, UNDERSTOOD};
 use sketchnav_schemas::codes::{Order, Process};
 use sketchnav_schemas::geometry::Point;
 use sketchnav_schemas::message::{Here, MissionCommand, Understood};
-use sketchnav_schemas::named;
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::doubts::Canvas;
 
@@ -23,7 +23,7 @@ use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::out;
 use crate::systems;
 
-/// How often to check whether the successor has joined or the order has appeared.
+/// Interval at which to check whether the successor has joined or the order has appeared.
 const LOOK_EVERY: Duration = Duration::from_millis(2);
 
 /// Ends a process and waits for its replacement.
@@ -82,11 +82,11 @@ fn successor(system: &System, process: Process, before: u32, patience: Duration)
 pub fn send(options: &SendOptions) -> Result<Outcome, Failure> {
     let system = systems::find(options.system.as_deref())?;
     let (name, run) = (system.name().to_owned(), system.run_config().or_input()?);
-    let task = task_of(options, &name, &run)?;
+    let ordered = ordered(options, &name, &run)?;
     check_place(options, &run)?;
     let node = Node::join(system, Process::Observer).with_context(|| format!("joining {name}"))?;
     let here = options.at.map(|at| here(&node, &run, at, options.heading)).transpose()?;
-    let ordered = Ordered { order: options.order, task, here };
+    let ordered = Ordered { here, ..ordered };
     let mut orders = node.reader(MISSION).context("the channel of orders")?;
     // Earlier orders are skipped.
     let mut last = newest(&node)?;
@@ -115,19 +115,35 @@ pub fn send(options: &SendOptions) -> Result<Outcome, Failure> {
 }
 
 fn is_order(given: &MissionCommand, ordered: &Ordered) -> bool {
-    given.order == ordered.order.code() && given.task == ordered.task && given.here() == ordered.here
+    (given.order, given.task) == (ordered.order.code(), ordered.task)
+        && (given.here(), given.place()) == (ordered.here, ordered.place)
 }
 
-/// Returns the index, from 0, of the task that the order refers to by number or by name. With `--state`, returns the number, from
-/// 1, of the landmark state to resume from.
+/// Returns the order without the robot's position.
+fn ordered(options: &SendOptions, system: &str, run: &RunConfig) -> Result<Ordered, Failure> {
+    match (&options.name, options.order) {
+        (None, order) => Ok(Ordered::new(order, task_of(options, system, run)?)),
+        (Some(name), Order::Goal) => named_goal(run, name).or_input(),
+        (Some(_), found) => Err(Failure::Input(anyhow!("NAME: expected the order `goal`, found `{found}`"))),
+    }
+}
+
+/// Returns the order to go to the task or place with this name.
+///
+/// # Errors
+/// If there is none or several, or if the run's files cannot be read.
+pub fn named_goal(run: &RunConfig, name: &str) -> anyhow::Result<Ordered> {
+    let files = sources::of_run(run)?;
+    match goal::find(run, &read_from(&*files), name).map_err(|error| anyhow!("{error}"))? {
+        Goal::Task(task) => Ok(Ordered::new(Order::Goal, task as u32)),
+        Goal::Place(place) => Ok(Ordered::to_place(place)),
+    }
+}
+
+/// Returns the index of the task that the order refers to by number, from 0. With `--state`, returns the number, from 1, of the
+/// landmark state to resume from.
 fn task_of(options: &SendOptions, system: &str, run: &RunConfig) -> Result<u32, Failure> {
     let (order, tasks) = (options.order, run.mission.task.len() as u32);
-    if let Some(name) = &options.name {
-        return match order {
-            Order::Goal => Ok(named::task(&run.mission, name).or_input()? as u32),
-            _ => Err(Failure::Input(anyhow!("NAME: expected the order `goal`, found `{order}`"))),
-        };
-    }
     if let Some(state) = options.state {
         let is_known = sketchnav_navigators::of(&run.mission).is_ok_and(|it| it.resumes_at_states);
         if order != Order::Resume || !is_known {
@@ -211,10 +227,12 @@ fn newest(node: &Node) -> anyhow::Result<u64> {
 fn report(options: &SendOptions, system: &str, given: &MissionCommand) -> Result<Outcome, Failure> {
     let (order, seq) = (options.order, given.header.seq);
     if options.json {
-        let task = options.name.as_ref().map_or(options.task, |_| given.task + 1);
         let mut object = serde_json::json!({
-            "system": system, "order": order, "task": task, "seq": seq, "stamp_ns": given.header.stamp_ns,
+            "system": system, "order": order, "seq": seq, "stamp_ns": given.header.stamp_ns,
         });
+        if given.place().is_none() {
+            object["task"] = options.name.as_ref().map_or(options.task, |_| given.task + 1).into();
+        }
         if let Some(name) = &options.name {
             object["name"] = name.as_str().into();
         }

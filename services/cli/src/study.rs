@@ -29,7 +29,7 @@ use crate::output::{out, say};
 use crate::pad;
 use crate::recordings::whole::Whole;
 
-/// How long the page thanks a participant before the system is ended for the next one.
+/// Time for which the page thanks a participant before the system is ended for the next one.
 const THANKS: Duration = Duration::from_secs(3);
 /// The name of the picture that shows where the robot was in the drawing. It is written beside the picture of the true
 /// floor.

@@ -103,7 +103,7 @@ fn table(rows: &[Row]) -> Table {
     table
 }
 
-/// Opens the system with this name or, without a name, the only one that is running.
+/// Opens the system with the given name or, without a name, the only one that is running.
 pub fn find(name: Option<&str>) -> Result<System, Failure> {
     if let Some(name) = name {
         return System::open(name).map_err(|error| Failure::Input(error.into()));

@@ -22,9 +22,9 @@ use crate::systems;
 pub use echo::echo;
 pub use rate::hz;
 
-/// How often to poll for messages, since messages do not wake observers.
+/// Interval at which to poll for messages, since messages do not wake observers.
 const LOOK_EVERY: Duration = Duration::from_millis(2);
-/// How often to print a rate, and to check whether the system is still running.
+/// Interval at which to print a rate, and to check whether the system is still running.
 const SECOND: Duration = Duration::from_secs(1);
 
 /// Processes the messages of channels.
@@ -38,7 +38,7 @@ trait Listener {
     fn tick(&mut self, spec: &'static ChannelSpec, lost: u64) -> Result<(), Failure>;
 }
 
-/// How many messages to read.
+/// Number of messages to read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Amount {
     /// This many messages, as they arrive.

@@ -176,7 +176,8 @@ fn print_faults(faults: &[FaultInfo]) -> anyhow::Result<()> {
     for fault in faults.iter().take(MAX_FAULTS) {
         let FaultInfo { stamp_s, kind, process, pid, duration_ms, words, .. } = fault;
         let took = if *duration_ms > 0.0 { format!("{duration_ms:.0} ms") } else { String::new() };
-        let is_named = words.contains(&format!("(process {pid})"));
+        // An order has no process.
+        let is_named = *pid == 0 || words.contains(&format!("(process {pid})"));
         let pid = if is_named { String::new() } else { format!(" ({pid})") };
         out!("{stamp_s:9.2} s  {process:<10} {kind:<17} {took:>8}  {words}{pid}")?;
     }

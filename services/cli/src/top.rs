@@ -18,9 +18,9 @@ use crate::output::{self, out};
 use crate::systems;
 use gather::{Gatherer, Row, Snapshot};
 
-/// How often to poll for messages, since messages do not wake observers.
+/// Interval at which to poll for messages, since messages do not wake observers.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
-/// How often the figures are updated, and the period over which rates are measured.
+/// Interval between updates of the figures, which is also the period over which rates are measured.
 const REFRESH: Duration = Duration::from_secs(1);
 
 /// Shows a system until the user quits or the system ends, or prints it once.

@@ -26,10 +26,10 @@ use crate::systems;
 
 /// Maximum time that a view may take to end after its mission has ended.
 const GOODBYE: Duration = Duration::from_secs(2);
-/// How often to check whether the view has ended.
+/// Interval at which to check whether the view has ended.
 const LOOK_EVERY: Duration = Duration::from_millis(10);
 
-/// What a view shows.
+/// The source of a view.
 enum Target<'a> {
     System(System),
     File(&'a Path),

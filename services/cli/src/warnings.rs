@@ -10,18 +10,18 @@ use sketchnav_supervisor::{Error as SystemError, Progress, Supervisor};
 
 use crate::output::say;
 
-/// How often to check whether the navigator has planned.
+/// Interval at which to check whether the navigator has planned.
 const LOOK: Duration = Duration::from_millis(20);
 
 /// Maximum number of lines of a plan that are printed.
 const MOST_LINES: usize = 60;
 
-/// What is known about the plan of a run.
+/// Information about the plan of a run.
 #[derive(Debug, Default)]
 pub struct Received {
     /// The navigator's doubts about the plan.
     pub doubts: Vec<String>,
-    /// Why the robot should not start by the plan unless a person insists.
+    /// The reason why the robot should not start by the plan unless a person insists.
     pub objection: Option<String>,
     /// How the run ended, if it ended before there was a plan.
     pub ended: Option<Progress>,

@@ -175,7 +175,7 @@ impl Driver {
         }
     }
 
-    /// Sends a reading taken at this time, in nanoseconds. `fill` receives the message, which is zeroed.
+    /// Sends a reading taken at the given time, in nanoseconds. `fill` receives the message, which is zeroed.
     ///
     /// # Errors
     /// [`DriverError`] if the message is invalid or not later than the previous one on its channel, in which

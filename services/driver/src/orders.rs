@@ -10,7 +10,7 @@ use crate::error::DriverError;
 
 /// The velocity of a robot at rest.
 pub const STANDSTILL: Twist = Twist { vx_mps: 0.0, vy_mps: 0.0, yaw_rate_radps: 0.0 };
-/// How long a command is in force after the tick that it answers.
+/// Time for which a command is in force after its tick.
 const LIMIT: Duration = Duration::from_millis(500);
 /// Number of ticks whose times are kept, at least as many as there are in [`LIMIT`] at a thousand per second.
 const KEPT: usize = 512;
@@ -32,7 +32,7 @@ impl Orders {
         Ok(Self { commands, ticks_before, newest: None, sent: vec![nothing; KEPT] })
     }
 
-    /// Notes that a tick was sent.
+    /// Records that a tick was sent.
     pub fn ticked(&mut self, tick: u64) {
         self.sent[tick as usize % KEPT] = (tick, Instant::now());
     }

@@ -94,7 +94,7 @@ impl Outlet {
         Ok(())
     }
 
-    /// Sends the reading that was held back. A tick follows.
+    /// Sends the reading that was held back, before a tick.
     pub fn flush(&mut self) -> Result<(), DriverError> {
         if std::mem::take(&mut self.is_holding) {
             let mut loan = self.writer.loan(0)?;
@@ -159,7 +159,7 @@ impl Thinning {
         Self { gap_ns, most, found: 0, sent: 0, last_ns: None, is_fast: false }
     }
 
-    /// Returns true if a reading with this timestamp should be sent now. (The last reading before a tick is sent in any case.)
+    /// Returns true if a reading with the given timestamp should be sent now. (The last reading before a tick is sent in any case.)
     fn takes(&self, stamp_ns: u64) -> bool {
         let is_far = !self.is_fast || self.last_ns.is_none_or(|last| stamp_ns >= last + self.gap_ns);
         is_far && self.sent < self.most
@@ -173,7 +173,7 @@ impl Thinning {
         }
     }
 
-    /// Notes that a tick was sent.
+    /// Records that a tick was sent.
     fn ticked(&mut self) {
         self.is_fast = self.found > self.most;
         (self.found, self.sent) = (0, 0);

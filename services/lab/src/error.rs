@@ -1,4 +1,4 @@
-//! Errors of experiments. Note that a robot that fails to arrive is a result rather than an error.
+//! Errors of experiments. A robot that fails to arrive is a result rather than an error.
 
 use std::path::PathBuf;
 
@@ -13,7 +13,7 @@ use crate::judge::anchors::AnchorsError;
 use crate::judge::homotopy::CorrespondenceError;
 use crate::picture::PictureError;
 
-/// Why a suite cannot be loaded or a trial cannot be driven.
+/// The reason why a suite cannot be loaded or a trial cannot be driven.
 #[derive(Debug, thiserror::Error)]
 pub enum EvalError {
     /// The suite does not exist.
@@ -24,7 +24,7 @@ pub enum EvalError {
         /// The names of all suites.
         known: String,
     },
-    /// The suite needs data that are not part of the repository.
+    /// The suite needs data that is not part of the repository.
     #[error(
         "suite {suite} needs {what}, which is not shipped with sketchnav: expected {file} in the folder given by --data DIR or SKETCHNAV_DATA, found {found}"
     )]
@@ -126,7 +126,7 @@ pub enum EvalError {
         /// Path of the log.
         path: PathBuf,
     },
-    /// No map can be built of a log.
+    /// No map can be built from a log.
     #[error("map of {log}: {cause}")]
     Mapping {
         /// Name of the log.
@@ -137,7 +137,7 @@ pub enum EvalError {
     /// The localizer cannot start in a drawing.
     #[error("drawing of {drawing}: {cause}")]
     Localizer {
-        /// What is drawn.
+        /// Name of the drawing.
         drawing: String,
         /// The cause of the failure.
         cause: LocalizerError,

@@ -1,6 +1,5 @@
-//! Experiments. A [`Suite`] is a list of [`Trial`]s. Each trial is driven in a single process, by the same
-//! cores that the separate processes run. It yields one [`TaskOutcome`] per task, and [`statistics`]
-//! summarises these.
+//! Experiments. A [`Suite`] is a list of [`Trial`]s, each of which is driven in a single process, by the same cores that the
+//! separate processes run. A trial yields one [`TaskOutcome`] per task, and [`statistics`] summarises them.
 //!
 //! ```text
 //! suites::load → Suite ─jobs::run_all→ TaskOutcomes ─statistics→ table, report

@@ -410,7 +410,7 @@ mod tests {
         let status = [recorded.as_slice(), &[ends[1]]].concat();
         assert!(judged(&drive(30), &status, &ends).success);
         assert!(judged(&[], &[], &ends).success);
-        // What the recording shows counts, regardless of what was reported.
+        // The recording counts, regardless of the report.
         let early = [say(10, 0, TaskState::Reached)];
         assert!(!judged(&drive(100), &early, &early).tasks[0].reached);
         let lost = [ends[0], say(50, 1, TaskState::Lost)];

@@ -31,7 +31,7 @@ use svg::{GREEN, Sheet, View};
 pub use task::{TaskMark, TaskPicture};
 pub use witnesses::{Claims, claims, drawn_rooms};
 
-/// Why a picture cannot be drawn.
+/// The reason why a picture cannot be drawn.
 #[derive(Debug, thiserror::Error)]
 pub enum PictureError {
     /// The number of cells does not match the size of the grid.
@@ -108,7 +108,7 @@ pub struct FloorPicture<'a> {
     pub shapes: &'a FloorShapes,
     /// Paths of the people walking on the floor.
     pub people: &'a [Vec<Point<World>>],
-    /// Polygons of what a camera saw at some times.
+    /// Polygons of the camera's view at some times.
     pub views: &'a [Vec<Point<World>>],
     /// The robot's start pose.
     pub start: Pose<World>,

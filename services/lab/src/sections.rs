@@ -1,6 +1,5 @@
-//! The parts of a report that are specific to one kind of navigator and need the true state of the world,
-//! such as pictures and verdicts. What a navigator can report about a run by itself is in its
-//! [`Account`](sketchnav_stage::account::Account).
+//! The parts of a report that are specific to one kind of navigator and need the true state of the world, such as pictures and
+//! verdicts. A navigator's own report about a run is its [`Account`](sketchnav_stage::account::Account).
 
 pub mod directions;
 mod drawing;

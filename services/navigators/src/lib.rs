@@ -3,6 +3,8 @@
 //! The navigators of this project are registered on first use of this crate. A program with other navigators
 //! must add them with [`register`] before anything else.
 
+pub mod goal;
+
 use std::sync::{LazyLock, PoisonError, RwLock};
 
 use sketchnav_files::{DRAWING, Disk, Files};

@@ -187,7 +187,7 @@ fn every_schema_contains_the_types_it_uses() {
     every(HasSchema);
 }
 
-/// Returns how often the schema of `T` has a constant with this name and number.
+/// Returns the number of times that the schema of `T` has a constant with this name and number.
 fn constants<T: Ros2>(name: &str, code: u32) -> usize {
     let line = format!("uint32 {}={code} #", definitions::constant(name));
     T::schema().lines().filter(|found| found.starts_with(&line)).count()

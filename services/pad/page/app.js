@@ -24,6 +24,7 @@ import { isAsked, meant, tooMuch } from "./states.js";
 import { Study } from "./study.js";
 import { toSvg } from "./svg.js";
 import { onSheet } from "./view.js";
+import { bindWheel, showWheel } from "./wheel.js";
 
 const at = (id) => document.getElementById(id);
 const settings = load();
@@ -239,8 +240,10 @@ function refresh() {
   const { drawing } = desk;
   const { practising } = study;
   study.refresh(robot.feed);
+  const drives = robot.feed?.drives ?? robot.hello?.drives ?? false;
+  showWheel({ up: link.up, drives, study: Boolean(robot.hello?.study), feed: robot.feed }, say);
   show({
-    up: link.up, refusal: link.refusal, latencyMs: link.latencyMs, drives: robot.feed?.drives ?? robot.hello?.drives ?? false,
+    up: link.up, refusal: link.refusal, latencyMs: link.latencyMs, drives,
     watches: robot.hello?.mode === "watches", busy: robot.busy, feed: robot.feed, seen: robot.hello !== null,
     practising, questions: study.hasQuestions(robot.feed),
     learned: robot.hello?.learned ?? null,
@@ -352,10 +355,13 @@ function answer(place, heading_deg) {
 onQuestion((place) => answer(place.at, null));
 at("send-sketch").addEventListener("click", () => request(sendSketch));
 at("send-path").addEventListener("click", () => request(sendPath));
-at("wheel").addEventListener("click", () => request(async () => {
-  await link.post("/api/wheel", "{}");
-  return "You drive.";
-}));
+/** Asks for what a person wants with the wheel. */
+const wish = (what, words) => request(async () => {
+  await link.post("/api/wheel", JSON.stringify(what));
+  return words;
+});
+at("wheel").addEventListener("click", () => wish("take", "You drive."));
+bindWheel(wish);
 
 /** Does not wait for other requests: stopping must be immediate. */
 function abort() {

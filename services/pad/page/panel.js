@@ -74,7 +74,7 @@ function showLink({ up, drives, latencyMs }) {
 }
 
 function showTask(task, feed) {
-  const words = task?.state === "driving" ? feed.words ?? [] : [];
+  const words = ["waiting", "driving"].includes(task?.state) ? feed.words ?? [] : [];
   write(at("task"), [taskWords(task), ...words].filter(Boolean).join(" · "));
   write(at("n-speed"), speed(feed?.speed_mps));
   write(at("n-path"), metres(task?.path_m));

@@ -73,8 +73,9 @@ export function advice({ up, refusal, drives, watches, practising, questions, fe
   if (feed.question) return drives ? feed.question.text : `${feed.question.text} The page that drives answers.`;
   if (practising) return "Try the tools for as long as you like. Nothing counts until you start.";
   if (questions) return "When the drive is over, go to the questions.";
-  if (watches) return "The tasks come from a mission file.";
+  if (watches && !feed.asks) return "The tasks come from a mission file.";
   if (!drives && feed.wheel) return "No page drives. Take the wheel to drive from this one.";
+  if (!drives && feed.asks) return "The page that drives has been asked for the wheel.";
   if (!drives) return "Another page drives; this one watches.";
   const words = {
     "no-sketch": map ? "Send the map." : "Draw the walls of the place, then send the map.",
@@ -86,6 +87,12 @@ export function advice({ up, refusal, drives, watches, practising, questions, fe
     ended: "Draw and send another path, or start again.",
   };
   return words[feed.state] ?? "";
+}
+
+/** What became of this page's request for the wheel between two feeds, in words; `null` if nothing did. */
+export function wheelNews(before, feed) {
+  if (!before?.asks || !feed || feed.asks) return null;
+  return feed.drives ? "You drive." : "The page that drives keeps the wheel.";
 }
 
 /** A task in words; `null` if there is none. */

@@ -8,7 +8,8 @@ use serde_json::Value;
 use tokio::sync::{oneshot, watch};
 
 use crate::learning::Learned;
-use crate::protocol::{Hello, HereBody, PathRequest, Refusal, SketchRequest, SketchType, Step};
+use crate::protocol::{Hello, HereBody, PathRequest, Refusal, SketchRequest, SketchType, Step, WheelWish};
+use crate::sessions::Plea;
 use crate::study::sitting::Told;
 
 /// Maximum number of calls that wait for the bridge.
@@ -67,8 +68,8 @@ pub enum Request {
     Order(Step),
     /// Sets the robot's position.
     Here(HereBody),
-    /// Takes the wheel.
-    Wheel,
+    /// Takes the wheel, asks for it or hands it over.
+    Wheel(WheelWish),
     /// Sets another limit for the link, in seconds.
     Limit(f64),
     /// Saves a mission file under this name.
@@ -85,7 +86,7 @@ impl Request {
             Self::Path(..) => Some(Step::Path),
             Self::Order(step) => Some(*step),
             Self::Here(_) => Some(Step::Here),
-            Self::Wheel | Self::Limit(_) | Self::Mission(_) | Self::Study(_) => None,
+            Self::Wheel(_) | Self::Limit(_) | Self::Mission(_) | Self::Study(_) => None,
         }
     }
 }
@@ -99,6 +100,8 @@ pub struct Picture {
     pub driver: Option<String>,
     /// Whether the wheel can be taken.
     pub wheel: bool,
+    /// The pages that ask for it.
+    pub pleas: Vec<Plea>,
     /// What the driver may do.
     pub driver_may: Vec<Step>,
     /// What the others may do.
@@ -123,7 +126,7 @@ pub struct Image {
     pub bytes: Bytes,
 }
 
-/// Where the bridge stores the data that the server should send to the pages.
+/// The data that the server should send to the pages, stored here by the bridge.
 #[derive(Debug)]
 pub struct Board {
     /// The latest feed.
@@ -198,7 +201,7 @@ pub struct Calls {
 /// Sessions of connections that have ended. There are no more of them than connections, so they are never dropped.
 type Leaves = Arc<Mutex<Vec<String>>>;
 
-/// Where to send the result of an abort; `None` if no abort was requested.
+/// Channel for the result of an abort, or `None` if no abort was requested.
 type Aborts = Arc<Mutex<Option<Vec<oneshot::Sender<Answer>>>>>;
 
 impl Caller {
@@ -256,7 +259,7 @@ impl Caller {
 }
 
 impl Calls {
-    /// Returns where to send the result of an abort, or `None` if no abort was requested.
+    /// Returns the channels for the result of an abort, or `None` if no abort was requested.
     pub fn take_aborts(&self) -> Option<Vec<oneshot::Sender<Answer>>> {
         self.aborts.lock().unwrap_or_else(PoisonError::into_inner).take()
     }

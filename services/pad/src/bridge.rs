@@ -31,8 +31,8 @@ use crate::feed::{Ends, Services, Trail};
 use crate::machine::{Machine, Memory, Submission};
 use crate::metrics::Metrics;
 use crate::mission_file;
-use crate::protocol::{Refusal, Step};
-use crate::sessions::Sessions;
+use crate::protocol::{Refusal, Step, WheelWish};
+use crate::sessions::{Plea, Sessions};
 use crate::study::Sitting;
 use crate::walls;
 
@@ -44,7 +44,7 @@ use sendings::Sendings;
 /// Maximum sleep between two checks of the channels, the calls and the clock.
 const NAP: Duration = Duration::from_millis(50);
 /// The format of [`State`].
-const CHECKPOINT: &str = "pad 5";
+const CHECKPOINT: &str = "pad 6";
 
 /// The state that a successor needs.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
@@ -52,6 +52,7 @@ struct State {
     machine: Memory,
     understood: u64,
     driver: Option<String>,
+    pleas: Vec<Plea>,
     link_limit_s: f64,
     sendings: Sendings,
     saved: BTreeSet<String>,
@@ -100,7 +101,7 @@ struct Bridge<'a> {
     watch: Watch,
     machine: Machine,
     sessions: Sessions,
-    /// Where to send the sketcher's response.
+    /// Channel for the sketcher's response.
     reply: Option<oneshot::Sender<Answer>>,
     sendings: Sendings,
     /// Names of the mission files saved so far, which may be overwritten.
@@ -178,7 +179,7 @@ impl<'a> Bridge<'a> {
         let now = self.began.elapsed();
         let seq = state.machine.drawing_seq;
         self.inbox.understood.resume_after(state.understood);
-        self.sessions.resume(state.driver, state.link_limit_s, now);
+        self.sessions.resume(state.driver, state.pleas, state.link_limit_s, now);
         self.machine.resume(state.machine, now);
         self.sendings = state.sendings;
         self.saved = state.saved;
@@ -209,6 +210,7 @@ impl<'a> Bridge<'a> {
             machine: self.machine.memory().clone(),
             understood: self.inbox.understood.position(),
             driver: self.sessions.driver().map(str::to_owned),
+            pleas: self.sessions.pleas().to_vec(),
             link_limit_s: self.sessions.limit_s(),
             sendings: self.sendings.clone(),
             saved: self.saved.clone(),
@@ -432,7 +434,7 @@ impl<'a> Bridge<'a> {
                 },
                 Err(refusal) => Err(refusal),
             },
-            Request::Wheel => done(self.sessions.take_wheel(session, now)),
+            Request::Wheel(wish) => done(self.pass_wheel(session, wish, now)),
             Request::Limit(limit_s) if drives => done(self.sessions.set_limit(limit_s)),
             Request::Mission(name) if drives => self.write_mission(&name),
             Request::Study(told) if drives => self.hear_participant(told),
@@ -441,6 +443,23 @@ impl<'a> Bridge<'a> {
         self.checkpoint()?;
         self.welcome();
         Ok(Some(answer))
+    }
+
+    /// Does what a page wants with the wheel. The robot drives on meanwhile.
+    fn pass_wheel(&mut self, session: &str, wish: WheelWish, now: Duration) -> Result<(), Refusal> {
+        match wish {
+            WheelWish::Take => self.sessions.take_wheel(session, now),
+            WheelWish::Ask(_) if self.study.is_some() => {
+                Err(Refusal::NotNow("in a study, the participant drives".into()))
+            }
+            WheelWish::Ask(name) => self.sessions.ask_for_wheel(session, &name),
+            WheelWish::Withdraw => {
+                self.sessions.withdraw(session);
+                Ok(())
+            }
+            WheelWish::Give(page) => self.sessions.answer_plea(session, page, true, now),
+            WheelWish::Decline(page) => self.sessions.answer_plea(session, page, false, now),
+        }
     }
 
     /// Sends the machine's latest submission, after writing the checkpoint.

@@ -10,7 +10,7 @@ use tempfile::{Builder, NamedTempFile};
 /// The mode of any other new file, before the user's mask.
 const MODE: u32 = 0o666;
 
-/// Creates an unnamed file in `folder` with these bytes.
+/// Creates an unnamed file in `folder` with the given bytes.
 ///
 /// # Errors
 /// Those of the system.

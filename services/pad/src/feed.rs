@@ -248,7 +248,7 @@ impl PoseView {
 pub struct QuestionView {
     /// The text.
     pub text: String,
-    /// Where it may be, the most likely first. Empty if it may be anywhere.
+    /// The possible places of the robot, the most probable first. Empty if it may be anywhere.
     pub places: Vec<PossibleView>,
 }
 

@@ -203,7 +203,7 @@ impl Bucket {
     }
 }
 
-/// How often each session has made requests, and how many of them are in progress.
+/// Numbers of recent requests and of requests in progress, for each session.
 #[derive(Debug, Default)]
 pub struct Rates {
     sessions: BTreeMap<String, Rate>,

@@ -18,7 +18,7 @@ pub const WRITTEN_WITHIN: Duration = Duration::from_secs(3);
 pub struct Learned {
     /// The content of the file.
     pub file: Vec<u8>,
-    /// How it is shown in the drawing.
+    /// The map as shown in the drawing.
     pub lesson: Lesson,
 }
 

@@ -50,7 +50,7 @@ use guard::{Guard, Token};
 use study::{Folder, Sitting};
 use token::TOKEN_VARIABLE;
 
-/// Where the pad listens, and which requests it accepts.
+/// The addresses at which the pad listens, and the requests that it accepts.
 #[derive(Debug, Clone)]
 pub struct Settings {
     /// Address to listen on.
@@ -67,7 +67,7 @@ pub struct Settings {
     pub study: Option<PathBuf>,
 }
 
-/// Why the pad cannot start.
+/// The reason why the pad cannot start.
 #[derive(Debug, thiserror::Error)]
 pub enum PadError {
     /// The token is unusable, so any user of this machine could drive.
@@ -78,7 +78,7 @@ pub enum PadError {
     Address {
         /// The address.
         address: SocketAddr,
-        /// Why not.
+        /// The reason.
         source: std::io::Error,
     },
 }

@@ -375,7 +375,7 @@ impl Machine {
         Ok(self.submit(Submission::Learned(file), now))
     }
 
-    /// Discards what was learned. Returns true if the robot drove in it, in which case its drawing is submitted again.
+    /// Discards the learned map. Returns true if the robot drove in it, in which case its drawing is submitted again.
     ///
     /// # Errors
     /// As [`Machine::check`].

@@ -59,6 +59,7 @@ files! {
     "tools.js": SCRIPT,
     "transform.js": SCRIPT,
     "view.js": SCRIPT,
+    "wheel.js": SCRIPT,
 }
 
 /// Returns the file at a path of the server, as its `content-type` and its bytes.

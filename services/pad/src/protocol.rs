@@ -16,7 +16,7 @@
 //! | `POST /api/path` | `{"route":[[x,y],…]}` or `{"goals":[[x,y] or {"name","at"},…]}`, either with `"start":{"at","heading_deg"}` | the same |
 //! | `POST /api/order` | `{"order":"execute"}`, `abort`, `restore`, `again`; `accept`, `reject` what was learned | that of a sketch, for the last two |
 //! | `POST /api/here` | `{"at":[x,y]}`, optionally with `"heading_deg":90`: where the robot is, while it asks | |
-//! | `POST /api/wheel` | empty: takes the wheel if no page has it, or its holder cannot be heard | |
+//! | `POST /api/wheel` | empty or `"take"`: takes the wheel if no page has it, or its holder cannot be heard; `{"ask":"Anna"}`: asks the driver for it, under a name that may be empty; `"withdraw"`: no longer asks; from the driver, `{"give":2}`: hands it to page 2, which asks, or `{"decline":2}` | |
 //! | `POST /api/limit` | `{"link_limit_s":3}` | |
 //! | `POST /api/mission` | `{"name":"…"}`: writes a mission file and the drawing into the pad's folder, unless a file that the pad has not written is in the way (409) | `files`: `name` and `text` (null for a photo) of the mission and of the drawing |
 //! | `POST /api/study` | of a study: `{"begin":{"code":"p-07","age":27}}` (the age is optional), `{"measures":{…}}` before the drive, `{"answers":{…}}` after it ([`Told`](crate::study::sitting::Told)) | |
@@ -50,8 +50,9 @@
 //! - `{"hello":{…}}` is a [`Hello`]. It is sent again whenever anything in it changes, except for the trail,
 //!   which grows in the feed.
 //! - `{"feed":{"n":…,…}}` is what the page displays ([`Feed`](crate::feed::Feed)), with additional members for this page:
-//!   `drives`, `wheel` (whether it can be taken) and `allowed` (the steps that it may take). The page responds with `{"seen":n}`
-//!   when it has drawn it. At most two feeds are in transit unseen (a page that does not respond gets one a second), so a slow page
+//!   `drives`, `wheel` (whether it can be taken), `allowed` (the steps that it may take), `pleas` (for the driver: the pages that
+//!   ask for the wheel, each with `page` and `name`) and `asks` (whether this page is one of them). The page responds with
+//!   `{"seen":n}` when it has drawn it. At most two feeds are in transit unseen (a page that does not respond gets one a second), so a slow page
 //!   always gets the latest picture instead of a queue.
 //! - `{"ping":t}` is answered by `{"pong":t}`, with any number.
 //! - `{"abort":true}` is the same as the order. The feed shows its result.
@@ -79,7 +80,7 @@ pub const LINK_LIMIT_S: [f64; 2] = [1.0, 60.0];
 /// The default of that limit, in seconds.
 pub const DEFAULT_LINK_LIMIT_S: f64 = 3.0;
 
-/// Why a request is refused, in words for the page.
+/// The reason why a request is refused, in words for the page.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Refusal {
     /// It does not follow the protocol.
@@ -353,7 +354,7 @@ pub enum Step {
     Here,
     /// Use the learned map for the next drive.
     Accept,
-    /// Discard what was learned.
+    /// Discard the learned map.
     Reject,
 }
 
@@ -369,10 +370,36 @@ pub struct OrderBody {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HereBody {
-    /// Where the robot is in the drawing.
+    /// The robot's pose in the drawing.
     pub at: [f64; 2],
     /// Its heading, if known.
     pub heading_deg: Option<f64>,
+}
+
+/// What a page wants with the wheel: `"take"`, `{"ask":"Anna"}`, `"withdraw"`, `{"give":2}` or `{"decline":2}`.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum WheelWish {
+    /// Take it, if it is free.
+    Take,
+    /// Ask the driver for it, under this name.
+    Ask(String),
+    /// No longer ask for it.
+    Withdraw,
+    /// Hand it to the page with this number.
+    Give(u32),
+    /// Decline the request of the page with this number.
+    Decline(u32),
+}
+
+impl WheelWish {
+    /// Parses a request. An empty one takes the wheel.
+    ///
+    /// # Errors
+    /// [`Refusal::Malformed`].
+    pub fn parse(bytes: &[u8]) -> Result<Self, Refusal> {
+        if bytes.is_empty() { Ok(Self::Take) } else { parse("the wheel", bytes) }
+    }
 }
 
 /// `{"link_limit_s":…}`.
@@ -458,7 +485,7 @@ pub struct Hello {
     pub walls: u64,
     /// What was learned, or null if nothing was.
     pub learned: Option<LearnedView>,
-    /// Where the robot has been since it was placed.
+    /// The robot's positions since it was placed.
     pub trail: Vec<[f64; 2]>,
     /// The study, if the page is for its participants.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -498,7 +525,7 @@ pub struct Limits {
     pub goals: usize,
     /// Points of a route.
     pub path_points: usize,
-    /// How long the link may be lost before the mission pauses, in seconds.
+    /// Time without a link after which the mission pauses, in seconds.
     pub link_limit_s: f64,
     /// Minimum and maximum of that limit, in seconds.
     pub link_limit_range_s: [f64; 2],
@@ -563,6 +590,17 @@ mod tests {
             let refusal = PathRequest::parse(body.as_bytes()).unwrap_err();
             assert_eq!(refusal.status(), status, "{body}");
             assert!(refusal.to_string().contains(words), "{refusal}");
+        }
+    }
+
+    #[test]
+    fn a_page_wants_one_thing_with_the_wheel() {
+        let parse = |text: &str| WheelWish::parse(text.as_bytes()).map_err(|refusal| refusal.status());
+        assert_eq!((parse(""), parse(r#""take""#)), (Ok(WheelWish::Take), Ok(WheelWish::Take)));
+        assert_eq!(parse(r#"{"ask":"Anna"}"#), Ok(WheelWish::Ask("Anna".into())));
+        assert_eq!(parse(r#"{"give":2}"#), Ok(WheelWish::Give(2)));
+        for wrong in ["{}", "[]", r#"{"give":2,"ask":""}"#, r#"{"give":-1}"#, r#"{"to":2}"#] {
+            assert_eq!(parse(wrong), Err(400), "{wrong}");
         }
     }
 

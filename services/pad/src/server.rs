@@ -29,7 +29,7 @@ use crate::metrics;
 use crate::page;
 use crate::protocol::{
     LimitBody, MAX_PATH_BYTES, MAX_SMALL_BYTES, MAX_STUDY_BYTES, MissionBody, OrderBody, PathRequest,
-    Refusal, SketchRequest, SketchType, Step, parse,
+    Refusal, SketchRequest, SketchType, Step, WheelWish, parse,
 };
 use sketchnav_schemas::message::MAX_DRAWING_BYTES;
 
@@ -315,8 +315,12 @@ async fn here(State(desk): State<Desk>, visit: Visit, content: Body) -> Response
     respond(reply.await)
 }
 
-async fn wheel(State(desk): State<Desk>, visit: Visit) -> Response {
-    let reply = async { desk.ask(desk.admit(&visit, Load::Other)?, Wish::Wheel).await };
+async fn wheel(State(desk): State<Desk>, visit: Visit, content: Body) -> Response {
+    let reply = async {
+        let admitted = desk.admit(&visit, Load::Other)?;
+        let bytes = body(&visit, content, MAX_SMALL_BYTES, BODY_WITHIN).await?;
+        desk.ask(admitted, Wish::Wheel(WheelWish::parse(&bytes)?)).await
+    };
     respond(reply.await)
 }
 

@@ -1,10 +1,12 @@
-//! Which pages are connected, which of them has the wheel, and whether the driver responds.
+//! Which pages are connected, which of them has the wheel, which ask for it, and whether the driver responds.
 //!
 //! A session is a page across all of its connections, so a page that reconnects keeps its session. Times are
 //! measured since the pad's start, by the caller's clock.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
 
 use crate::protocol::{DEFAULT_LINK_LIMIT_S, LINK_LIMIT_S, Refusal};
 
@@ -14,11 +16,26 @@ const MAX_CONNECTED: usize = 16;
 const MAX_CONNECTIONS: u32 = 8;
 /// Maximum number of pages that are remembered after they have disconnected.
 const MAX_REMEMBERED: usize = 32;
+/// Maximum number of characters of the name under which a page asks for the wheel.
+const MAX_NAME: usize = 24;
 
 #[derive(Debug)]
 struct Session {
+    /// Number of the page, from 1, by which other pages may know it.
+    page: u32,
     connections: u32,
     heard: Duration,
+}
+
+/// A page's request for the wheel.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Plea {
+    /// The page's session, which other pages must not learn.
+    pub session: String,
+    /// Number of the page.
+    pub page: u32,
+    /// Name that a person entered, or that of the page.
+    pub name: String,
 }
 
 /// The sessions of a pad.
@@ -26,6 +43,10 @@ struct Session {
 pub struct Sessions {
     known: BTreeMap<String, Session>,
     driver: Option<String>,
+    /// The pages that ask for the wheel, the first one first.
+    pleas: Vec<Plea>,
+    /// Number of pages so far.
+    pages: u32,
     limit: Duration,
     /// Whether the driver's current silence has been reported.
     is_told: bool,
@@ -34,17 +55,22 @@ pub struct Sessions {
 impl Default for Sessions {
     fn default() -> Self {
         let limit = Duration::from_secs_f64(DEFAULT_LINK_LIMIT_S);
-        Self { known: BTreeMap::new(), driver: None, limit, is_told: false }
+        let (known, pleas) = (BTreeMap::new(), Vec::new());
+        Self { known, driver: None, pleas, pages: 0, limit, is_told: false }
     }
 }
 
 impl Sessions {
     /// Resumes from a previous pad. Its driver must respond again within the limit.
-    pub fn resume(&mut self, driver: Option<String>, link_limit_s: f64, now: Duration) {
-        if let Some(id) = &driver {
-            self.known.insert(id.clone(), Session { connections: 0, heard: now });
+    pub fn resume(&mut self, driver: Option<String>, pleas: Vec<Plea>, link_limit_s: f64, now: Duration) {
+        self.pages = pleas.iter().map(|plea| plea.page).max().unwrap_or(0);
+        for Plea { session, page, .. } in &pleas {
+            self.known.insert(session.clone(), Session { page: *page, connections: 0, heard: now });
         }
-        self.driver = driver;
+        if let Some(id) = &driver {
+            self.know(id, now);
+        }
+        (self.driver, self.pleas) = (driver, pleas);
         // A limit that was set before is within its range.
         let _ = self.set_limit(link_limit_s);
     }
@@ -79,14 +105,20 @@ impl Sessions {
         self.check_seat(named)?;
         let known = named.filter(|&id| self.known.contains_key(id)).map(str::to_owned);
         let id = known.unwrap_or(fresh);
-        let session = self.known.entry(id.clone()).or_insert(Session { connections: 0, heard: now });
-        session.connections += 1;
+        self.know(&id, now).connections += 1;
         self.hear(&id, now);
         if self.driver.is_none() {
             self.give_wheel(&id);
         }
         self.forget_some();
         Ok(id)
+    }
+
+    fn know(&mut self, id: &str, now: Duration) -> &mut Session {
+        self.known.entry(id.to_owned()).or_insert_with(|| {
+            self.pages += 1;
+            Session { page: self.pages, connections: 0, heard: now }
+        })
     }
 
     /// Records that a connection of the session has ended.
@@ -119,7 +151,7 @@ impl Sessions {
         self.driver.as_deref()
     }
 
-    /// Returns how long the driver has been silent.
+    /// Returns the time since the driver was last heard.
     pub fn silence(&self, now: Duration) -> Option<Duration> {
         let driver = self.known.get(self.driver.as_ref()?)?;
         Some(now.saturating_sub(driver.heard))
@@ -149,7 +181,69 @@ impl Sessions {
         Ok(())
     }
 
-    /// Returns how long the driver may be silent, in seconds.
+    /// Asks the driver for the wheel, under this name, or `page 2` if it is empty. A page that asks again changes its name.
+    ///
+    /// # Errors
+    /// [`Refusal::NotNow`] if the page drives already, or [`Refusal::Malformed`] if the name is too long or has control characters.
+    pub fn ask_for_wheel(&mut self, id: &str, name: &str) -> Result<(), Refusal> {
+        if self.drives(id) {
+            return Err(Refusal::NotNow("this page drives already".into()));
+        }
+        let name = name.trim();
+        if name.chars().count() > MAX_NAME || name.contains(char::is_control) {
+            let expected = format!("at most {MAX_NAME} characters, and no control characters");
+            return Err(Refusal::Malformed(format!("the name: expected {expected}")));
+        }
+        let Some(page) = self.known.get(id).map(|session| session.page) else {
+            return Err(Refusal::Forbidden("expected a page that is connected".into()));
+        };
+        let name = if name.is_empty() { format!("page {page}") } else { name.to_owned() };
+        match self.pleas.iter_mut().find(|plea| plea.session == id) {
+            Some(plea) => plea.name = name,
+            None => self.pleas.push(Plea { session: id.to_owned(), page, name }),
+        }
+        Ok(())
+    }
+
+    /// Withdraws the page's request for the wheel, if it has made one.
+    pub fn withdraw(&mut self, id: &str) {
+        self.pleas.retain(|plea| plea.session != id);
+    }
+
+    /// Returns the requests for the wheel, the first one first.
+    pub fn pleas(&self) -> &[Plea] {
+        &self.pleas
+    }
+
+    /// Returns the requests of pages that are connected.
+    pub fn open_pleas(&self) -> impl Iterator<Item = &Plea> {
+        let is_open = |plea: &&Plea| self.known.get(&plea.session).is_some_and(|page| page.connections > 0);
+        self.pleas.iter().filter(is_open)
+    }
+
+    /// Hands the driver's wheel over to the page with this number, which has asked for it, or declines its request if `give` is
+    /// false.
+    ///
+    /// # Errors
+    /// [`Refusal::Forbidden`] if the session does not drive, or [`Refusal::NotNow`] if the page does not ask, or cannot be heard.
+    pub fn answer_plea(&mut self, id: &str, page: u32, give: bool, now: Duration) -> Result<(), Refusal> {
+        if !self.drives(id) {
+            return Err(Refusal::watches());
+        }
+        let plea = self.open_pleas().find(|plea| plea.page == page).cloned();
+        let plea = plea.ok_or_else(|| Refusal::NotNow("that page no longer asks for the wheel".into()))?;
+        let heard = self.known.get(&plea.session).map_or(Duration::ZERO, |session| session.heard);
+        if give && now.saturating_sub(heard) > self.limit {
+            return Err(Refusal::NotNow(format!("{} cannot be heard at the moment", plea.name)));
+        }
+        self.withdraw(&plea.session);
+        if give {
+            self.give_wheel(&plea.session);
+        }
+        Ok(())
+    }
+
+    /// Returns the maximum time that the driver may be silent, in seconds.
     pub fn limit_s(&self) -> f64 {
         self.limit.as_secs_f64()
     }
@@ -171,6 +265,7 @@ impl Sessions {
     fn give_wheel(&mut self, id: &str) {
         self.driver = Some(id.to_owned());
         self.is_told = false;
+        self.withdraw(id);
     }
 
     /// Forgets pages that have disconnected, starting with the one that has been silent for longest, but never the driver's.
@@ -178,6 +273,7 @@ impl Sessions {
         while self.known.len() > MAX_REMEMBERED {
             let gone = self.known.iter().filter(|(id, s)| s.connections == 0 && !self.drives(id));
             let Some(id) = gone.min_by_key(|(_, s)| s.heard).map(|(id, _)| id.clone()) else { return };
+            self.withdraw(&id);
             self.known.remove(&id);
         }
     }
@@ -239,11 +335,71 @@ mod tests {
     #[test]
     fn a_successor_waits_for_the_driver_of_its_predecessor() {
         let mut sessions = Sessions::default();
-        sessions.resume(Some("a".into()), 5.0, s(0));
+        sessions.resume(Some("a".into()), Vec::new(), 5.0, s(0));
         sessions.join(None, "b".into(), s(1)).unwrap();
         assert!(!sessions.drives("b") && !sessions.is_unattended(s(5)) && sessions.is_unattended(s(6)));
         assert_eq!(sessions.join(Some("a"), "c".into(), s(6)).unwrap(), "a");
         assert!(sessions.drives("a"));
+    }
+
+    /// Returns the pages that ask for the wheel.
+    fn asking(sessions: &Sessions) -> Vec<(u32, &str)> {
+        sessions.open_pleas().map(|plea| (plea.page, plea.name.as_str())).collect()
+    }
+
+    #[test]
+    fn the_driver_hands_the_wheel_to_a_page_that_asks() {
+        let mut sessions = Sessions::default();
+        for id in ["a", "b", "c"] {
+            sessions.join(None, id.into(), s(0)).unwrap();
+        }
+        sessions.ask_for_wheel("c", "  ").unwrap();
+        sessions.ask_for_wheel("b", "B").unwrap();
+        sessions.ask_for_wheel("b", "Berta").unwrap();
+        assert_eq!(asking(&sessions), [(3, "page 3"), (2, "Berta")]);
+        assert_eq!(sessions.answer_plea("c", 3, true, s(1)).unwrap_err().status(), 403, "not by itself");
+        sessions.answer_plea("a", 2, true, s(1)).unwrap();
+        assert!(sessions.drives("b") && !sessions.is_unattended(s(2)));
+        assert_eq!(asking(&sessions), [(3, "page 3")], "who asked as well still does");
+        sessions.answer_plea("b", 3, false, s(2)).unwrap();
+        assert!(sessions.drives("b") && asking(&sessions).is_empty());
+        assert_eq!(sessions.ask_for_wheel("b", "").unwrap_err().status(), 409);
+        for name in ["x".repeat(25), "\u{1b}".into()] {
+            assert_eq!(sessions.ask_for_wheel("a", &name).unwrap_err().status(), 400);
+        }
+    }
+
+    /// A driver must not hand a moving robot to a page that has lost its link.
+    #[test]
+    fn the_wheel_is_not_handed_to_a_page_that_is_gone() {
+        let mut sessions = Sessions::default();
+        sessions.join(None, "a".into(), s(0)).unwrap();
+        sessions.join(None, "b".into(), s(0)).unwrap();
+        sessions.ask_for_wheel("b", "").unwrap();
+        sessions.hear("a", s(9));
+        assert_eq!(sessions.answer_plea("a", 2, true, s(9)).unwrap_err().status(), 409);
+        sessions.leave("b");
+        assert!(asking(&sessions).is_empty());
+        assert_eq!(sessions.answer_plea("a", 2, true, s(9)).unwrap_err().status(), 409);
+        sessions.join(Some("b"), "new".into(), s(10)).unwrap();
+        assert_eq!(asking(&sessions), [(2, "page 2")], "it still asks when it comes back");
+        sessions.answer_plea("a", 2, true, s(10)).unwrap();
+        assert!(sessions.drives("b"));
+    }
+
+    #[test]
+    fn a_successor_knows_who_asks() {
+        let mut sessions = Sessions::default();
+        sessions.join(None, "a".into(), s(0)).unwrap();
+        sessions.join(None, "b".into(), s(0)).unwrap();
+        sessions.ask_for_wheel("b", "Berta").unwrap();
+        let mut successor = Sessions::default();
+        successor.resume(Some("a".into()), sessions.pleas().to_vec(), 5.0, s(0));
+        assert!(asking(&successor).is_empty(), "until its page is back");
+        assert_eq!(successor.join(Some("b"), "new".into(), s(1)).unwrap(), "b");
+        assert_eq!(asking(&successor), [(2, "Berta")]);
+        successor.answer_plea("a", 2, true, s(1)).unwrap();
+        assert!(successor.drives("b"));
     }
 
     #[test]

@@ -29,7 +29,7 @@ pub enum StudyError {
     NotWritable {
         /// The folder.
         path: PathBuf,
-        /// Why not.
+        /// The reason.
         source: io::Error,
     },
     /// There is no study in it.
@@ -77,7 +77,7 @@ pub enum StudyError {
     File {
         /// The file.
         path: PathBuf,
-        /// Why not.
+        /// The reason.
         source: io::Error,
     },
 }

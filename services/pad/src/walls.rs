@@ -11,14 +11,13 @@ const SOLID: [u8; 2] = [0, 255];
 const VEILED: [u8; 2] = [0, 64];
 const CLEAR: [u8; 2] = [0, 0];
 
-/// Returns an image of walls, which are black on a transparent background, or `None` if the cells do not form
-/// a grid of this size.
+/// Returns an image of walls, which are black on a transparent background, or `None` if the cells do not form a grid of the given
+/// size.
 pub fn png(walls: &Walls) -> Option<Vec<u8>> {
     painted(walls, |cell| if cell == WALL { SOLID } else { CLEAR })
 }
 
-/// Returns an image of what was seen, of which walls are black, free space is a veil, and the rest is transparent. `None` as for
-/// [`png`].
+/// Returns an image of the map, in which walls are black, free space is a veil, and the rest is transparent. `None` as for [`png`].
 pub fn seen_png(seen: &Walls) -> Option<Vec<u8>> {
     painted(seen, |cell| match cell {
         WALL => SOLID,

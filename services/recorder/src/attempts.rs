@@ -27,7 +27,7 @@ impl Attempts {
         true
     }
 
-    /// Notes that the recording continues and has reached the device, so that the next failure counts as a new one.
+    /// Records that the recording continues and has reached the device, so that the next failure counts as a new one.
     pub(crate) fn succeeded(&mut self) {
         *self = Self::new();
     }
@@ -48,7 +48,7 @@ mod tests {
         (*now - begin).as_secs_f64()
     }
 
-    /// A disk that had been full for a long time once made the recorder slow for good. When the disk filled up again, the
+    /// Regression test: after the disk had been full for a long time, the recorder stayed slow. When the disk filled up again, the
     /// recorder returned later than the channels can bridge.
     #[test]
     fn pauses_grow_while_the_disk_is_full_and_reset_afterwards() {

@@ -39,7 +39,7 @@ pub struct Report {
     pub refused: u64,
     /// Number of messages that arrived after writing had failed.
     pub unrecorded: u64,
-    /// Why writing failed, or `None` if it did not.
+    /// The reason why writing failed, or `None` if it did not.
     pub failure: Option<String>,
 }
 

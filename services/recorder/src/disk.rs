@@ -48,7 +48,7 @@ impl Disk {
         self.file.sync_data()
     }
 
-    /// Truncates the file to its complete part, removing what was being written when the disk filled up.
+    /// Truncates the file to its complete part, removing the incomplete data that was being written when the disk filled up.
     ///
     /// # Errors
     /// Any error of the system.

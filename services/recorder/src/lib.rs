@@ -5,7 +5,7 @@
 //! than the capacity of the channels.
 //!
 //! A full disk does not stop the robot. The recorder reports the failure and, once there is space again, continues in a new part
-//! with the messages that the channels still have. It counts the missing ones.
+//! with the messages that the channels still contain, and counts the missing ones.
 //!
 //! If the recorder is killed, the restarted one continues in a new part with the messages after the last
 //! checkpoint, which it takes from the channels' histories. At the end, the parts are joined into one file.
@@ -43,7 +43,7 @@ use crate::core::{Core, Positions, Report};
 use crate::disk::{Disk, part, set_aside};
 use crate::latencies::Latencies;
 
-/// How long to sleep between two passes.
+/// Time to sleep between two passes.
 const NAP: Duration = Duration::from_millis(5);
 /// Maximum time between two flushes that are also synced to the device.
 const SYNC_PERIOD: Duration = Duration::from_secs(1);
@@ -66,7 +66,7 @@ struct State {
     /// The numbers of this recording's parts, from 1. The last part is being written. Numbers whose files already existed
     /// belong to other recordings and are skipped.
     parts: Vec<u32>,
-    /// How often the recorder was killed and restarted.
+    /// Number of times that the recorder was killed and restarted.
     restarts: u32,
     /// The last sequence numbers that are safe in the parts so far.
     positions: Positions,
@@ -262,7 +262,7 @@ impl<'a> Recorder<'a> {
         self.core = Core::failed(failure);
     }
 
-    /// Drains every channel a last time and ends the file.
+    /// Drains every channel one last time and ends the file.
     ///
     /// # Errors
     /// An error if a channel fails, or [`Incomplete`] if the recording lacks messages or is in parts.
@@ -397,7 +397,7 @@ fn path(run: &RunConfig) -> anyhow::Result<&Path> {
     run.recording.as_ref().map(Path::new).context("run.json: expected the recording's path, found none")
 }
 
-/// Returns the file of the part with this number, from 1.
+/// Returns the file of the part with the given number, from 1.
 fn file(run: &RunConfig, path: &Path, number: u32) -> PathBuf {
     match run.split.is_never() {
         true => part(path, number),

@@ -35,7 +35,7 @@ pub(crate) fn close(path: &Path, files: Vec<PathBuf>, report: &mut Report) -> an
     Ok(())
 }
 
-/// Removes files that a kill left before they contained anything, and returns the others.
+/// Removes files that are still empty because the recorder was killed, and returns the others.
 fn with_messages(files: Vec<PathBuf>) -> anyhow::Result<Vec<PathBuf>> {
     let mut kept = Vec::new();
     for file in files {

@@ -26,7 +26,7 @@ fn most_a_chunk(topics: u64) -> u64 {
     47 + topics / 11 + 3 * topics
 }
 
-/// Returns how often `work` allocates.
+/// Returns the number of allocations by `work`.
 fn allocations<R>(work: impl FnOnce() -> R) -> u64 {
     let before = allocations_of_this_thread();
     work();

@@ -118,9 +118,9 @@ fn record(drawn_meanwhile: usize, ends_at_once: bool) -> (Vec<u64>, u64) {
     (drawn, found.missing)
 }
 
-/// The recorder once took sketches out of their channel while it could not write them, and continued after them. The
-/// recording of a run on the pad then had a route and estimates in a drawing that it lacked. According to the numbers nothing
-/// was missing, since people do not draw the same drawing twice.
+/// Regression test: while the recorder could not write, it removed sketches from their channel and continued after them. The
+/// recording of a run on the pad then contained a route and estimates that referred to a missing drawing. The message numbers did
+/// not reveal the gap, since people do not draw the same drawing twice.
 #[test]
 fn a_drawing_made_while_the_disk_is_full_is_recorded_once_there_is_space() {
     // The second sketch was taken from the channel, and lost with the messages that could not be written.

@@ -24,7 +24,7 @@ pub use sketchnav_stage::Tap;
 
 use parts::{Part, World};
 
-/// Why a rehearsal cannot begin or continue.
+/// The reason why a rehearsal cannot begin or continue.
 #[derive(Debug, thiserror::Error)]
 pub enum RehearsalError {
     /// The world, or the robot's start in it, is invalid.
@@ -57,7 +57,7 @@ pub trait Onlooker: Tap {
 pub struct Spent {
     /// Time spent in the simulation.
     pub world: Duration,
-    /// Time spent reading what a person provides.
+    /// Time spent reading a person's input.
     pub sketcher: Duration,
     /// Time spent in all steps of the localizer.
     pub localizer: Duration,

@@ -1,5 +1,5 @@
-//! The parts of a rehearsal. Each replaces a process, with that process's computation and the messages it has
-//! sent.
+//! The parts of a rehearsal, each of which replaces a process. A part contains the computation of the process and the messages that
+//! it has sent.
 
 use std::time::{Duration, Instant as Clock};
 
@@ -152,7 +152,8 @@ impl Part {
         let began = Clock::now();
         let mut sink = self.memory.tapped(tap);
         let mut out = Outbox::new(&mut sink, stamp_ns, tick);
-        let stepped = self.stage.step(&Instant::new(&self.access, tick, stamp_ns, inputs), &mut out);
+        let instant = Instant::new(&self.access, tick, stamp_ns, inputs);
+        let stepped = sketchnav_stage::step(self.stage.as_mut(), &instant, &mut out);
         self.spent += began.elapsed();
         stepped
     }

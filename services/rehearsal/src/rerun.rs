@@ -19,7 +19,7 @@ use sketchnav_recordings::sources::RecordedRun;
 use sketchnav_recordings::writer::{Writer, topic_name};
 use sketchnav_recordings::{Recording, RecordingError};
 use sketchnav_schemas::channels::{self, Channel, ChannelSpec, MISSION, ORDERS, Role};
-use sketchnav_schemas::codes::Process;
+use sketchnav_schemas::codes::{Order, Process};
 use sketchnav_schemas::erased::{self, Spare};
 use sketchnav_schemas::message::MissionCommand;
 use sketchnav_schemas::run::{Pace, RunConfig};
@@ -28,7 +28,7 @@ use sketchnav_schemas::time::seconds;
 use crate::{RehearsalError, Tap};
 use subject::Subject;
 
-/// Why a service cannot be executed again.
+/// The reason why a service cannot be executed again.
 #[derive(Debug, thiserror::Error)]
 pub enum RerunError {
     /// The recording cannot be read.
@@ -135,10 +135,12 @@ pub fn rerun<W: std::io::Write>(
         return Err(RerunError::RealTime);
     }
     // People who only watch may give orders, too. The sketcher does not depend on any order, and the localizer only on `here`.
-    // Without a pad, a person may still set the robot's position from the command line.
+    // Without a pad, a person may still give orders from the command line, in addition to the supervisor's order to start.
     let is_told = |order: &MissionCommand| order.here().is_some();
+    let is_persons = |order: &MissionCommand| order.order != Order::Start.code();
     let depends_on_people = match process {
-        Process::Localizer | Process::Planner if has_order(recording, MISSION, is_told)? => true,
+        Process::Localizer if has_order(recording, MISSION, is_told)? => true,
+        Process::Planner if has_order(recording, MISSION, is_persons)? => true,
         Process::Localizer => run.pad.draws() || has_order(recording, ORDERS, is_told)?,
         Process::Sketcher => false,
         _ => run.pad.draws() || !run.pad.is_absent() && has_order(recording, ORDERS, |_| true)?,

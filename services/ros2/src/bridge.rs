@@ -5,23 +5,22 @@
 
 use std::time::{Duration, Instant};
 
-use sketchnav_runtime::{Node, Ordered, RawReader, RawSample, SendTimes, System, Wake};
+use sketchnav_runtime::{Node, RawReader, RawSample, SendTimes, System, Wake};
 use sketchnav_schemas::channels::{self, ChannelSpec, FAULTS, HEALTH, ODOMETRY, Role};
 use sketchnav_schemas::erased::Spare;
-use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::ros2::{encode, transforms};
 use sketchnav_schemas::run::RunConfig;
 
 use crate::diagnostics::Diagnostics;
 use crate::forms::{Clock, Text, time};
-use crate::orders::{Allowance, parse};
+use crate::orders::{Allowance, FindGoal, parse};
 use crate::participant::{Intake, Outlet, Participant};
 use crate::topics::{Delivery, Source, Topic};
 use crate::{BridgeError, Settings, Summary};
 
-/// How often to look for messages, since messages do not wake observers.
+/// Interval at which to look for messages, since messages do not wake observers.
 const LOOK_EVERY: Duration = Duration::from_millis(4);
-/// How often to publish the state of the processes, and to check whether the system still runs.
+/// Interval at which to publish the state of the processes, and to check whether the system still runs.
 const SECOND: Duration = Duration::from_secs(1);
 /// The topic of orders.
 pub const ORDER_TOPIC: &str = "order";
@@ -30,7 +29,7 @@ const ORDER_TYPE: &str = "std_msgs/msg/String";
 /// Maximum number of orders that can wait.
 const ORDER_DEPTH: usize = 10;
 
-/// Publishes `topics` until the system has ended or the process is asked to end.
+/// Publishes `topics` until the system has ended or the process is asked to end. `find` is asked for the goals that orders name.
 ///
 /// # Errors
 /// [`BridgeError`] if the domain or a channel cannot be opened, or messages can no longer be sent.
@@ -39,6 +38,7 @@ pub fn run(
     run: &RunConfig,
     topics: &[Topic],
     settings: &Settings,
+    find: &FindGoal<'_>,
 ) -> Result<Summary, BridgeError> {
     let mut participant = Participant::join(settings, &run.system)?;
     let mut bridge = Bridge::open(node, run, topics, &mut participant)?;
@@ -49,7 +49,7 @@ pub fn run(
         let now = began.elapsed();
         bridge.look(now)?;
         if let Some(orders) = &mut orders {
-            orders.hand_on(node.system(), now)?;
+            orders.hand_on(node.system(), find, now)?;
         }
         if now >= reported_at + SECOND {
             reported_at = now;
@@ -137,7 +137,7 @@ impl Bridge {
         Ok(())
     }
 
-    /// Publishes what is derived from a message.
+    /// Publishes the messages derived from a message.
     fn derive(&mut self, inlet: &Inlet, sample: &RawSample, now: Duration) -> Result<(), BridgeError> {
         let (spec, message) = (inlet.reader.spec(), sample.message());
         if let Some((diagnostics, _)) = &mut self.diagnostics {
@@ -225,7 +225,7 @@ impl Inlet {
 /// Takes orders from ROS 2.
 struct Orders {
     intake: Intake<Text>,
-    mission: Mission,
+    task_count: usize,
     allowance: Allowance,
 }
 
@@ -233,19 +233,19 @@ impl Orders {
     fn open(run: &RunConfig, participant: &mut Participant) -> Result<Self, BridgeError> {
         let delivery = Delivery::Reliable { depth: ORDER_DEPTH };
         let intake = participant.subscription(ORDER_TOPIC, ORDER_TYPE, delivery)?;
-        Ok(Self { intake, mission: run.mission.clone(), allowance: Allowance::default() })
+        Ok(Self { intake, task_count: run.mission.task.len(), allowance: Allowance::default() })
     }
 
     /// Passes on the orders that have arrived, for the supervisor to give them.
-    fn hand_on(&mut self, system: &System, now: Duration) -> Result<(), BridgeError> {
+    fn hand_on(&mut self, system: &System, find: &FindGoal<'_>, now: Duration) -> Result<(), BridgeError> {
         while let Some(text) = self.intake.take() {
             let order = match self.allowance.take(now) {
-                Ok(true) => parse(&text.data, &self.mission),
+                Ok(true) => parse(&text.data, self.task_count, find),
                 Ok(false) => continue,
                 Err(error) => Err(error),
             };
             match order {
-                Ok((order, task)) => system.order(Ordered::new(order, task), "bridge ros2")?,
+                Ok(ordered) => system.order(ordered, "bridge ros2")?,
                 Err(error) => sketchnav_schemas::say!("/{ORDER_TOPIC}: {error}"),
             }
         }

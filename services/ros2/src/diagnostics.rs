@@ -27,7 +27,7 @@ pub enum Level {
     Stale = 3,
 }
 
-/// What is known about the processes of a system.
+/// Information about the processes of a system.
 #[derive(Debug, Default)]
 pub struct Diagnostics {
     processes: BTreeMap<u32, Member>,

@@ -17,11 +17,11 @@ use crate::readings::{self, OdometryForm, Publishers, ReadingError, ScanForm, Ti
 use crate::topics::Delivery;
 use crate::{BridgeError, RobotTopics, Settings, Summary};
 
-/// How often to look for messages, since ROS 2 messages wake no process.
+/// Interval at which to look for messages, since ROS 2 messages wake no process.
 const LOOK_EVERY: Duration = Duration::from_millis(2);
 /// Maximum time for sending the last message.
 const FAREWELL: Duration = Duration::from_millis(100);
-/// How long a robot may be silent at the start before this is reported.
+/// Time without readings at the start after which this is reported.
 const SILENCE: Duration = Duration::from_secs(3);
 
 /// Drives the robot until its mission is over, the system has ended, or the process is asked to end.

@@ -94,7 +94,7 @@ pub enum Middleware {
     },
 }
 
-/// What a bridge did, in numbers.
+/// Statistics of a bridge.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Summary {
     /// Number of messages that were sent.
@@ -105,13 +105,13 @@ pub struct Summary {
     pub lost: u64,
 }
 
-/// Why a bridge failed.
+/// The reason why a bridge failed.
 #[derive(Debug, thiserror::Error)]
 pub enum BridgeError {
     /// DDS or Zenoh reported an error.
     #[error("{doing}: {cause}")]
     Middleware {
-        /// What the bridge was doing.
+        /// The operation that failed.
         doing: String,
         /// The middleware's error.
         cause: String,

@@ -18,7 +18,7 @@ pub type ScanForm = <LaserScan as Ros2>::Form;
 /// The form of `nav_msgs/msg/Odometry`.
 pub type OdometryForm = <Odometry as Ros2>::Form;
 
-/// Why a reading was rejected.
+/// The reason why a reading was rejected.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadingError {
     /// The reading does not fit into a message.
@@ -62,7 +62,7 @@ pub struct Timebase {
 }
 
 impl Timebase {
-    /// Starts at this simulation time, in nanoseconds.
+    /// Starts at the given simulation time, in nanoseconds.
     pub fn at(begin_ns: u64) -> Self {
         Self { begin_ns, first_ns: None, last: None }
     }
@@ -223,7 +223,7 @@ mod tests {
         assert_eq!(of(1_699_999_999, 0, 4), 500);
     }
 
-    /// The timestamps of a second robot with another clock once made a mission 56 years older.
+    /// Regression test: the timestamps of a second robot with another clock made a mission 56 years older.
     #[test]
     fn a_stamp_that_cannot_be_right_is_rejected() {
         let mut time = Timebase::at(0);

@@ -1,6 +1,6 @@
 //! The ROS 2 topics of a run: one for each recorded channel, and those derived from channels.
 //!
-//! A channel keeps the name and the type under which it is recorded. Its quality of service follows from its role.
+//! A channel keeps the name and the type under which it is recorded, and its role determines its quality of service.
 
 use sketchnav_schemas::channels::{self, ChannelSpec, Role};
 use sketchnav_schemas::ros2::{definitions, transforms};
@@ -95,7 +95,7 @@ fn of_channel(spec: &'static ChannelSpec) -> Topic {
     }
 }
 
-/// Returns how the messages of a channel are delivered.
+/// Returns the kind of delivery of a channel's messages.
 fn delivery_of(spec: &ChannelSpec) -> Delivery {
     match spec.role {
         _ if spec.is_latched() => Delivery::Latched,

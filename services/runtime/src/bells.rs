@@ -1,8 +1,8 @@
 //! Doorbells: how a process sleeps until a message arrives, and how the writer wakes it.
 //!
-//! There is one bell per process rather than one per channel, so a process sleeps in a single place no matter
-//! what it reads. A writer wakes exactly those processes that the table lists as readers. The recorder and
-//! observers have no bell. They poll every few milliseconds, at no cost to the writers.
+//! There is one bell per process rather than one per channel, so a process sleeps in a single place no matter what it reads. A
+//! writer wakes exactly those processes that the table lists as readers. The recorder and observers have no bell and poll every few
+//! milliseconds, at no cost to the writers.
 //!
 //! A bell is a word in a page that all processes map, and a futex (`man 2 futex`). It cannot overflow, block
 //! the writer or be left behind by a killed process, and ringing a process that is awake takes no system
@@ -103,17 +103,17 @@ impl Bells {
         self.ring(writer);
     }
 
-    /// Returns how many readers have joined the process's channels.
+    /// Returns the number of readers that have joined the process's channels.
     pub(crate) fn readers_joined(&self, process: Process) -> u32 {
         self.slot(process).joined.load(SeqCst)
     }
 
-    /// Counts a piece of new work by the process or its predecessor.
+    /// Counts a unit of new work by the process or its predecessor.
     pub(crate) fn note_progress(&self, process: Process) {
         self.slot(process).progress.fetch_add(1, SeqCst);
     }
 
-    /// Returns how much new work the process and its predecessors have done.
+    /// Returns the amount of new work that the process and its predecessors have done.
     pub(crate) fn progress(&self, process: Process) -> u32 {
         self.slot(process).progress.load(SeqCst)
     }

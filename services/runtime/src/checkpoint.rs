@@ -65,12 +65,12 @@ pub struct Checkpoints<T> {
 pub struct Found<T> {
     /// The latest valid checkpoint, or `None` if there is none.
     pub state: Option<T>,
-    /// Why slots were rejected.
+    /// The reason why slots were rejected.
     pub refused: Vec<Error>,
 }
 
 impl<T> Found<T> {
-    /// Reports which slots were rejected, and why.
+    /// Reports the rejected slots and the reasons.
     pub fn report(&self, node: &Node) {
         for error in &self.refused {
             node.report_fault(FaultKind::StateRefused, 0, &error.to_string());
@@ -92,8 +92,8 @@ pub(crate) fn slots(system: &System, process: Process) -> Result<[PathBuf; 2]> {
 }
 
 impl<T: DeserializeOwned> Checkpoints<T> {
-    /// Opens the slots of the node's process and reads what an earlier instance left. `version` names the
-    /// format of the state and must change with it.
+    /// Opens the slots of the node's process and reads the checkpoints of an earlier instance. `version` names the format of the
+    /// state and must change with it.
     ///
     /// # Errors
     /// [`Error::File`] if shared memory is full or inaccessible.
@@ -179,8 +179,8 @@ impl<T> Checkpoints<T> {
         Error::BadCheckpoint { path: self.slots[slot].path().into(), why }
     }
 
-    /// Marks the latest checkpoint as unusable, and returns the reason as an error. A successor then finds the other slot, or
-    /// nothing usable.
+    /// Marks the latest checkpoint as unusable, and returns the reason as an error. A successor then uses the other slot, if it is
+    /// valid.
     pub(crate) fn refuse_newest(&mut self, why: &str) -> Error {
         let newest = 1 - self.next;
         self.slots[newest].words()[VERSION].store(0, SeqCst);
@@ -324,7 +324,7 @@ mod tests {
         let place = Place::new();
         place.write(4);
         let (checkpoints, _) = place.open("test 1");
-        // This is as far as `write` gets before its last line but one.
+        // The state of the slot before the last two lines of `write`.
         checkpoints.slots[0].words()[NUMBER].store(0, SeqCst);
         checkpoints.slots[0].write(HEAD, &[5; 3]);
         let (mut successor, found) = place.open("test 1");

@@ -221,7 +221,7 @@ pub enum Error {
         path: PathBuf,
         /// The operation that failed.
         doing: &'static str,
-        /// Why it failed.
+        /// The reason why it failed.
         source: std::io::Error,
     },
     /// `run.json` cannot be parsed.
@@ -229,7 +229,7 @@ pub enum Error {
     RunConfig {
         /// Path of the file.
         path: PathBuf,
-        /// Why it cannot be parsed.
+        /// The reason why it cannot be parsed.
         source: serde_json::Error,
     },
     /// A signal could not be sent.
@@ -239,7 +239,7 @@ pub enum Error {
         process: Process,
         /// Process id of the receiver.
         pid: u32,
-        /// Why sending failed.
+        /// The reason why sending failed.
         source: std::io::Error,
     },
     /// A checkpoint is unusable.
@@ -284,7 +284,7 @@ impl Error {
     }
 }
 
-/// Explains iceoryx2's name for an error to people, and what they can do about it.
+/// Explains iceoryx2's name for an error, and how to fix the problem.
 fn explained(cause: &str) -> String {
     if let Some(limit) = limits::exhausted_file_limit() {
         return format!(
@@ -324,7 +324,7 @@ mod tests {
 
     use super::explained;
 
-    /// A user saw nothing but `ExceedsMaxSupportedSubscribers` when eight observers had taken all places.
+    /// Regression test: the only output was `ExceedsMaxSupportedSubscribers` when eight observers had taken all places.
     #[test]
     fn errors_of_the_shared_memory_library_are_explained() {
         let said = [

@@ -1,10 +1,9 @@
 //! Handles files in shared memory whose creator was killed while creating them.
 //!
-//! iceoryx2 0.10 creates a file that its owner may write and no process may read, sets its size, fills it,
-//! and only then makes it readable. A process that is killed in between leaves a file that will never be
-//! finished. Any other process that needs the file, such as a living writer or the supervisor cleaning up
-//! after the dead process, is denied access. If it runs as root and the file is still empty, it waits
-//! forever. Such a file is therefore removed once no process has it open.
+//! iceoryx2 0.10 creates a file that its owner may write and no process may read, sets its size, fills it, and only then makes it
+//! readable. A process that is killed in between leaves a file that will never be finished. Any other process that needs the file,
+//! such as a living writer or the supervisor cleaning up after the dead process, is denied access or, if it runs as root and the
+//! file is still empty, waits forever. Such a file is therefore removed once no process has it open.
 
 use std::collections::BTreeMap;
 use std::fs::{self, Metadata};
@@ -24,19 +23,19 @@ const LOOK_EVERY: Duration = Duration::from_millis(50);
 const UNFINISHED: u32 = 0o200;
 const PERMISSIONS: u32 = 0o777;
 
-/// Time after which an unfinished file counts as abandoned. Creating one takes microseconds. (There is no way to find out which
-/// files a maker in another container has open.)
+/// Time after which an unfinished file counts as abandoned. Creating one takes microseconds. (The files that a creator in another
+/// container has open cannot be determined.)
 const MAKING: Duration = Duration::from_millis(100);
-/// Time without a request for complaints after which the supervisor must be hanging in shared memory. Normally, it asks several
-/// times a second.
+/// Time without a request for complaints after which the supervisor must be hanging in shared memory. Normally, it requests them
+/// several times a second.
 const PATIENCE: Duration = Duration::from_secs(3);
 
-/// Returns true if the file's maker has not finished it.
+/// Returns true if the file's creator has not finished it.
 pub(crate) fn is_unfinished(file: &Metadata) -> bool {
     file.mode() & PERMISSIONS == UNFINISHED
 }
 
-/// How long each file has been seen unfinished.
+/// Time for which each file has been unfinished.
 #[derive(Debug)]
 pub(crate) struct Ages {
     patience: Duration,
@@ -67,14 +66,14 @@ impl Ages {
     }
 }
 
-/// Returns true if the process `pid` has the file open, as its maker does from the beginning.
+/// Returns true if the process `pid` has the file open, as its creator does from the beginning.
 pub(crate) fn has_open(pid: u32, file: &Metadata) -> bool {
     let opened = fs::read_dir(format!("/proc/{pid}/fd")).into_iter().flatten().flatten();
     let mut opened = opened.filter_map(|entry| fs::metadata(entry.path()).ok());
     opened.any(|other| (other.dev(), other.ino()) == (file.dev(), file.ino()))
 }
 
-/// Watches the files of a system for its own lifetime, in a separate thread. It removes files that will never be finished.
+/// Watches the files of a system in a separate thread, until it is dropped. It removes files that will never be finished.
 ///
 /// The supervisor has one, which also reports files of other users. If the supervisor is killed, its processes die with it, perhaps
 /// while creating files. Processes that live on for a while (the recorder, which still closes its file, and observers) would wait

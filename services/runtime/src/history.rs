@@ -39,7 +39,7 @@ pub(crate) struct History {
 }
 
 impl History {
-    /// Opens what the channel's last writer stored.
+    /// Opens the history stored by the channel's last writer.
     pub(crate) fn open(node: &Node, spec: &ChannelSpec) -> Result<Self> {
         // Another build's messages are never mistaken for this one's.
         let fingerprint = spec.message.fingerprint() ^ ENTRIES;

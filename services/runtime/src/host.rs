@@ -27,7 +27,7 @@ use crate::{Checkpoints, Error, Found, HealthReporter, Node, RawSample, Step, Wa
 /// Maximum sleep between two checks of the channels.
 const NAP: Duration = Duration::from_millis(250);
 
-/// Why a process that hosts a stage ended before it was asked to.
+/// The reason why a process that hosts a stage ended before it was asked to.
 #[derive(Debug, thiserror::Error)]
 pub enum HostError {
     /// Shared memory, a channel or a checkpoint failed.
@@ -81,7 +81,7 @@ struct Head {
     outputs: outputs::Positions,
     /// Positions of the outputs before the stage's last announcement, which it repeats after a restart.
     spoken_from: outputs::Positions,
-    /// How often the stage began to handle the next request without completing it.
+    /// Number of times that the stage began to handle the next request without completing it.
     attempts: u32,
     stamp_ns: u64,
 }
@@ -116,7 +116,7 @@ struct Host<'a> {
     checkpoints: Checkpoints<Saved>,
     /// Positions of the outputs before the stage's last announcement.
     spoken_from: outputs::Positions,
-    /// How often the process has already died while handling the next request.
+    /// Number of times that the process has already died while handling the next request.
     attempts: u32,
     /// Simulation time of the last instant, in nanoseconds.
     stamp_ns: u64,
@@ -148,7 +148,7 @@ impl Host<'_> {
         if let Some(instant) = self.inputs.instant() {
             self.stamp_ns = instant.stamp_ns;
             let mut out = Outbox::new(&mut self.outputs, instant.stamp_ns, instant.tick);
-            self.stage.step(&instant, &mut out)?;
+            sketchnav_stage::step(self.stage, &instant, &mut out)?;
         }
         self.inputs.end_instant();
         if self.checkpoints.is_due_after_step() {

@@ -1,9 +1,8 @@
 //! Identifies the process named in a lock file, so that no other process is mistaken for it.
 //!
-//! A process id alone is not enough. The kernel reuses ids, and the same id refers to another process in
-//! another PID namespace, while containers may share the folders of systems. A lock file therefore also
-//! contains the process's start time, its PID namespace and the boot id of the machine. Signals are sent
-//! through a pidfd, which never refers to another process.
+//! A process id alone is not enough, because the kernel reuses ids, and the same id refers to different processes in different PID
+//! namespaces, while containers may share the folders of systems. A lock file therefore also contains the process's start time, its
+//! PID namespace and the boot id of the machine. Signals are sent through a pidfd, which never refers to another process.
 
 use std::fmt::{Display, Formatter};
 use std::fs;
@@ -60,7 +59,7 @@ impl Identity {
     /// Returns a handle for sending signals to the process, if it is alive and can be reached from this process.
     ///
     /// # Errors
-    /// Why the process cannot be reached.
+    /// The reason why the process cannot be reached.
     pub(crate) fn handle(&self) -> Result<Handle, String> {
         let own =
             Self::own().map_err(|error| format!("{self}; this process cannot identify itself: {error}"))?;
@@ -122,7 +121,7 @@ impl Handle {
     }
 }
 
-/// Returns a descriptor of the process that currently has this id. The descriptor becomes readable when the process ends.
+/// Returns a descriptor of the process that currently has the given id. The descriptor becomes readable when the process ends.
 ///
 /// # Errors
 /// `ESRCH` if there is no such process, `ENOSYS` before Linux 5.3.
@@ -133,7 +132,7 @@ pub fn pidfd(pid: u32) -> nix::Result<OwnedFd> {
     Ok(unsafe { OwnedFd::from_raw_fd(fd as i32) })
 }
 
-/// Returns the start time of the process that currently has this id, in clock ticks since boot. This is field 22 of
+/// Returns the start time of the process that currently has the given id, in clock ticks since boot. This is field 22 of
 /// proc_pid_stat(5).
 fn started(pid: u32) -> Option<u64> {
     stat_field(pid, 22)?.parse().ok()

@@ -76,7 +76,7 @@ fn raised(soft: u64, hard: u64, needed: u64, usual: u64) -> Result<Option<u64>, 
 mod tests {
     use super::*;
 
-    /// `ulimit -n 64` led to an error that blamed `/dev/shm`, and `ulimit -s 64` to a stack overflow.
+    /// Regression test: `ulimit -n 64` led to an error that blamed `/dev/shm`, and `ulimit -s 64` to a stack overflow.
     #[test]
     fn a_limit_is_raised_if_allowed_and_reported_otherwise() {
         const NO: u64 = u64::MAX;

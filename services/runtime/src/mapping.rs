@@ -1,5 +1,5 @@
-//! A file in shared memory that one process writes, and that other processes read, including the same process
-//! after a restart. It survives a kill.
+//! A file in shared memory that one process writes, and that other processes read, including the same process after a restart. It
+//! remains intact if the process is killed.
 //!
 //! The file is an array of atomic words. Because another process may write to it at any time, there are no plain references into
 //! it, and words are copied in and out. The owner marks words that belong together with numbers that it writes first and last.

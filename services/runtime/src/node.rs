@@ -21,7 +21,7 @@ use crate::system::System;
 use crate::writer::{RawWriter, Writer};
 use crate::{Error, Result, limits, signals};
 
-/// Why a wait ended.
+/// The reason why a wait ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Wake {
     /// A message may have arrived, so check every reader. (This may be a false alarm.)
@@ -114,8 +114,8 @@ impl Node {
         // An observer opens only a few channels, and may get by with fewer files.
         limits::provide_files()
             .or_else(|error| if process == Process::Observer { Ok(()) } else { Err(error) })?;
-        // An observer may join at any time, even while the system is being cleared. Either it joins before that and is asked to
-        // end, or it is too late and finds no system.
+        // An observer may join at any time, even while the system is being cleared. It either joins before that and is asked to
+        // end, or finds no system.
         let _guard = (process == Process::Observer).then(|| system.hold()).transpose()?;
         let bells = Bells::map(&system.bells())?;
         // This must happen before other processes can see this one, because then it may be asked to end.
@@ -157,7 +157,7 @@ impl Node {
         Rc::clone(&self.system)
     }
 
-    /// Returns which process of the system this is.
+    /// Returns the process that this node represents.
     pub fn process(&self) -> Process {
         self.process
     }
@@ -261,12 +261,12 @@ impl Node {
         signals::end_requested()
     }
 
-    /// Returns how many signals have asked the process to end. A second one means that the sender does not want to wait.
+    /// Returns the number of signals that have asked the process to end. A second one means that the sender does not want to wait.
     pub fn end_requests(&self) -> u32 {
         signals::requests()
     }
 
-    /// Returns how many messages the readers of this process have lost so far.
+    /// Returns the number of messages that the readers of this process have lost so far.
     pub fn lost_messages(&self) -> u64 {
         self.counters.lost.get()
     }
@@ -295,13 +295,13 @@ impl Node {
         self.sweeper.as_ref().and_then(Sweeper::complaint).map_or(Ok(()), Err)
     }
 
-    /// Counts something that the process has never done before. Whether a process that keeps dying is
-    /// restarted depends on its progress. Every new message is counted automatically.
+    /// Counts a unit of new work, which determines whether a process that keeps dying is restarted. New messages are counted
+    /// automatically.
     pub fn note_progress(&self) {
         self.bells.note_progress(self.process);
     }
 
-    /// Returns how much new work `process` has done, across all restarts.
+    /// Returns the amount of new work that `process` has done, across all restarts.
     pub fn progress(&self, process: Process) -> u32 {
         self.bells.progress(process)
     }

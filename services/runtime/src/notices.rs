@@ -14,7 +14,7 @@ use nix::unistd::Pid;
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::codes::{FaultKind, Order, Process};
 use sketchnav_schemas::fault_plan::Starvation;
-use sketchnav_schemas::message::Here;
+use sketchnav_schemas::message::{Here, MissionCommand, NamedPlace};
 
 use crate::node::Node;
 use crate::system::System;
@@ -28,13 +28,13 @@ const MAX_WORDS: usize = 512;
 pub struct Notice {
     /// What happened.
     pub kind: FaultKind,
-    /// The process that it happened to.
+    /// The process concerned.
     pub process: Process,
     /// Process id of that process.
     pub pid: u32,
     /// The signal that is sent to it, or 0 if there is none.
     pub signal: u32,
-    /// Number of messages lost because of it.
+    /// Number of messages lost.
     pub missing: u32,
     /// A description in words.
     pub words: String,
@@ -53,12 +53,19 @@ pub struct Ordered {
     pub task: u32,
     /// Position of the robot, for an order `here`.
     pub here: Option<Here>,
+    /// The place that is the goal instead of a task, for an order `goal`.
+    pub place: Option<NamedPlace>,
 }
 
 impl Ordered {
     /// Creates an order without a position.
-    pub fn new(order: Order, task: u32) -> Self {
-        Self { order, task, here: None }
+    pub const fn new(order: Order, task: u32) -> Self {
+        Self { order, task, here: None, place: None }
+    }
+
+    /// Creates the order to go to a place that is no task's goal.
+    pub fn to_place(place: NamedPlace) -> Self {
+        Self { place: Some(place), ..Self::new(Order::Goal, MissionCommand::NO_TASK) }
     }
 }
 
@@ -77,6 +84,8 @@ struct Line {
     starvation: Option<Starvation>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     here: Option<Here>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    place: Option<NamedPlace>,
 }
 
 impl Notice {
@@ -91,6 +100,7 @@ impl Notice {
             words: self.words[..end.unwrap_or(0)].to_owned(),
             order: self.order.map(|ordered| (ordered.order.code(), ordered.task)),
             here: self.order.and_then(|ordered| ordered.here),
+            place: self.order.and_then(|ordered| ordered.place),
             starvation: self.starvation,
         }
     }
@@ -98,8 +108,8 @@ impl Notice {
 
 impl Line {
     fn notice(self) -> Option<Notice> {
-        let here = self.here;
-        let order = |(code, task)| Some(Ordered { order: Order::from_code(code)?, task, here });
+        let (here, place) = (self.here, self.place);
+        let order = |(code, task)| Some(Ordered { order: Order::from_code(code)?, task, here, place });
         Some(Notice {
             // An invalid order makes the whole line invalid.
             order: match self.order {
@@ -180,7 +190,7 @@ impl System {
 }
 
 impl Node {
-    /// Asks the supervisor to publish what happened to this process, and writes it to the process's log.
+    /// Asks the supervisor to publish an event of this process, and writes it to the process's log.
     pub fn report_fault(&self, kind: FaultKind, missing: u64, words: &str) {
         sketchnav_schemas::say!("{words}");
         let notice = Notice {
@@ -250,6 +260,7 @@ impl Notices {
 #[cfg(test)]
 mod tests {
     use sketchnav_schemas::geometry::Point;
+    use sketchnav_schemas::message::Text;
 
     use super::*;
 
@@ -262,9 +273,12 @@ mod tests {
     #[test]
     fn an_order_round_trips_and_invalid_ones_are_skipped() {
         let here = Here { at: Point::new(12.5, 0.1), yaw_rad: Some(-0.1) };
-        for order in
-            [Ordered::new(Order::Pause, 3), Ordered { here: Some(here), ..Ordered::new(Order::Here, 0) }]
-        {
+        let kitchen = NamedPlace { name: Text::new("Küche"), at: Point::new(0.1, -7.5) };
+        for order in [
+            Ordered::new(Order::Pause, 3),
+            Ordered { here: Some(here), ..Ordered::new(Order::Here, 0) },
+            Ordered::to_place(kitchen),
+        ] {
             let ordered = Notice { order: Some(order), ..notice("send: something") };
             let text = serde_json::to_string(&ordered.line()).unwrap();
             assert_eq!(serde_json::from_str::<Line>(&text).unwrap().notice(), Some(ordered));

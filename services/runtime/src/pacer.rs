@@ -16,7 +16,7 @@ impl Pacer {
         Self { started: Instant::now(), started_ns: now_ns, speed }
     }
 
-    /// Returns how long it is until the simulated time `stamp_ns` is due, or zero if it has passed.
+    /// Returns the time until the simulated time `stamp_ns` is due, or zero if it has passed.
     pub fn until(&self, stamp_ns: u64) -> Duration {
         due_after(stamp_ns.saturating_sub(self.started_ns), self.speed).saturating_sub(self.started.elapsed())
     }

@@ -153,7 +153,7 @@ impl RawReader {
         Ok(())
     }
 
-    /// Returns how many messages are missing according to their numbers.
+    /// Returns the number of missing messages, according to the numbers of those received.
     pub fn lost(&self) -> u64 {
         self.tally.lost
     }
@@ -229,7 +229,7 @@ impl<T: Message> Reader<T> {
         self.raw.take_kept(node, |message| take(bytemuck::from_bytes(message)))
     }
 
-    /// Returns how many messages are missing according to their numbers.
+    /// Returns the number of missing messages, according to the numbers of those received.
     pub fn lost(&self) -> u64 {
         self.raw.lost()
     }
@@ -282,8 +282,7 @@ mod tests {
         assert_eq!(accepted(tally, &[40, 41, 43]), (vec![40, 41, 43], 1));
     }
 
-    /// A pad was killed in the middle of a mission, and its successor reported all 1675 messages that had been sent until then as
-    /// lost.
+    /// Regression test: when a pad was killed in the middle of a mission, its successor reported all 1675 earlier messages as lost.
     #[test]
     fn a_restarted_pad_does_not_count_earlier_messages_as_lost() {
         let tally = Tally::new(SCAN.spec, Process::Pad);

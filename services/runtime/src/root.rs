@@ -18,8 +18,8 @@ const GUARDED: Duration = Duration::from_secs(15);
 
 /// Returns the folder, which is `$XDG_RUNTIME_DIR/sketchnav` or `/dev/shm/sketchnav-<uid>`. It is created if it is missing.
 ///
-/// Both are in memory. iceoryx2 syncs every file that describes a channel, along with its folder, so starting a system takes about
-/// 300 syncs. On a disk, this would take longer than the rest of the start.
+/// Both are in memory. iceoryx2 syncs every file that describes a channel, along with its folder, so starting a system involves
+/// about 300 syncs, which would take longer on a disk than the rest of the start.
 pub(crate) fn of_this_user() -> Result<PathBuf> {
     let root = match std::env::var_os("XDG_RUNTIME_DIR").filter(|v| !v.is_empty()) {
         Some(runtime) => PathBuf::from(runtime).join("sketchnav"),
@@ -72,7 +72,7 @@ mod tests {
     use super::*;
     use std::os::unix::fs::{PermissionsExt, symlink};
 
-    /// A `run` that was stopped while starting made every later one wait silently.
+    /// Regression test: a `run` that was stopped while starting made every later one wait silently.
     #[test]
     fn a_guard_that_stays_locked_is_reported_with_its_holder() {
         let root = tempfile::tempdir().unwrap();

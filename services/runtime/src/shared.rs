@@ -380,7 +380,7 @@ fn is_own(found: &Metadata) -> bool {
     complaint(found, getuid().as_raw()).is_none()
 }
 
-/// Describes what is wrong with a file that must belong to this user only, if anything. (Its mode is chosen by iceoryx2 and
+/// Describes the problem with a file that must belong to this user only, if there is one. (Its mode is chosen by iceoryx2 and
 /// corrected later.)
 fn complaint(found: &Metadata, uid: u32) -> Option<String> {
     let kind = found.file_type();
@@ -470,8 +470,8 @@ mod tests {
 
     use super::*;
 
-    /// Another user created `checkpoint_localizer_0` under a name that was derived from a hash, and could read the scans of a
-    /// mission.
+    /// Regression test: another user created `checkpoint_localizer_0` under a name that was derived from a hash, and could read the
+    /// scans of a mission.
     #[test]
     fn no_two_systems_have_the_same_prefix() {
         let folders = [(); 2].map(|()| tempfile::tempdir().unwrap());
@@ -539,7 +539,8 @@ mod tests {
         }
     }
 
-    /// With 4,000 empty files of another user, a run took 29 s to start, because the folder was read again for each file.
+    /// Regression test: with 4,000 empty files of another user, a run took 29 s to start, because the folder was read again for
+    /// each file.
     #[test]
     fn each_file_of_another_user_is_looked_at_once() {
         let (uid, folder) = (getuid().as_raw(), tempfile::tempdir().unwrap());
@@ -596,7 +597,8 @@ mod tests {
         files.remove_but(&[]).unwrap();
     }
 
-    /// After a cleaner had removed the folder, the next system with that name resumed the tasks of the one before.
+    /// Regression test: after a cleaner had removed the folder, the next system with that name resumed the tasks of the previous
+    /// one.
     #[test]
     fn files_without_an_owner_or_a_folder_are_removed() {
         let root = tempfile::tempdir().unwrap();

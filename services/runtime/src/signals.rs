@@ -65,7 +65,7 @@ extern "C" fn on_bus_error(_: libc::c_int) {
     }
 }
 
-/// Returns why a page was missing, given the number of free bytes in `/dev/shm`.
+/// Returns the reason why a page was missing, given the number of free bytes in `/dev/shm`.
 fn last_words(free_bytes: u64) -> &'static str {
     if free_bytes < PAGE { FULL } else { CUT }
 }
@@ -75,7 +75,7 @@ pub(crate) fn end_requested() -> bool {
     requests() != 0
 }
 
-/// Returns how many of the signals have arrived.
+/// Returns the number of signals that have arrived.
 pub(crate) fn requests() -> u32 {
     REQUESTED.load(SeqCst)
 }

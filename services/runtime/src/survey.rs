@@ -1,5 +1,5 @@
-//! Reports what a system needs from its machine, and which processes are connected to its channels, for
-//! diagnostic tools. Nothing is changed.
+//! Reports a system's requirements of its machine, and the processes that are connected to its channels, for diagnostic tools.
+//! Nothing is changed.
 
 use std::path::PathBuf;
 
@@ -12,7 +12,7 @@ use crate::shared::{self, SHARED_MEMORY};
 use crate::system::{self, System};
 use crate::{Error, Result, root};
 
-/// Space in `/dev/shm` that a system may need, in bytes: twice what the demo uses.
+/// Space in `/dev/shm` that a system may need, in bytes: twice that of the demo.
 const NEEDED_BYTES: u64 = 24 << 20;
 
 /// The space in `/dev/shm`.

@@ -57,8 +57,8 @@ pub struct System {
 }
 
 impl System {
-    /// Creates the system `run.system`, owned by this process until [`System::remove`] or its death. First clears what dead
-    /// systems, whatever their names, have left behind.
+    /// Creates the system `run.system`, owned by this process until [`System::remove`] or its death. First removes the remains of
+    /// dead systems of any name.
     ///
     /// # Errors
     /// If the name is invalid, a system with that name is running, or the root does not belong to this user.

@@ -30,7 +30,7 @@ pub(crate) struct Trap {
     faults: Vec<(usize, PlannedFault)>,
 }
 
-/// What to do with a message.
+/// Planned faults of a single message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Fate {
     pub(crate) is_dropped: bool,
@@ -161,7 +161,7 @@ fn corrupt_newest(slots: &[PathBuf]) -> Result<()> {
 }
 
 impl System {
-    /// Returns the path of the file that exists once the planned fault with this number, from 1, has happened.
+    /// Returns the path of the file that exists once the planned fault with the given number, from 1, has happened.
     fn fault_file(&self, number: usize) -> PathBuf {
         self.folder().join(format!("fault-{number}"))
     }

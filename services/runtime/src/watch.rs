@@ -74,7 +74,7 @@ impl Watch {
         Ok(Self { bells: Bells::map(&system.bells())? })
     }
 
-    /// Returns how much new work `process` and its predecessors have done. The count continues across restarts.
+    /// Returns the amount of new work that `process` and its predecessors have done. The count continues across restarts.
     pub fn progress(&self, process: Process) -> u32 {
         self.bells.progress(process)
     }

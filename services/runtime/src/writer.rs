@@ -99,7 +99,8 @@ impl RawWriter {
         self.history.as_ref().and_then(History::last)
     }
 
-    /// Resumes after everything that has been sent so far. This is for a process that has lost the state that led to it.
+    /// Resumes after everything that has been sent so far. This is for a process that has lost the state that produced these
+    /// messages.
     pub fn resume_after_history(&mut self) {
         self.last_seq.set(self.history.as_ref().map_or(0, History::last_seq));
     }

@@ -25,7 +25,7 @@ use crate::restarts::{End, Restarts};
 use crate::watchdog::{Alarm, Watchdog};
 use crate::{Death, Error, Result};
 
-/// Interval of checks whether waiting has become urgent, since a signal may be delivered to a thread other than the waiting
+/// Interval at which to check whether waiting has become urgent, since a signal may be delivered to a thread other than the waiting
 /// one.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
 /// `F_SETSIG` of `fcntl.h` (Linux), which the libc crate lacks. It selects a signal other than SIGIO.
@@ -33,7 +33,11 @@ const F_SETSIG: libc::c_int = 10;
 /// Number of lines from the end of a log that an error shows. If the program's own error begins earlier, the excerpt begins there.
 const LAST_LINES: usize = 12;
 /// Maximum length of the excerpt, in bytes.
-const LAST_BYTES: u64 = 8000;
+const EXCERPT_BYTES: usize = 8000;
+/// Length of the end of a log that is read, in bytes. It has room for a backtrace after the excerpt.
+const LAST_BYTES: u64 = 64 * 1024;
+/// The line before the frames of a backtrace, which a panic prints if `RUST_BACKTRACE` is set.
+const BACKTRACE: &str = "\nstack backtrace:\n";
 /// Space that a log reserves for the last words of its process, in bytes: one page of shared memory.
 const RESERVED_BYTES: i64 = 4096;
 
@@ -44,7 +48,7 @@ pub struct ProcessLine {
     pub process: Process,
     /// Command line of the process. The supervisor sets its input, output, process group and parent-death signal.
     pub command: Command,
-    /// Whether a restarted process resumes from where it was, so that the system survives its death.
+    /// Whether the process resumes from its checkpoint after a restart. If it does, the system continues after the process has died.
     pub resumes: bool,
 }
 
@@ -124,7 +128,7 @@ impl Child {
         Ok(has_lines)
     }
 
-    /// Returns true if the process resumes from where it was when it is restarted.
+    /// Returns true if the process resumes from its checkpoint when it is restarted.
     pub(crate) fn resumes(&self) -> bool {
         self.line.resumes
     }
@@ -134,16 +138,16 @@ impl Child {
         self.due.is_some()
     }
 
-    /// Returns how often the process has been restarted, and after which pause.
+    /// Returns the restarts of the process.
     pub(crate) fn restarts(&self) -> &Restarts {
         &self.restarts
     }
 
-    /// Schedules a restart after a death. Returns false if the process is given up. `progress` is its progress across all
+    /// Schedules a restart after a death. Returns false if the process has failed for good. `progress` is its progress across all
     /// restarts.
     pub(crate) fn schedule(&mut self, status: ExitStatus, progress: u32) -> bool {
         let now = Instant::now();
-        // Clearing what a dead process left in shared memory is part of its recovery.
+        // Clearing a dead process's remains in shared memory is part of its recovery.
         let died = self.ended.map_or(now, |(_, when)| when);
         self.mourned.get_or_insert((died, progress));
         let pause = self.restarts.pause_after_death(self.end(status), progress);
@@ -164,7 +168,7 @@ impl Child {
         }
     }
 
-    /// Restarts the process if that is due. Returns true if it did.
+    /// Restarts the process if that is due. Returns true if it was restarted.
     pub(crate) fn start_if_due(&mut self, signs_of_life: u32) -> Result<bool> {
         let is_due = self.due.is_some_and(|due| due <= Instant::now());
         if is_due {
@@ -187,7 +191,7 @@ impl Child {
         self.watchdog.look(signs_of_life, Instant::now(), || ProcessState::of(pid))
     }
 
-    /// Tolerates slowness of the process from now on, because it is being starved.
+    /// Tolerates delays of the process from now on, because it is being starved.
     pub(crate) fn bear(&mut self, starvation: Starvation) {
         self.watchdog.bear(starvation, Instant::now());
     }
@@ -257,7 +261,7 @@ impl Child {
     }
 }
 
-/// Sets everything that does not change from one start of the process to the next.
+/// Sets the properties that are common to all starts of the process.
 fn prepare(line: &mut ProcessLine) -> Result<()> {
     let (supervisor, process) = (getpid(), line.process);
     // The recorder may still close its file, while the other processes have nothing to save.
@@ -324,7 +328,10 @@ fn reserve(log: &File) {
 fn last_lines(log: &Path) -> String {
     let text = last_bytes(log).unwrap_or_default();
     let text = String::from_utf8_lossy(&text);
-    let lines: Vec<_> = text.trim_end().lines().collect();
+    // The frames of a backtrace would push the message of the panic out of the excerpt.
+    let text = text.rsplit_once(BACKTRACE).map_or(&*text, |(before, _)| before).trim_end();
+    let from = text.ceil_char_boundary(text.len().saturating_sub(EXCERPT_BYTES));
+    let lines: Vec<_> = text[from..].lines().collect();
     let last = lines.len().saturating_sub(LAST_LINES);
     let error = lines.iter().rposition(|line| line.starts_with("error: ")).unwrap_or(last);
     lines[last.min(error)..].join("\n")
@@ -345,7 +352,7 @@ mod tests {
 
     use super::*;
 
-    /// The line that named an exception was lost if more than eleven lines followed.
+    /// Regression test: the line that named an exception was lost if more than eleven lines followed.
     #[test]
     fn the_last_lines_of_a_log_include_the_whole_error() {
         let folder = tempfile::tempdir().unwrap();
@@ -361,8 +368,20 @@ mod tests {
         assert_eq!(last_lines(&log).lines().count(), LAST_LINES);
     }
 
-    /// A process that had died because shared memory was full was said to have "printed nothing", because its log was in that
-    /// memory.
+    /// Regression test: with `RUST_BACKTRACE=1`, the last lines were frames of the backtrace.
+    #[test]
+    fn the_last_lines_of_a_panic_are_its_message() {
+        let folder = tempfile::tempdir().unwrap();
+        let log = folder.path().join("planner.log");
+        let frames: String =
+            (0..300).map(|i| format!("  {i}: core::ops::function::FnOnce::call_once\n")).collect();
+        let panic = "thread 'main' panicked at src/main.rs:7:9:\ntoo late";
+        std::fs::write(&log, format!("begun\n{panic}\nstack backtrace:\n{frames}")).unwrap();
+        assert_eq!(last_lines(&log), format!("begun\n{panic}"));
+    }
+
+    /// Regression test: if a process died because shared memory was full, the error said that it had "printed nothing", because its
+    /// log was in that memory.
     #[test]
     fn a_full_log_keeps_space_for_the_final_lines() {
         let folder = tempfile::tempdir_in("/dev/shm").unwrap();

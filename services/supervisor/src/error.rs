@@ -38,7 +38,7 @@ pub enum Error {
         process: Process,
         /// Path of the program.
         program: String,
-        /// Why it could not be started.
+        /// The reason why it could not be started.
         source: std::io::Error,
     },
     /// A process could not be waited for.
@@ -46,7 +46,7 @@ pub enum Error {
     Wait {
         /// The process.
         process: Process,
-        /// Why waiting failed.
+        /// The reason why waiting failed.
         source: std::io::Error,
     },
     /// A process died before the mission ended, or failed when it ended.
@@ -80,12 +80,12 @@ impl Error {
     }
 }
 
-/// Returns true if a process with this status received bad input, which would make it fail again.
+/// Returns true if a process with the given status received bad input, which would make it fail again.
 pub(crate) fn is_bad_input(status: ExitStatus) -> bool {
     status.code() == Some(BAD_INPUT)
 }
 
-/// Returns true if a recorder with this status has written as much as it could.
+/// Returns true if a recorder with the given status has written as much as it could.
 pub(crate) fn is_incomplete(status: ExitStatus) -> bool {
     status.code() == Some(INCOMPLETE.into())
 }
@@ -136,7 +136,7 @@ impl Display for Death {
 mod tests {
     use super::*;
 
-    /// A user saw only a SIGKILL, and went looking for its sender.
+    /// Regression test: the error only mentioned a SIGKILL, so a user went looking for its sender.
     #[test]
     fn a_process_killed_as_unresponsive_is_reported_as_such() {
         let (process, status) = (Process::Planner, ExitStatus::from_raw(9));

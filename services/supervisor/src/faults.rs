@@ -134,7 +134,7 @@ impl Faults {
         })
     }
 
-    /// Reports that a process is unresponsive, and what the supervisor does about it.
+    /// Reports that a process is unresponsive, and the supervisor's response.
     pub(crate) fn unresponsive(
         &mut self,
         process: Process,

@@ -14,7 +14,7 @@ use crate::faults::Faults;
 use crate::watchdog::Alarm;
 use crate::{Death, Error, Result};
 
-/// Maximum time spent on clearing what a killed process left in shared memory.
+/// Maximum time spent on clearing a killed process's remains in shared memory.
 pub(crate) const CLEARING: Duration = Duration::from_millis(500);
 
 /// Looks after a process that can resume. If it has just died and the system survives that, returns its death.

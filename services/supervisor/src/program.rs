@@ -9,8 +9,8 @@ use std::sync::OnceLock;
 /// A program and its first arguments.
 static GIVEN: OnceLock<(PathBuf, Vec<OsString>)> = OnceLock::new();
 
-/// Sets how this program is started if not by its executable, for example by an interpreter with these arguments. Only the first
-/// call has an effect.
+/// Sets how this program is started if not by its executable, for example by an interpreter with the given arguments. Only the
+/// first call has an effect.
 pub fn start_by(program: PathBuf, arguments: Vec<OsString>) {
     let _ = GIVEN.set((program, arguments));
 }

@@ -1,7 +1,7 @@
 //! Decides when to restart a process that has died: immediately, then after growing pauses, and finally not at all.
 //!
-//! The decision depends on progress. A process that is killed over and over, but sends something new in between, is restarted
-//! each time. A process that dies of the same message each time is eventually given up, and so is one that hangs.
+//! The decision depends on progress. A process that is killed over and over, but sends something new in between, is restarted each
+//! time. A process that dies on the same message each time, or hangs, is eventually given up.
 
 use std::time::Duration;
 
@@ -10,20 +10,19 @@ const FIRST_PAUSE: Duration = Duration::from_millis(50);
 /// Maximum number of attempts in a row. Their pauses add up to about six seconds.
 const ATTEMPTS: u32 = 8;
 
-/// A process that ran for this long without hanging, and was then killed from outside, was healthy and just had nothing to
-/// send.
+/// Time without hanging after which a process that is killed from outside counts as healthy, with nothing to send.
 const PEACEFUL: Duration = Duration::from_secs(10);
 
-/// The ways a life of a process may end.
+/// How a life of a process ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum End {
-    /// The process hung and was killed for that.
+    /// The process was killed because it hung.
     Hung,
     /// The process failed by itself, with an error, a panic or a crash.
     Failed,
     /// The process was killed by another process.
     Killed {
-        /// How long the process had been running.
+        /// Time for which the process had been running.
         after: Duration,
     },
 }
@@ -38,8 +37,8 @@ pub(crate) struct Restarts {
 }
 
 impl Restarts {
-    /// Counts a death, given the progress of the process across all restarts. Returns the pause before the process is
-    /// restarted, or `None` if it is given up.
+    /// Counts a death, given the progress of the process across all restarts. Returns the pause before the process is restarted, or
+    /// `None` if it has failed for good.
     pub(crate) fn pause_after_death(&mut self, end: End, progress: u32) -> Option<Duration> {
         let got_on = self.progress.replace(progress) != Some(progress);
         let was_good = match end {
@@ -71,7 +70,7 @@ impl Restarts {
         self.pause
     }
 
-    /// Returns how often the process has been restarted.
+    /// Returns the number of restarts of the process.
     pub(crate) fn total(&self) -> u64 {
         self.total
     }

@@ -1,14 +1,14 @@
 //! Detects a lockstep where every process waits for another one, so that nothing will ever happen again.
 //!
-//! This is always due to a defect, such as a message that its reader rejects. Without this check, the mission
-//! would silently wait forever. Time in which the supervisor itself did not run does not count.
+//! The cause is always a defect, such as a message that its reader rejects. Without this check, the mission would silently wait
+//! forever. Time in which the supervisor itself did not run is not counted.
 
 use std::time::{Duration, Instant};
 
 /// Maximum time that counts between two checks.
 const MOST_AT_ONCE: Duration = Duration::from_millis(100);
 
-/// Measures for how long no process has made progress.
+/// Measures the time without progress of any process.
 #[derive(Debug, Clone)]
 pub(crate) struct Stall {
     limit: Duration,

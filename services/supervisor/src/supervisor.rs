@@ -30,7 +30,7 @@ const LOOK_EVERY: Duration = Duration::from_millis(4);
 const EARLY_END: Duration = Duration::from_secs(2);
 /// Maximum size of a channel's file, with any number of readers. For a sketch, 103 MiB were measured.
 const LARGEST_FILE_MIB: u64 = 256;
-/// A signal that arrives this long after the shutdown began means that the user does not want to wait.
+/// Time since the beginning of the shutdown after which a signal means that the user does not want to wait.
 const PATIENCE: Duration = Duration::from_secs(1);
 
 /// Maximum time for the recorder to connect to its writers before they are ended.
@@ -39,13 +39,13 @@ const MEETING: Duration = Duration::from_secs(2);
 /// Time limits for processes and for a lockstep.
 #[derive(Debug, Clone, Copy)]
 pub struct Grace {
-    /// How long world, sketcher, localizer and planner may take to end.
+    /// Time limit for world, sketcher, localizer and planner to end.
     pub services: Duration,
-    /// How long the recorder may take to write the remaining messages and close its file.
+    /// Time limit for the recorder to write the remaining messages and close its file.
     pub recorder: Duration,
-    /// How long a process may be stopped (SIGSTOP) during the mission before it is killed and restarted.
+    /// Time for which a process may be stopped (SIGSTOP) during the mission before it is killed and restarted.
     pub stopped: Duration,
-    /// How long every process of a lockstep may wait for another one before the mission is ended.
+    /// Time for which all processes of a lockstep may wait for each other before the mission is ended.
     pub stalled: Duration,
 }
 
@@ -60,7 +60,7 @@ impl Default for Grace {
     }
 }
 
-/// The channels of the supervisor that a player of a recording writes instead, through [`Supervisor::node`].
+/// The supervisor's channels that a player of a recording writes instead, through [`Supervisor::node`].
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Ceded {
     /// Whether orders are ceded. If so, the supervisor does not give any.
@@ -80,7 +80,7 @@ pub enum Progress {
     Interrupted,
 }
 
-/// A running system. Dropping it shuts it down like [`Supervisor::shut_down`].
+/// A running system. Dropping it has the same effect as [`Supervisor::shut_down`].
 ///
 /// It must be started from a thread that lives as long as the system, because the kernel ends the processes started by a thread
 /// when that thread ends.
@@ -103,7 +103,7 @@ pub struct Supervisor {
     recording: Option<PathBuf>,
     /// The folder next to the recording that contains the output of the processes.
     logs: Option<PathBuf>,
-    /// Why the output of a process is missing from that folder.
+    /// The reason why the output of a process is missing from that folder.
     logs_failure: Option<String>,
     /// Detects a stuck lockstep. `None` unless the processes are paced only by each other.
     stall: Option<Stall>,
@@ -244,6 +244,7 @@ impl Supervisor {
                 message.header.stamp_ns = stamp_ns;
                 (message.order, message.task) = (ordered.order.code(), ordered.task);
                 ordered.here.iter().for_each(|here| message.set_here(here));
+                ordered.place.iter().for_each(|place| message.set_place(place));
             })?;
         }
         Ok(())
@@ -283,7 +284,7 @@ impl Supervisor {
         &self.survived
     }
 
-    /// Returns how often `process` has been restarted.
+    /// Returns the number of restarts of `process`.
     pub fn restarts(&self, process: Process) -> u64 {
         self.survived.iter().filter(|death| death.process == process).count() as u64
     }
@@ -294,7 +295,8 @@ impl Supervisor {
         self.logs.as_deref()
     }
 
-    /// Returns why the output of a process could not be copied to the folder of [`Supervisor::logs`], or `None` if all of it was.
+    /// Returns the reason why the output of a process could not be copied to the folder of [`Supervisor::logs`], or `None` if all
+    /// of it was.
     pub fn logs_failure(&self) -> Option<&str> {
         self.logs_failure.as_deref()
     }
@@ -302,9 +304,9 @@ impl Supervisor {
     /// Ends the services, and then the recorder, which by then has received everything that was sent. Finally, the channels and
     /// the system are removed, even if an earlier step fails.
     ///
-    /// Everything that the supervisor has received can still be queried. A second call does nothing. Incomplete
-    /// recordings and logs are not errors; see [`Supervisor::recording_failure`] and [`Supervisor::logs_failure`]. A further SIGINT,
-    /// SIGTERM or SIGHUP, at least a second after the shutdown began, kills the processes that have not ended yet.
+    /// Everything that the supervisor has received can still be queried. A second call does nothing. Incomplete recordings and logs
+    /// are not errors; see [`Supervisor::recording_failure`] and [`Supervisor::logs_failure`]. A further SIGINT, SIGTERM or SIGHUP,
+    /// at least a second after the shutdown began, kills the processes that have not ended yet.
     ///
     /// # Errors
     /// - [`Error::Died`] if a process failed while it was ending.
@@ -359,8 +361,8 @@ impl Supervisor {
         }
     }
 
-    /// Waits until the recorder has connected, which its first health report shows. A mission of a few instants may end before
-    /// that, and everything it sent would then be lost.
+    /// Waits until the recorder has connected, as shown by its first health report. Otherwise, all messages of a mission of a few
+    /// instants could be lost.
     fn await_recorder(&mut self) -> Result<()> {
         let (begun, asked) = (Instant::now(), self.end_requests());
         loop {
@@ -500,7 +502,7 @@ impl Supervisor {
         Err(Error::Stalled { seconds: stands.as_secs(), tick, rejected: rejected.map(word).collect() })
     }
 
-    /// Ends the recorder. If it is dead, or is killed while it ends, a successor writes what is left.
+    /// Ends the recorder. If it is dead, or is killed while it ends, a successor writes the remaining messages.
     fn end_recorder(&mut self) -> Result<()> {
         loop {
             self.revive_recorder()?;
@@ -542,7 +544,7 @@ impl Supervisor {
         let mut killed = Vec::new();
         let mut children: Vec<_> = self.children.iter_mut().filter(|child| kind(child.process)).collect();
         for child in &mut children {
-            // Anything that a recorder missed by ending too early is not recorded anywhere.
+            // Messages that a recorder misses by ending too early are not recorded anywhere.
             if child.process == Process::Recorder
                 && !child.resumes()
                 && let Some((status, _)) = child.ended()?

@@ -29,7 +29,7 @@ pub(crate) struct Watchdog {
     looked: Instant,
     unresponsive: Duration,
     is_told: bool,
-    /// How long the process may be stopped before it is killed.
+    /// Time for which the process may be stopped before it is killed.
     stopped_limit: Duration,
     /// Share of the time that the process may run, and until when, or `None` if it is not starved.
     starved: Option<(f64, Instant)>,

@@ -203,7 +203,7 @@ fn sketcher() {
     while node.wait(LONG) != Wake::Terminate {}
 }
 
-/// Acts as the recorder, and notes what it has received once it has received everything.
+/// Acts as the recorder, and lists its messages once it has received everything.
 fn recorder() {
     let node = node(Process::Recorder);
     let mut scans = node.reader(SCAN).unwrap();

@@ -56,7 +56,7 @@ fn named(path: &Path) -> String {
     path.display().to_string()
 }
 
-/// Why the playback of a stretch ended.
+/// The reason why the playback of a stretch ended.
 enum Turn {
     /// The stretch is over.
     Played,
@@ -239,7 +239,7 @@ impl ShownTopic {
         std::iter::once(&self.own).chain(self.derived.iter().map(|(_, topic)| topic))
     }
 
-    /// Shows a message and what is derived from it. A damaged message is not shown, and nothing is derived from one that
+    /// Shows a message and the messages derived from it. A damaged message is not shown, and nothing is derived from one that
     /// cannot be decoded.
     fn show(&mut self, message: &RawMessage, skipped: &mut Rejections) {
         if message.is_damaged() {

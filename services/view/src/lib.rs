@@ -32,7 +32,7 @@ use std::net::SocketAddr;
 use sketchnav_recordings::RecordingError;
 use sketchnav_schemas::ros2::Ros2Error;
 
-/// Why nothing can be shown.
+/// The reason why nothing can be shown.
 #[derive(Debug, thiserror::Error)]
 pub enum ViewError {
     /// The address cannot be listened on.

@@ -18,14 +18,14 @@ use crate::Result;
 use crate::server::{Event, Port, Served, Server};
 use crate::topics::{Announced, Topic};
 
-/// How often to poll while a viewer watches. A channel's buffer holds the messages that arrive in between.
+/// Interval at which to poll while a viewer watches. A channel's buffer holds the messages that arrive in between.
 const LOOK_EVERY: Duration = Duration::from_millis(5);
-/// How often to check whether a viewer watches.
+/// Interval at which to check whether a viewer watches.
 const IDLE: Duration = Duration::from_millis(50);
-/// How often to check whether the system still runs.
+/// Interval at which to check whether the system still runs.
 const SECOND: Duration = Duration::from_secs(1);
 
-/// Why the view ended.
+/// The reason why the view ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
     /// A person or a program has asked the process to end.
@@ -172,7 +172,7 @@ impl Source {
         Ok(newest_ns)
     }
 
-    /// Closes a channel that no viewer watches, and forgets its last message, which may be outdated when a viewer returns.
+    /// Closes a channel that no viewer watches, and discards its last message, which may be outdated when a viewer returns.
     fn close(&mut self) {
         if self.reader.take().is_some() {
             self.own.forget();

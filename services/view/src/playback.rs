@@ -68,7 +68,7 @@ impl Playback {
         from_ns.saturating_add(passed_ns as u64).min(self.last_ns)
     }
 
-    /// Returns how long it takes until the message of this recorded time is due, or `None` while playback is paused.
+    /// Returns the time until the message of this recorded time is due, or `None` while playback is paused.
     pub fn until(&self, stamp_ns: u64, now: Instant) -> Option<Duration> {
         let left_ns = stamp_ns.saturating_sub(self.at_ns(now));
         match (left_ns, self.moves()) {
@@ -103,7 +103,7 @@ impl Playback {
         }
     }
 
-    /// Notes that the last message has been played.
+    /// Records that the last message has been played.
     pub fn end(&mut self, now: Instant) {
         self.state = State::Ended;
         self.anchor = (self.last_ns, now);

@@ -29,7 +29,7 @@ const THREADS: usize = 1;
 pub struct Port(u16);
 
 impl Port {
-    /// Returns the port with this number, or a free port if it is 0.
+    /// Returns the port with the given number, or a free port if it is 0.
     ///
     /// # Errors
     /// [`ViewError::Address`] if the port is taken.
@@ -88,7 +88,7 @@ pub struct Server {
 
 /// Description of the served system or recording, which is sent to viewers.
 pub struct Served {
-    /// Name shown to people.
+    /// Display name.
     pub name: String,
     /// For a recording: the times of its first and last message in nanoseconds, and its clock.
     pub playback: Option<((u64, u64), SharedPlayback)>,

@@ -72,7 +72,7 @@ impl Topic {
         self.channel.has_sinks()
     }
 
-    /// Returns true if the topic has this id.
+    /// Returns true if the topic has the given id.
     pub fn is(&self, id: ChannelId) -> bool {
         self.channel.id() == id
     }

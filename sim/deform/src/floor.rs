@@ -16,10 +16,10 @@ const LEAST_PLACES: usize = 7;
 /// Minimum distance from the walls of a place in a hall, in metres.
 const PLACE_CLEARANCE_M: f64 = 0.6;
 
-/// What a drawing of a floor shows. Coordinates are in metres, in frame `World`.
+/// The content of a drawing of a floor. Coordinates are in metres, in frame `World`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Floor {
-    /// Name of the floor, for people.
+    /// Display name of the floor.
     pub name: String,
     pub(crate) walls: Vec<Vec<Vector2<f64>>>,
     pub(crate) regions: Regions,

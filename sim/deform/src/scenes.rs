@@ -2,10 +2,9 @@
 //! scale, and objects are shifted, turned, too large, too small, or forgotten. The route is redrawn so that
 //! it passes the objects as they are drawn, bent and smoothed.
 //!
-//! Degree 0 traces the scene. At degree 1, objects are about 0.5 m out of place, and other degrees are in
-//! proportion. If outlines touch, or the route enters one, the scene is drawn again, because people would not
-//! draw that on purpose. After several attempts, all shifts become smaller. The same scene, degree and seed
-//! give the same sketch.
+//! At degree 0, the scene is traced. At degree 1, objects are about 0.5 m out of place, and other degrees are in proportion. If
+//! outlines touch, or the route enters one, the scene is redrawn, because people would not draw that on purpose. After several
+//! attempts, all shifts become smaller. Equal scenes, degrees and seeds result in equal sketches.
 //!
 //! [`hasty`] draws like a person in a hurry, who cuts corners, and [`SceneSketch::on_a_pda`] converts a
 //! sketch to whole pixels of a PDA.

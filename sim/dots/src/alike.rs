@@ -14,7 +14,7 @@ const LEAST_COMPACTNESS: f64 = 0.7;
 /// Minimum number of pixels of a spot for its shape to be meaningful.
 const SHAPED_PIXELS: usize = 30;
 
-/// Why a spot is not a dot.
+/// The reason why a spot is not a dot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Unlike {
     /// The spot is far larger than the others.
@@ -30,7 +30,7 @@ pub enum Unlike {
 pub struct Odd {
     /// The spot.
     pub spot: Spot,
-    /// Why the spot is not a dot.
+    /// The reason why the spot is not a dot.
     pub why: Unlike,
     /// Size of the spot, relative to the typical one.
     pub sizes: f64,

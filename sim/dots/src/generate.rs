@@ -9,7 +9,7 @@ use crate::error::DotsError;
 /// Maximum side of a square.
 pub const LIMIT: f64 = 1e9;
 
-/// Generates positions that are uniformly distributed over a square with this side.
+/// Generates positions that are uniformly distributed over a square with the given side.
 ///
 /// # Errors
 /// [`DotsError::Parameter`] if the side is out of range.
@@ -18,7 +18,7 @@ pub fn uniform(dots: usize, side: f64, seed: u64) -> Result<Vec<[f64; 2]>, DotsE
     Ok(distinct(dots, || place(&mut rng, side)))
 }
 
-/// Generates positions around `clusters` centres on a square with this side, at normally distributed distances with this
+/// Generates positions around `clusters` centres on a square with the given side, at normally distributed distances with the given
 /// spread. Positions outside the square are drawn again.
 ///
 /// # Errors
@@ -53,7 +53,7 @@ pub fn clustered(
     }))
 }
 
-/// Generates positions that are uniformly distributed over a square with this side, and additional ones in a wall. The wall is
+/// Generates positions that are uniformly distributed over a square with the given side, and additional ones in a wall. The wall is
 /// a vertical strip in the middle, a tenth of the side wide and nine tenths high (Park and Kender 1995, figure 25).
 ///
 /// # Errors

@@ -250,7 +250,7 @@ fn around(x: usize, y: usize, width: usize, height: usize) -> impl Iterator<Item
     rows.flat_map(move |y| (x.saturating_sub(1)..(x + 2).min(width)).map(move |x| (x, y)))
 }
 
-/// Draws the picture that a camera sees of a plane with dark dots of this radius. Each pixel is averaged from 5 × 5 samples.
+/// Draws the picture that a camera sees of a plane with dark dots of the given radius. Each pixel is averaged from 5 × 5 samples.
 pub fn draw(size: [u32; 2], camera: &Camera, dots: &[[f64; 2]], radius: f64) -> GrayImage {
     const SAMPLES: i32 = 5;
     let mut picture = GrayImage::from_pixel(size[0], size[1], Luma([235]));

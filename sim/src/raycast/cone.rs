@@ -38,7 +38,7 @@ impl Cone {
         self.from_world * (point - self.apex)
     }
 
-    /// Returns how far a point is inside the upper and the lower edge.
+    /// Returns the distances of a point from the upper and the lower edge, which are positive inside.
     fn inside(&self, p: Vector2<f64>) -> [f64; 2] {
         let (cos, sin) = (self.edge.x, self.edge.y);
         [sin * p.x - cos * p.y, sin * p.x + cos * p.y]

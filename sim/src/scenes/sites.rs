@@ -27,7 +27,8 @@ const STRAIGHT_M: f64 = 1.2;
 const GAP_M: f64 = 1.3;
 /// Distance between the points of the way, in metres.
 const STEP_M: f64 = 0.1;
-/// How often each point of the way moves halfway to the middle of its neighbours, which rounds corners over about a metre.
+/// Number of times that each point of the way moves halfway to the middle of its neighbours, which rounds corners over about a
+/// metre.
 const ROUNDINGS: usize = 50;
 /// Objects that are farther from the way than this are left out, in metres, because nobody would draw them.
 const DRAWN_M: f64 = 4.0;

@@ -55,7 +55,7 @@ impl Browser {
         self.runs(drawing_script("study.mjs", place, link))
     }
 
-    /// Selects, moves, turns and edits what is drawn on the page at `link`, with mouse, pen, fingers and keys.
+    /// Selects, moves, turns and edits shapes on the page at `link`, with mouse, pen, fingers and keys.
     pub fn selects(&self, place: &Place, link: &str) -> Ended {
         let mut script = needs::program("node").expect("node, which was there before");
         script.arg(repository().join("tests/pad/selecting.mjs")).arg(link).arg(place.files());
@@ -84,7 +84,7 @@ impl Browser {
         self.runs(script)
     }
 
-    /// Draws the demo's building on the page at `link`, accepts what the robot learns there, drives in it, and rejects it.
+    /// Draws the demo's building on the page at `link`, accepts the robot's learned map, drives in it, and rejects it.
     pub fn learns(&self, place: &Place, link: &str) -> Ended {
         let mut script = needs::program("node").expect("node, which was there before");
         script.arg(repository().join("tests/pad/learning.mjs")).arg(link);
@@ -104,6 +104,13 @@ impl Browser {
     pub fn answers(&self, place: &Place, link: &str) -> Ended {
         let mut script = needs::program("node").expect("node, which was there before");
         script.arg(repository().join("tests/pad/asking.mjs")).arg(link).arg(place.files());
+        self.runs(script)
+    }
+
+    /// Asks for the wheel on one page at `link` and hands it over on another, while the robot drives.
+    pub fn hands_over(&self, place: &Place, link: &str) -> Ended {
+        let mut script = needs::program("node").expect("node, which was there before");
+        script.arg(repository().join("tests/pad/handing.mjs")).arg(link).arg(place.files());
         self.runs(script)
     }
 

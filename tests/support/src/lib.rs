@@ -316,12 +316,14 @@ impl Place {
         assert_eq!(self.living(), []);
     }
 
-    /// Fails if anything is left of the system `name`. Other systems may still be running.
+    /// Fails if anything is left of the system `name`. Other systems may still be running. A process that has given up its
+    /// lock is no longer part of the system, although it needs a moment to exit.
     pub fn assert_no_system_left(&self, name: &str) {
         assert_eq!(self.files_of(name), Vec::<String>::new());
         let option = format!("--system {name} ");
-        let living = self.living().into_iter().filter(|(_, line)| line.contains(&option));
-        assert_eq!(living.collect::<Vec<_>>(), []);
+        wait_until(&format!("the processes of {name} to exit"), || {
+            !self.living().iter().any(|(_, line)| line.contains(&option))
+        });
     }
 
     /// Returns every living `sketchnav` process that was started in this place, with its command line. Processes are

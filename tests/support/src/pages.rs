@@ -61,7 +61,7 @@ fn of_folder(folder: &str) -> Vec<Page> {
 }
 
 impl Page {
-    /// Reads the page at this path in the repository.
+    /// Reads the page at the given path in the repository.
     pub fn of(path: &str) -> Self {
         let text =
             fs::read_to_string(repository().join(path)).unwrap_or_else(|error| panic!("{path}: {error}"));

@@ -1,4 +1,4 @@
-"""Episodes, activity graphs and graphlets (Sridhar, Cohn and Hogg 2010; Duckworth et al. 2016), shaped as QSRlib's.
+"""Episodes, activity graphs and graphlets (Sridhar, Cohn and Hogg 2010; Duckworth et al. 2016), in the form used by QSRlib.
 
 An episode is a relation of some objects from one time to another. The activity graph (QSTAG) has a node for each object, for
 each episode, and for each pair of episodes, which contains Allen's relation of their times. Graphlets are the small activity

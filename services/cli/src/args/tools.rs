@@ -136,7 +136,7 @@ pub struct SendOptions {
     /// The order: start, abort, pause, resume, unattended, goal or here.
     #[arg(value_parser = parse_order)]
     pub order: Order,
-    /// With `goal`: the name of the task, or of the place that is its goal.
+    /// With `goal`: the name of a task, of the place that is its goal, or of any place in the drawing.
     #[arg(value_name = "NAME", conflicts_with_all = ["task", "state", "at"])]
     pub name: Option<String>,
     /// The number of the task that the order refers to, from 1, for orders that refer to one.

@@ -21,7 +21,7 @@ use sketchnav_schemas::seed;
 
 use crate::args::{ChaosOptions, KillSignal};
 
-/// How often to check the processes.
+/// Interval at which to check the processes.
 const LOOK_EVERY: Duration = Duration::from_micros(500);
 /// Fraction of the mission after which no process is killed, since it would have nothing left to recover.
 const LAST_SHARE: f64 = 0.95;
@@ -31,15 +31,14 @@ const LAST_SHARE_IN_REAL_TIME: f64 = 0.8;
 const PAIRS: f64 = 0.2;
 /// Maximum time after its start when a starting process is killed.
 const YOUNG: Duration = Duration::from_millis(12);
-/// Maximum number of times in a row that a process is killed while it starts. After a few more, the supervisor would
-/// give it up.
+/// Maximum number of times in a row that a process is killed while it starts. After a few more, the supervisor would give up on it.
 const YOUNG_KILLS: u32 = 3;
 /// Maximum time to wait for a recovery.
 const PATIENCE: Duration = Duration::from_secs(20);
 
 /// The run to disturb.
 pub struct Plan {
-    /// How many messages the world sends in the whole mission.
+    /// Number of messages that the world sends in the whole mission.
     pub steps: u32,
     /// The process id of the run, which is that of its supervisor.
     pub supervisor: u32,

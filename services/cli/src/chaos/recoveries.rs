@@ -1,4 +1,4 @@
-//! How the processes of a run recovered from the kills.
+//! The recoveries of the processes of a run from kills.
 
 use std::collections::BTreeMap;
 use std::fmt::{self, Display, Formatter};

@@ -19,7 +19,7 @@ const STANDSTILL_MPS: f64 = 0.02;
 /// Time after a death, in simulated seconds, when a contact may be due to that death.
 const AFTERMATH_S: f64 = 5.0;
 
-/// How safe the robot was.
+/// Figures about the safety of the robot.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Safety {
     /// Contacts with walls that began within five simulated seconds of a death.
@@ -84,7 +84,7 @@ fn outages(run: &RunConfig, faults: &[FaultInfo], end_s: f64) -> Vec<(f64, f64)>
     away
 }
 
-/// Returns how long the world was also absent between `died` and `back`, in milliseconds by the clock. During that time
+/// Returns the time for which the world was also absent between `died` and `back`, in milliseconds by the clock. During that time
 /// simulated time, and with it the robot, stood still.
 fn halted_ms(faults: &[FaultInfo], died: &FaultInfo, back: &FaultInfo) -> f64 {
     let is_meanwhile = |fault: &&FaultInfo| (died.stamp_s..=back.stamp_s).contains(&fault.stamp_s);
@@ -92,7 +92,7 @@ fn halted_ms(faults: &[FaultInfo], died: &FaultInfo, back: &FaultInfo) -> f64 {
     worlds.filter(is_meanwhile).map(|fault| fault.duration_ms).sum()
 }
 
-/// Returns how long a robot without commands may keep moving, in simulated seconds.
+/// Returns the maximum time that a robot without commands may keep moving, in simulated seconds.
 fn stop_s(run: &RunConfig) -> f64 {
     let limits = &run.robot.limits;
     let brake_s = limits.speed_mps / limits.acceleration_mps2;
@@ -168,7 +168,7 @@ mod tests {
         assert_eq!(judge(&run(), &alone, &truth(20.0), &[]).unstopped, 1);
     }
 
-    /// The worst case, a navigator that never returns, once did not count as an outage.
+    /// Regression test: the worst case, a navigator that never returns, was not counted as an outage.
     #[test]
     fn a_process_that_never_returns_is_absent_until_the_end() {
         let dead = [fault("died", "localizer", 0.0)];

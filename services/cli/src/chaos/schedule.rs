@@ -22,7 +22,7 @@ use crate::mission;
 
 /// Fraction of a process's messages after which no more faults are planned for it, since nothing would be left to recover.
 const LAST_SHARE: f64 = 0.9;
-/// Maximum number of faults of a process at one message. After a few more, the supervisor would give it up.
+/// Maximum number of faults of a process at one message. After a few more, the supervisor would give up on it.
 const MOST_AT_ONE: usize = 3;
 /// Ranges of the share of the processor that a starved process gets, in percent, and of its duration, in milliseconds.
 const SHARES_PERCENT: RangeInclusive<u32> = 2..=50;

@@ -30,7 +30,7 @@ use crate::output::{out, say};
 
 /// The word for all experiments on the command line.
 pub const WORD: &str = "all";
-/// Number of jobs in a part, which is what an interrupted run loses.
+/// Number of jobs in a part, and thus the maximum that an interrupted run loses.
 const JOBS_OF_A_PART: usize = 32;
 /// The folder of the parts, inside the results folder.
 const PARTS: &str = "parts";
@@ -272,7 +272,7 @@ fn of_study(
     Ok(Ok(entry(figures.into_iter().map(|figure| figure.table).collect())))
 }
 
-/// Reads the tables in a study's file, if they are of this size and by this program.
+/// Reads the tables in a study's file, if they are of the given size and by this program.
 fn tables_of(data: &Path, size: Size, program: &str) -> Option<Vec<studies::Table>> {
     let bytes = sketchnav_files::read(data, PAGE).ok()?;
     let mut object = serde_json::from_slice::<Value>(&bytes).ok()?;

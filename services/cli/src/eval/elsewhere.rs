@@ -23,7 +23,7 @@ use sketchnav_stage::Tap;
 use super::processes;
 use crate::args::EvalOptions;
 
-/// Interval of checks whether a system has started.
+/// Interval between checks for the start of a system.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 /// Counts the systems of this process, so that each has its own name.
 static STARTED: AtomicU32 = AtomicU32::new(0);
@@ -69,7 +69,7 @@ pub fn open(options: &EvalOptions, project: &Path) -> anyhow::Result<Option<Else
     Ok(Some(Elsewhere::new(word, crc32fast::hash(&text), drive)))
 }
 
-/// Checks that the Python can import what the driver needs.
+/// Checks that the Python can import the driver's dependencies.
 fn check_python(python: &Path, simulator: Simulator) -> anyhow::Result<()> {
     let word = simulator.word();
     let imported = Command::new(python).args(["-c", &format!("import {word}, sketchnav._core")]).output();

@@ -51,9 +51,9 @@ pub struct Part<T> {
     outcomes: BTreeMap<usize, Vec<T>>,
 }
 
-/// What a job yields, and a part stores.
+/// The result of a job, as stored in parts.
 pub trait Yield: Serialize + DeserializeOwned + Clone + PartialEq {
-    /// Returns the same without what depends on the clock.
+    /// Returns the same without values that depend on the clock.
     fn timeless(&self) -> Self {
         self.clone()
     }
@@ -142,7 +142,7 @@ fn fingerprint(jobs: &[Job<'_>], folders: &Folders) -> anyhow::Result<u32> {
     Ok(hasher.finalize())
 }
 
-/// Lists everything that determines what is driven and how, except for the contents of files.
+/// Lists everything that determines the drives, except for the contents of files.
 fn inputs(job: &Job<'_>) -> anyhow::Result<String> {
     let Trial {
         name,

@@ -150,7 +150,7 @@ pub fn command(mission: &Path, seed: u64, place: &Path, system: &str) -> anyhow:
     Ok(command)
 }
 
-/// Finds the recording of a finished mission in what the mission printed.
+/// Finds the recording of a finished mission in its output.
 pub fn recording(output: &Output) -> anyhow::Result<PathBuf> {
     let report: serde_json::Value = serde_json::from_slice(&output.stdout).context("the mission's report")?;
     let Some(recording) = report["recording"].as_str() else {

@@ -207,7 +207,7 @@ fn wrapped(text: &str, columns: usize) -> Vec<String> {
     lines
 }
 
-/// Returns what is shown of an element of HTML: line breaks and pictures.
+/// Returns the text for an element of HTML, which is only shown if it is a line break or a picture.
 fn of_html(html: &CowStr<'_>) -> String {
     if html.starts_with("<br") {
         return "\n".to_owned();

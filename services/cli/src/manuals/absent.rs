@@ -19,6 +19,6 @@ pub fn man(_: &Path) -> Result<Outcome, Failure> {
 }
 
 fn missing(what: &str) -> Result<Outcome, Failure> {
-    let advice = "cargo build --release --features manuals";
+    let advice = "cargo build --features manuals";
     Err(Failure::Input(anyhow!("this program was built without {what}; build it with: {advice}")))
 }

@@ -1,4 +1,4 @@
-//! Reports how missions went and how far the estimates were from the truth.
+//! Reports the outcomes of missions and the errors of the estimates.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! Learns from a drive by a drawing, or in what was learned before, for the next drive to start from.
+//! Learns a map from a drive by a drawing, or in a map learned before, for the next drive to start from.
 
 use std::path::{Path, PathBuf};
 
@@ -17,7 +17,7 @@ use super::whole::Whole;
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::out;
 
-/// Learns from a recording and writes what was learned.
+/// Learns a map from a recording and writes it.
 pub fn learn(whole: &Whole, options: &LearnOptions) -> Result<Outcome, Failure> {
     let output = options.output.clone().unwrap_or_else(|| whole.name().with_extension("learned"));
     let name = output.file_stem().unwrap_or_default().to_string_lossy().into_owned();
@@ -70,7 +70,7 @@ fn write(path: &Path, content: &[u8]) -> Result<(), Failure> {
     sketchnav_files::write(path, content).with_context(|| path.display().to_string()).or_input()
 }
 
-/// Returns what was learned from the drive of a recording, and the drawing that it used.
+/// Returns the map learned from the drive of a recording, and the drawing that it used.
 fn of(recording: &Recording) -> anyhow::Result<(Learned, DrawnMap)> {
     let RecordedRun { run, files } = RecordedRun::of(recording)?;
     let kind = run.mission.navigator_kind();

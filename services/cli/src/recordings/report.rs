@@ -208,7 +208,7 @@ impl Page<'_> {
         }
     }
 
-    /// Returns how far the estimates in a drawing were from the truth over time.
+    /// Returns the distance of the estimates in a drawing from the truth over time.
     fn errors(&self) -> Option<Series> {
         let log = self.log;
         let errors = local_errors_m(log);

@@ -58,7 +58,7 @@ fn recover_file(file: &Path, options: &RecoverOptions) -> anyhow::Result<copy::C
     Ok(copied)
 }
 
-/// Prints what a copy lacks.
+/// Prints the omissions of a copy.
 fn tell_lost(copied: &copy::Copied) {
     for lost in &copied.lost {
         let copy::Lost { at, bytes, reason, messages } = lost;

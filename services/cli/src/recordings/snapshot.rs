@@ -24,7 +24,7 @@ use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::out;
 use crate::systems;
 
-/// How often to look at the file.
+/// Interval at which to look at the file.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
 /// Maximum time that the recorder may take to write messages that were sent.
 const PATIENCE: Duration = Duration::from_secs(10);

@@ -327,7 +327,7 @@ fn gaps(named: &Path, files: &[PathBuf]) -> Vec<String> {
 /// if it has none, all of them.
 ///
 /// # Errors
-/// If there are none, or none in a supported format. The error says what the folder contains instead.
+/// If there are none, or none in a supported format. The error describes the contents of the folder.
 pub fn recordings_in(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     listed_in(folder).map(|(files, _)| files)
 }

@@ -26,7 +26,7 @@ pub struct Extended {
     pub heading_rad: f64,
 }
 
-/// Where the first box is as seen from the second one.
+/// The direction of the first box from the second one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Place {
     /// One of 16 directions, counter-clockwise from the heading of the second one.

@@ -87,7 +87,7 @@ impl Skipped {
         }
     }
 
-    /// Prints what was skipped or, if no other message could be printed, returns the first error.
+    /// Prints the skipped messages or, if no other message could be printed, returns the first error.
     fn report(self, has_others: bool) -> Result<(), RecordingError> {
         match self.first {
             Some(error) if !has_others => Err(error),

@@ -16,7 +16,7 @@ pub struct Field {
     steps: Vec<Step>,
 }
 
-/// Why a path cannot be used.
+/// The reason why a path cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum FieldError {
     /// The text is not a path.

@@ -39,7 +39,7 @@ pub struct Row {
     pub pid: Option<u32>,
     /// The process's state according to the kernel: running, sleeping, stopped …
     pub state: &'static str,
-    /// How often the process was restarted.
+    /// Number of restarts of the process.
     pub restarts: u32,
     /// Messages per second on all channels that the process writes, by the wall clock.
     pub rate_hz: f64,
@@ -210,7 +210,7 @@ impl Gatherer {
         }
     }
 
-    /// Returns how many ticks a process lags behind.
+    /// Returns the number of ticks by which a process lags behind.
     fn queue(&self, process: Process) -> Option<u64> {
         let kind = self.run.mission.navigator_kind();
         let (input, output) = match process {

@@ -23,7 +23,7 @@ impl Port {
 
 /// Always returns an error.
 pub fn port(_: u16) -> Result<Port, Failure> {
-    let advice = "cargo build --release --features foxglove";
+    let advice = "cargo build --features foxglove";
     Err(Failure::Input(anyhow!("this program was built without the live view; build it with: {advice}")))
 }
 

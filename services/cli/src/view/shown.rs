@@ -14,7 +14,7 @@ use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::{out, say};
 use crate::recordings::with;
 
-/// Returns the port with this number if it is free, or any free port for 0.
+/// Returns the port with the given number if it is free, or any free port for 0.
 pub fn port(number: u16) -> Result<Port, Failure> {
     Port::free(number).or_input()
 }

@@ -35,8 +35,7 @@ const PARTS: [Part; 19] = [
     Part { name: "whole", localizer: "", planner: "" },
     // Uses the likelihood field of Boniardi et al. 2015, equation 7, instead of our comparison of ranges.
     Part { name: "no-beam-model", localizer: "likelihood = 'field'", planner: "" },
-    // Compares with what the drawing shows at exactly the bearing of the beam, ignoring doors drawn next to their true
-    // position.
+    // Compares with the drawing at exactly the bearing of the beam, without tolerance for doors drawn next to their true position.
     Part { name: "no-bearing-error", localizer: "bearing_error_rad = 0.0", planner: "" },
     // Assumes the exactness of a hand drawing, regardless of the scans.
     Part { name: "learns-no-exactness", localizer: "least_hit_width = 0.25", planner: "" },
@@ -123,7 +122,7 @@ mod tests {
 
     use super::*;
 
-    /// Otherwise, a renamed parameter would not switch anything off.
+    /// A renamed parameter would not switch anything off.
     #[test]
     fn the_services_know_every_ablated_part() {
         let suite = suite(&Folders::of_checkout()).unwrap();

@@ -2,8 +2,8 @@
 //!
 //! A drive ends with the first touch, in which case it counts as failed. The lines of the `corridor` suite are the twelve
 //! conditions of the thesis: three starts, with markers opposite each other or staggered, and with equal or different numbers of
-//! them on the two walls. Each condition is driven in both directions, in corridors of several widths. The table also shows, in
-//! words, what figures 5.2 to 5.7 of the thesis say.
+//! them on the two walls. Each condition is driven in both directions, in corridors of several widths. The table also summarises
+//! figures 5.2 to 5.7 of the thesis in words.
 
 use std::path::Path;
 
@@ -256,7 +256,7 @@ pub(crate) const ARGD: [(&str, bool); 12] = [
     ("almost never collides", true),
 ];
 
-/// Returns what the thesis says about each line, in words.
+/// Returns the thesis's description of each line.
 pub(crate) fn remarks() -> Vec<Remark> {
     let of = |method: &'static str, said: [(&'static str, bool); 12]| {
         LINES.into_iter().zip(said).map(move |(line, (words, _))| Remark { method, line, words })
@@ -270,8 +270,8 @@ mod tests {
     use crate::experiments::outcome::Kind;
     use crate::experiments::run;
 
-    /// A robot that stood still for 20 s because no pair of markers was in view used to count as lost, like a robot that loses
-    /// its markers on the way. The thesis has no drives that never begin.
+    /// Regression test: a robot that stood still for 20 s because no pair of markers was in view counted as lost, like a robot that
+    /// loses its markers on the way. The thesis has no drives that never begin.
     #[test]
     fn a_robot_without_a_pair_at_its_start_never_moved() {
         let suite = suite(&Folders::of_checkout()).unwrap();

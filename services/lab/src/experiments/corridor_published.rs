@@ -56,7 +56,7 @@ const UNKNOWNS_TITLE: &str =
     "The same drives, changing one at a time the conditions that the thesis does not give.";
 const NOTICE: &str = "paper: Patil 2019, 5.4, figures 5.2 to 5.7. It does not give the corridor's width, the size and spacing of the markers, how exactly the robot was placed, or how often each condition was driven.";
 
-/// The conditions that the thesis does not specify, with the values driven here.
+/// The conditions that the thesis does not specify, with the values used here.
 #[derive(Debug, Clone)]
 struct Conditions {
     width_m: f64,

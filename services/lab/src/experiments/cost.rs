@@ -1,8 +1,8 @@
 //! The cost of a drive in time, commands, messages, computation and energy (Patil 2019, 5.5, tables 5.1 and 5.2).
 //!
-//! The thesis could not compare energy as intended, because its battery only showed whole volts. Here, energy follows from a model.
-//! A robot that is switched on draws [`IDLE_W`], rolling requires a force of [`ROLLING`] times its weight, acceleration costs the
-//! kinetic energy, and braking recovers no energy.
+//! The thesis could not compare energy as intended, because the battery display only showed whole volts. Here, energy is computed
+//! by a model. A robot that is switched on draws [`IDLE_W`], rolling requires a force of [`ROLLING`] times its weight, acceleration
+//! costs the kinetic energy, and braking recovers no energy.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::message::{GroundTruth, Twist, VelocityCommand};
@@ -29,7 +29,7 @@ pub struct Cost {
     pub changed_commands: u64,
     /// Number of messages on all channels.
     pub messages: u64,
-    /// Wall-clock time that localizer and planner spent computing, in seconds. Note that this differs between any two runs.
+    /// Wall-clock time that localizer and planner spent computing, in seconds, which differs between any two runs.
     pub busy_s: f64,
     /// Energy by the model, in joules.
     pub energy_j: f64,

@@ -60,7 +60,7 @@ const DEPTH: f64 = 0.5;
 /// Distance, in metres, to the point on its path that the robot faces at the start.
 const LOOK_AHEAD_M: f64 = 1.0;
 
-/// A floor to make drawings of.
+/// A floor for drawings.
 pub(crate) struct Site {
     pub(crate) name: String,
     world: WorldSource,
@@ -127,7 +127,7 @@ impl Site {
         Ok(Self { name: name.into(), world, floor, ground, robot, regions })
     }
 
-    /// Opens a pair of maps. The bare one is drawn, and the furnished one is driven in.
+    /// Opens a pair of maps: the bare one for drawings, and the furnished one for drives.
     fn of_maps(name: &'static str, bare: &Path, furnished: &Path) -> Result<Self, EvalError> {
         let robot = sketchnav_sim::files::robot("robotino")?;
         let map = sketchnav_sim::files::occupancy_map(furnished)?;
@@ -157,8 +157,7 @@ impl Site {
         Ok(tries.filter_map(|(i, mission)| Some((i, mission?))).take(PAIRS).map(trial).collect())
     }
 
-    /// Returns a mission from one random place to another, or `None` if the drawing forgot one of them or no path connects
-    /// them.
+    /// Returns a mission from one random place to another, or `None` if the drawing lacks one of them or no path connects them.
     fn mission(
         &self,
         drawing: &DeformedDrawing,
@@ -274,8 +273,8 @@ mod tests {
         assert!(goals.len() < suite.trials.len() / 2, "most pairs are driven at several degrees");
     }
 
-    /// The figures used by `sketchnav deform` must be those of the annotated drawings. If there are several marks for a place, it
-    /// is not known which is the right one, so the most likely one is used here.
+    /// The figures used by `sketchnav deform` must be those of the annotated drawings. If there are several marks for a place, the
+    /// most plausible one is used here, since the right one is not known.
     #[test]
     fn deformations_match_the_marks_in_peoples_drawings() {
         let folder = needs::data().join("sketches/kth");

@@ -37,8 +37,8 @@ impl<'a> DrawnTask<'a> {
         Some(Self { sheet: trial.sheet.as_ref()?, driven, span: span?, task, limit_m })
     }
 
-    /// Returns true if the true path was homotopic to the drawn route or, if the task has only a goal, to the path to it in the
-    /// drawing. Returns `None` if the drawing is not joined to the floor.
+    /// Returns true if the true path was homotopic to the drawn route or, for a goal, to the path to it in the drawing. Returns
+    /// `None` if the drawing is not joined to the floor.
     ///
     /// Boniardi et al. 2015, IV, "required the executed trajectories to be topologically consistent with the sketch", and their
     /// 2016 paper, V-B, compares them with the drawn path "similarly".

@@ -95,7 +95,7 @@ fn lacks(trial: &Trial, methods: &[String]) -> Option<String> {
     .or_else(|| methods.iter().find_map(|method| needs_markers(trial, method)))
 }
 
-/// Returns why a drive requires the markers of a corridor.
+/// Returns the reason why a drive requires the markers of a corridor.
 fn needs_markers(trial: &Trial, method: &str) -> Option<String> {
     let run = trial.is_corridor().then(|| trial.run(method, 1, 0).ok()).flatten()?;
     let mission = CorridorMission::of(&run.mission).ok().filter(CorridorMission::needs_markers)?;
@@ -136,7 +136,7 @@ mod tests {
         assert!(slow.trials[0].elsewhere.is_none());
     }
 
-    /// A robot that waited for markers that the simulator does not provide used to end as lost.
+    /// Regression test: a robot that waited for markers that the simulator does not provide ended as lost.
     #[test]
     fn in_corridors_only_what_drives_by_the_laser_is_driven() {
         let simulator = Elsewhere::new("irsim", 7, |_, _, _| Ok(()));

@@ -19,9 +19,8 @@
 //! <!--= building@mujoco outline of a; b-->90 of 90, 90 of 90<!--=-->
 //! ```
 //!
-//! A figure keeps its value and gets a dagger if its experiment was not driven, or not by that method, or if
-//! the stored results do not include the figure yet. This module never drives anything and does not read
-//! files.
+//! A figure keeps its value and gets a dagger if its experiment was not driven, or not by that method, or if the stored results do
+//! not include the figure yet. This module neither drives anything nor reads files.
 
 mod forms;
 
@@ -263,7 +262,7 @@ impl Experiment {
         Some(table::Table { header, rows })
     }
 
-    /// Returns what a marker shows of a study, or `None` if the tables of the study were not kept.
+    /// Returns the text for a marker of a study, or `None` if the tables of the study were not kept.
     fn study(&self, number: &str, shown: &Shown) -> Result<Option<String>, Wrong> {
         numbered(&self.tables, number)?.map(|table| shown.of(table)).transpose()
     }
@@ -274,7 +273,7 @@ impl Experiment {
     }
 }
 
-/// Returns the table with this number, counted from 1, or `None` if there are no tables.
+/// Returns the table with the given number, counted from 1, or `None` if there are no tables.
 fn numbered<'a, T>(tables: &'a [T], number: &str) -> Result<Option<&'a T>, Wrong> {
     let known = || (1..=tables.len()).map(|number| number.to_string()).collect::<Vec<_>>().join(", ");
     let index = number.parse::<usize>().ok().and_then(|number| number.checked_sub(1));
@@ -447,7 +446,8 @@ mod tests {
         assert!(table.contains("| 5 mm, D/R | 28.0 | 25.1 | 31 | 925 | 1.500 |\n\n<!--=-->"), "{table}");
     }
 
-    /// The figures of the page used to be copied by hand, and there was no way to tell which of them matched the current code.
+    /// Regression test: the figures of the page were copied by hand, without any way to tell which of them matched the current
+    /// code.
     #[test]
     fn a_figure_from_an_earlier_run_gets_one_dagger() {
         for (marker, old, new, experiment) in [

@@ -71,7 +71,7 @@ impl Ground {
             world.walls.iter().chain(&world.furniture).map(|solid| (extent_m(solid), solid)).collect();
         let fits = |i| {
             let at = ground.middle(i);
-            // Most solids are far away, which their bounding boxes show.
+            // Bounding boxes rule out most solids.
             let is_away = |[low, high]: &[[f64; 2]; 2]| {
                 (0..2).any(|axis| at[axis] < low[axis] - clearance_m || at[axis] > high[axis] + clearance_m)
             };
@@ -88,7 +88,7 @@ impl Ground {
         }
     }
 
-    /// Returns true if a robot at this position keeps its clearance from solids.
+    /// Returns true if a robot at the given position keeps its clearance from solids.
     pub fn clears(&self, solid: &Convex, at: [f64; 2]) -> bool {
         gap_m(solid, at) >= self.clearance_m
     }
@@ -103,7 +103,7 @@ impl Ground {
         (0..self.fits.len()).filter(|&i| self.fits[i]).map(|i| self.middle(i))
     }
 
-    /// Returns the nearest position where the robot fits, among those that `counts` accepts.
+    /// Returns the nearest position where the robot fits, among those accepted by `counts`.
     pub fn nearest(&self, at: [f64; 2], counts: impl Fn([f64; 2]) -> bool) -> Option<[f64; 2]> {
         let distance = |p: &[f64; 2]| (p[0] - at[0]).hypot(p[1] - at[1]);
         self.places().filter(|&p| counts(p)).min_by(|a, b| distance(a).total_cmp(&distance(b)))

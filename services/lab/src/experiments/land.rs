@@ -2,7 +2,7 @@
 //! laser. The paper mentions such a navigator but does not build one (Park and Kender 1995, 8).
 //!
 //! Each trial uses its own field of poles. The map-maker is given the poles, while the navigator only has its laser. A journey
-//! succeeds if the robot stops next to its goal without having touched anything.
+//! succeeds if the robot stops next to its goal without touching anything on the way.
 
 pub mod buildings;
 mod tables;

@@ -1,6 +1,6 @@
-//! The suites `learned-…` drive each series of tasks of another suite three times: first by the drawing, then twice in [what was
-//! learned](sketchnav_sketch::learned) on the first drive. The later drives begin anywhere in what the robot saw, with any heading
-//! and without a mark, and consist of those tasks that the robot accepts there. [`series`] drives them.
+//! The suites `learned-…` drive each series of tasks of another suite three times: first by the drawing, then twice in the [map
+//! learned](sketchnav_sketch::learned) on the first drive. The later drives begin anywhere in the map, with any heading and without
+//! a mark, and consist of those tasks that the robot accepts there. [`series`] drives them.
 
 pub mod cause;
 pub mod series;
@@ -17,7 +17,7 @@ use crate::experiments::trial::Trial;
 use crate::experiments::{people, protocol};
 use series::{First, Series};
 
-/// The drives of a series: the word for each in tables, and what it is.
+/// The drives of a series, each with its word in tables and its description.
 const DRIVES: [(&str, &str); 3] = [
     ("first", "first drives, by the drawing"),
     ("second", "second drives, in what was learned"),

@@ -1,4 +1,4 @@
-//! Outcomes of tasks, each a single word with a few figures.
+//! Outcomes of tasks. Each is a single word with a few figures.
 
 use crate::experiments::cost::Cost;
 use crate::experiments::learned::series::InSeries;
@@ -131,7 +131,7 @@ pub struct TaskOutcome {
     /// How a journey by a custom map ended, and the probability of arrival that the map states, or `None` for other tasks.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub journey: Option<JourneyVerdict>,
-    /// What is known about a task in a series of drives, or `None` for others.
+    /// Information about a task in a series of drives, or `None` for others.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub in_series: Option<InSeries>,
 }

@@ -102,8 +102,8 @@ impl<'a> Bystander<'a> {
         self.gives_up() && self.question == QuestionKind::Where
     }
 
-    /// Returns the answer to the robot's question, which is repeated as long as the robot keeps asking.
-    /// `robot` is its true pose at this time.
+    /// Returns the answer to the robot's question, which is repeated as long as the robot keeps asking. `robot` is its true pose at
+    /// the given time.
     pub fn answer(&mut self, robot: &Pose<World>, stamp_ns: u64) -> Option<Here> {
         let is_due = self.asked_ns.is_none_or(|asked_ns| stamp_ns >= asked_ns + PAUSE_NS);
         if self.question == QuestionKind::Nothing || !is_due {

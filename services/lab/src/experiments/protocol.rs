@@ -1,7 +1,6 @@
-//! Suites that follow the protocol of Boniardi et al. 2015, section IV, in which the robot drives a series of
-//! tasks. It is given its pose at the start of the first task. After a failed task, it is given its pose
-//! again, at the goal of that task. A suite consists of a mission file for each drawing, and the paper's
-//! table for comparison.
+//! Suites that follow the protocol of Boniardi et al. 2015, section IV, in which the robot drives a series of tasks. Its pose is
+//! set at the start of the first task and, after a failed task, again at the goal of that task. A suite consists of a mission file
+//! for each drawing, and the paper's table for comparison.
 //!
 //! The paper "required the executed trajectories to be topologically consistent with the sketch". If a
 //! drawing is joined to its floor by anchors, a task therefore only counts as reached if the path is
@@ -274,7 +273,7 @@ mod tests {
         trial
     }
 
-    /// Following Boniardi et al. 2015, IV, the pose is given at the start and after a failure.
+    /// Following Boniardi et al. 2015, IV, the pose is set at the start and after a failure.
     #[test]
     fn after_a_task_that_failed_the_robot_is_put_at_its_goal() {
         let mut trial = two_tasks();

@@ -3,7 +3,7 @@
 //!
 //! A trial succeeds if the robot reports that it has arrived, is in fact within the mission's limit of the intended goal, and took
 //! a path that is homotopic to the drawn route with respect to what the person drew ([`crate::judge::homotopy`]). The paper judges
-//! pose and path on the sketch and does not state a limit. The missions here use 1 m. Both judgements are counted.
+//! pose and path on the sketch, without stating a limit. The missions here use 1 m, and both judgements are counted.
 //!
 //! The robot's start is the route's first point and direction, including the drawing error of the person.
 //!

@@ -54,9 +54,9 @@ pub struct Driven {
     pub is_left_lost: bool,
     /// The map of the drive, if it is evaluated by regions joined by doors.
     pub witness: Option<Witness>,
-    /// What the robot saw, if it learns from the drive.
+    /// The learner of the drive, if the robot learns from it.
     pub lesson: Option<Attended>,
-    /// Verdicts on the tasks. If poses are given again after failures, the first failed task is the last one here.
+    /// Verdicts on the tasks. If poses are set after failures, the first failed task is the last one here.
     pub verdicts: Vec<TaskVerdict>,
 }
 
@@ -203,7 +203,7 @@ fn drive_from(
     })
 }
 
-/// Returns how long localizer and planner computed as processes, in seconds, by their last reports.
+/// Returns the time that localizer and planner computed as processes, in seconds, according to their last reports.
 fn busy_s(health: &[Health]) -> f64 {
     let last = |process: Process| health.iter().rfind(|health| health.process == process.code());
     let both = [Process::Localizer, Process::Planner].into_iter().filter_map(last);
@@ -222,7 +222,7 @@ pub fn run(trial: &Trial, method: &str, repetition: u32, seed: u64) -> Result<Ve
     Ok(runs.iter().flat_map(|driven| outcomes(trial, method, repetition, driven)).collect())
 }
 
-/// Returns how the task `index` of a run ended, taking its path into account.
+/// Returns the outcome of the task `index` of a run, taking its path into account.
 pub fn kind_of(trial: &Trial, driven: &Driven, span: Option<&TaskSpan>, index: usize) -> Kind {
     let verdict = &driven.verdicts[index];
     if trial.ends_with_contact && verdict.collisions > 0 {

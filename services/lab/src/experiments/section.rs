@@ -11,7 +11,7 @@ pub struct Section {
     pub title: String,
     /// The numbers. The table has no rows if there are none.
     pub table: Table,
-    /// What the numbers mean and how they differ from published ones, one paragraph each.
+    /// Paragraphs that explain the numbers and their differences from published ones.
     pub words: Vec<String>,
     /// The plots.
     pub plots: Vec<Plot>,

@@ -1,6 +1,5 @@
-//! Studies, which are experiments that do not drive missions. A study is a pure function of a seed, a number
-//! of worlds and, for some, data that are not part of the repository. It returns tables. If the rows of a
-//! table are numbers, its columns can be drawn as curves.
+//! Studies, which are experiments that do not drive missions. A study is a pure function from a seed, a number of worlds and, for
+//! some studies, data outside the repository, to tables. If the rows of a table are numbers, its columns can be drawn as curves.
 //!
 //! With studies, figures of a paper and statistics over thousands of simulated journeys are available next to
 //! the suites and under the same command.
@@ -57,7 +56,7 @@ pub struct ByWorld {
 pub type World = (usize, u64);
 
 impl ByWorld {
-    /// Returns the worlds of a study of this size.
+    /// Returns the worlds of a study of the given size.
     pub fn worlds(&self, size: Size) -> Vec<World> {
         (1..).zip(size.seeds(self.offset)).collect()
     }

@@ -63,7 +63,7 @@ pub struct Suite {
     pub notices: Vec<String>,
     /// The trials.
     pub trials: Vec<Trial>,
-    /// What a line of the table represents, if it is not a drawing. The `drawing` of each trial then names its line.
+    /// Word for a line of the table, if it is not a drawing. The `drawing` of each trial then names its line.
     pub lines: Option<&'static str>,
     /// The methods compared by default. If this is empty, only the first method of the kind of navigator is driven.
     pub methods: Vec<String>,
@@ -89,7 +89,7 @@ pub struct Suite {
 /// A published count of successes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Published {
-    /// Name of what was counted, for example `paper A`.
+    /// Name in the table, for example `paper A`.
     pub name: String,
     /// Number of successes.
     pub reached: u32,

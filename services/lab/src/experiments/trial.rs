@@ -1,5 +1,4 @@
-//! Trials, which consist of a mission, the poses that are given again after failures, and the precision with
-//! which a person marks the start.
+//! Trials, which consist of a mission, the poses to set after failures, and the precision with which a person marks the start.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -42,7 +41,7 @@ impl StartError {
     pub const OF_PEOPLE: Self = Self { spread_share: 0.01, heading_deg: 5.0 };
 }
 
-/// A pose that is given again after a failure.
+/// A pose to set after a failure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Restart {
     /// True pose of the robot.
@@ -89,7 +88,7 @@ pub struct Trial {
     pub elsewhere: Option<Elsewhere>,
     /// True if the robot learns from the drive.
     pub is_learned_from: bool,
-    /// What was learned on an earlier drive, which the mission names [`LEARNED_FILE`].
+    /// The map learned on an earlier drive, which the mission names [`LEARNED_FILE`].
     pub learned: Option<Arc<[u8]>>,
     /// The series of drives that the trial belongs to, if later ones follow from the first one.
     pub series: Option<Series>,
@@ -178,7 +177,7 @@ impl Page {
         }
     }
 
-    /// Returns what determines the page, for use in fingerprints. This does not make the page.
+    /// Returns the data that determines the page, for use in fingerprints. This does not make the page.
     pub fn origin(&self) -> &[u8] {
         match self {
             Self::Drawn(bytes) => bytes,
@@ -196,8 +195,8 @@ impl From<Vec<u8>> for Page {
 /// The drawing of a trial, and how people handle it.
 #[derive(Debug, Clone)]
 pub struct Sheet {
-    /// Poses that are given again if a task fails: after task k fails, the robot continues with task k + 1
-    /// from `restarts[k]`. If this is empty, the tasks after a failed one are driven without a new pose.
+    /// Poses to set if a task fails: after task k fails, the robot continues with task k + 1 from `restarts[k]`. If this is empty,
+    /// the tasks after a failed one are driven without a new pose.
     pub restarts: Vec<Restart>,
     /// Error of every start mark, or `None` if marks are exactly as in the mission.
     pub start_error: Option<StartError>,
@@ -248,8 +247,7 @@ impl Trial {
 }
 
 impl Sheet {
-    /// Creates the sheet for a drawing in a file named by the mission. The pose is given once, with the
-    /// errors of people.
+    /// Creates the sheet for a drawing in a file named by the mission. The pose is set once, with the errors of people.
     pub fn new(paper: Arc<DrawnMap>) -> Self {
         let start_error = Some(StartError::OF_PEOPLE);
         Self { restarts: Vec::new(), start_error, paper, correspondence: None }

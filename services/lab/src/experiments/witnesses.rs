@@ -68,7 +68,7 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(suite)
 }
 
-/// Where a witness locates the goal.
+/// A witness's place of the goal.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Claim {
     /// The place, in metres in frame [`sketchnav_schemas::geometry::World`].
@@ -83,7 +83,7 @@ pub struct RoomsSaid {
     /// False if they have no answer, in which case everything else is 0. This happens if no doors of the drawing lead to the goal,
     /// or if those that do have no partners in the map.
     pub has_answer: bool,
-    /// Where the filter, the outline, and regions and doors locate the goal. `None` if they do not locate it yet.
+    /// The places of the goal according to the filter, the outline, and regions and doors. `None` if they do not locate it yet.
     pub claims: [Option<Claim>; 3],
     /// Distance from the robot to where they locate the goal, in metres, or `None` if they do not locate it.
     pub away_m: Option<f64>,
@@ -109,9 +109,9 @@ impl RoomsSaid {
 pub struct Rooms {
     /// The drawing.
     pub drawing: Floor,
-    /// What the robot has seen.
+    /// The robot's map.
     pub map: Floor,
-    /// Where the goal is, with at least one hypothesis.
+    /// The place of the goal, with at least one hypothesis.
     pub answer: Answer,
 }
 
@@ -124,7 +124,7 @@ pub struct Asked {
     pub robot: [f64; 2],
     /// True pose of the map's origin.
     pub origin: Pose<World>,
-    /// Where the filter, the outline, and regions and doors locate the goal. `None` if they do not locate it yet.
+    /// The places of the goal according to the filter, the outline, and regions and doors. `None` if they do not locate it yet.
     pub claims: [Option<Point<World>>; 3],
     /// Regions and doors, if they have an answer.
     pub rooms: Option<Rooms>,
@@ -151,7 +151,7 @@ impl Asked {
     }
 }
 
-/// Maps what a robot sees, as the planner does, for the evaluation by regions and doors at the end.
+/// Maps the robot's surroundings, as the planner does, for the evaluation by regions and doors at the end.
 #[derive(Debug)]
 pub struct Witness {
     mount: Pose<Base>,

@@ -116,7 +116,7 @@ impl Taken {
     }
 }
 
-/// Returns what was taken for a landmark, for each entry that was finished. A map that is not known is a straight one.
+/// Returns the object that was taken for a landmark, for each finished entry. A map that is not known is a straight one.
 fn taken(log: &Log, map: Option<&CustomMap>, steps: &[&Journey], dots: &[[f64; 2]]) -> Vec<Taken> {
     let (mut taken, mut reference): (Vec<Taken>, _) = (Vec::new(), Reference::default());
     for step in steps {

@@ -43,8 +43,8 @@ pub struct Figures {
     pub estimates: usize,
     /// Conversion of the trajectory to metres: `map` or `mean scales`.
     pub metres_by: &'static str,
-    /// Why the trajectory is not aligned with the true one although there are estimates. In this case, there
-    /// is neither an absolute nor a local error.
+    /// The reason why the trajectory is not aligned with the true one although there are estimates. In this case, there is neither
+    /// an absolute nor a local error.
     pub not_aligned: Option<NotAligned>,
     /// Absolute trajectory error after alignment, in metres.
     pub absolute_m: Option<Statistics>,
@@ -75,7 +75,7 @@ pub struct Figures {
     pub unanswered_scans: u64,
 }
 
-/// How often the estimate was in the same room as the robot.
+/// Agreement of the estimate with the robot\'s true room.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct RoomFigures {
     /// Number of estimates made while the robot actually was in one of the rooms.

@@ -8,8 +8,8 @@
 //! that is continuous both ways and carries every anchor to its counterpart. A path crosses the same edges in both planes,
 //! and the sequence of these edges is its *word*.
 //!
-//! The paper judges the path on the sketch, which is the estimated path ([`Correspondence::is_homotopic_on_sketch`]). Even a wrong
-//! estimate can happen to pass this test, so the true path is judged too ([`Correspondence::is_homotopic`]).
+//! The paper judges the path on the sketch, which is the estimated path ([`Correspondence::is_homotopic_on_sketch`]). A wrong
+//! estimate may pass this test by chance, so the true path is judged too ([`Correspondence::is_homotopic`]).
 //!
 //! A word without two equal neighbours is reduced. All triangles are discs and all anchors are corners, so the plane
 //! without its anchors retracts to the graph of adjacent triangles, in which a walk is determined up to homotopy by its
@@ -41,7 +41,7 @@ pub struct Anchor {
     pub drawing: Point<Sketch>,
 }
 
-/// Why anchors do not join the planes.
+/// The reason why anchors do not join the planes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum CorrespondenceError {
     /// There are fewer than three anchors, all of them are on a line, or the drawing is a mirror image of the floor.
@@ -70,8 +70,8 @@ pub struct Correspondence {
 }
 
 impl Correspondence {
-    /// Joins the planes by their anchors. The anchors are surrounded by a frame far outside, which is carried into the drawing
-    /// by the best affine map. This ensures that every point near the anchors is in some triangle.
+    /// Joins the planes by their anchors. A distant frame is added around the anchors and mapped into the drawing by the
+    /// best affine map. This ensures that every point near the anchors is in some triangle.
     ///
     /// # Errors
     /// [`CorrespondenceError`] if the anchors are too few or contradict each other.

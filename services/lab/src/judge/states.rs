@@ -130,7 +130,8 @@ impl<'a> TrueScene<'a> {
         }
     }
 
-    /// Returns true if, judging by what the sonars hit, each object of the state that was matched at that time is actually there.
+    /// Returns true if, according to the objects hit by the sonars, each object of the state that was matched at that time is
+    /// actually there.
     ///
     /// The state may have matched what was seen shortly before (4.6.4). Therefore, the latest view in which something meets an
     /// object's relations counts.
@@ -191,8 +192,8 @@ impl<'a> TrueScene<'a> {
     }
 }
 
-/// Returns what meets a relation, which is either an object or the two on either side of its direction (4.6.4). Returns
-/// `None` if nothing does.
+/// Returns the objects that satisfy a relation: either one, or the two on either side of its direction (4.6.4). Returns `None` if
+/// there are none.
 fn witnesses<'s>(relation: &Relation, seen: &'s [Seen], features: Features) -> Option<Vec<&'s Seen>> {
     let alone = Features { neighbours: false, ..features };
     let met = |relation: &Relation| {
@@ -250,7 +251,7 @@ mod tests {
         view.sectors_m = [f64::INFINITY; 16];
         view.sectors_m[4] = 1.2;
         (view.object_count, view.objects[0]) =
-            (1, SeenObject { place: 4, first: 4, count: 1, reserved: 0, proximity_m: 1.2, width: 30.0 });
+            (1, SeenObject { place: 4, first: 4, count: 1, landmark: 0, proximity_m: 1.2, width: 30.0 });
         let mut truth = GroundTruth::zeroed();
         truth.pose.orientation_w = 1.0;
         let event = |event: LandmarkEvent| {

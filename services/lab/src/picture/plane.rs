@@ -11,7 +11,7 @@ use super::marks::{self, Symbol};
 use super::svg::{INK, Sheet, View, round_length};
 use super::task::TaskPicture;
 
-/// What the custom map of a task refers to.
+/// The landmarks of a task's custom map.
 #[derive(Debug, Clone, Default)]
 pub struct PlannedMap {
     /// Landmarks, one for each entry.
@@ -38,7 +38,7 @@ pub struct PlanePicture<'a> {
     pub parkways: &'a [[Point<World>; 2]],
     /// Pairs of landmarks that are joined by a trajectory.
     pub trajectories: &'a [[Point<World>; 2]],
-    /// What the map of each task refers to, in order.
+    /// The landmarks of each task's map, in order.
     pub planned: &'a [PlannedMap],
     /// Paths of the window's centre, with one piece for each activity of the navigator.
     pub ways: &'a [(Activity, Vec<Point<World>>)],
@@ -51,7 +51,7 @@ pub struct PlanePicture<'a> {
 }
 
 impl PlannedMap {
-    /// Returns what a map refers to, given its landmarks, one for each entry.
+    /// Returns the landmarks of a map, given one for each entry.
     pub fn of(map: &CustomMap, landmarks: Vec<Point<World>>) -> Self {
         let link = |from: usize, to: Node| {
             Some([*Node::Entry(from).landmark(&landmarks)?, *to.landmark(&landmarks)?])

@@ -56,7 +56,7 @@ impl View {
         if low[0] > high[0] { Self::new([-1.0; 2], [1.0; 2], BORDER) } else { Self::new(low, high, BORDER) }
     }
 
-    /// Creates a view as wide as the sheet and of this height, in units of the sheet.
+    /// Creates a view as wide as the sheet and of the given height, in units of the sheet.
     pub fn plain(height: f64) -> Self {
         Self { low: [0.0, 0.0], high: [SHEET_WIDTH - 2.0 * MARGIN, height], scale: 1.0, left: MARGIN }
     }

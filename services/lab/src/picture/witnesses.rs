@@ -15,7 +15,7 @@ const WITNESSES: [(&str, &str); 3] =
 const HUES: [f64; 2] = [30.0, 137.5];
 const NO_PARTNER: &str = "#aab0ba";
 
-/// Where each witness locates the goal, drawn by [`claims`].
+/// Each witness's place of the goal, drawn by [`claims`].
 #[derive(Debug, Clone)]
 pub struct Claims<'a> {
     /// Heading of the picture.
@@ -26,11 +26,11 @@ pub struct Claims<'a> {
     pub trail: &'a [Point<World>],
     /// Corners of the goal's true place.
     pub place: &'a [Point<World>],
-    /// Where the filter, the outline, and regions and doors locate the goal.
+    /// The places of the goal according to the filter, the outline, and regions and doors.
     pub claims: [Option<Point<World>>; 3],
     /// True pose of the origin of the robot's map.
     pub origin: Pose<World>,
-    /// What the robot has seen, as regions and doors, and the answer about it, if there is one.
+    /// The robot's map as regions and doors, and the answer based on it, if there is one.
     pub rooms: Option<(&'a Floor, &'a Answer)>,
 }
 

@@ -232,14 +232,26 @@ pub fn section(run: &RunConfig, log: &Log, verdicts: &[JourneyVerdict]) -> Marku
     if verdicts.is_empty() {
         return html! {};
     }
-    let header = ["journey", "ended", "entries right", "recoveries", "stated probability"];
-    let rows = verdicts.iter().map(|verdict| row(verdict).to_vec());
+    let header = [
+        "journey",
+        "ended",
+        "entries right",
+        "recoveries",
+        "stated probability",
+        "where most simulated journeys fail",
+    ];
+    let planned = log.itinerary.as_ref().map(|itinerary| itinerary.journeys()).unwrap_or_default();
+    let weakest = |task: usize| planned.get(task)?.weakest();
+    let rows = verdicts.iter().enumerate().map(|(task, verdict)| {
+        let weakest = weakest(task).unwrap_or("–".to_owned());
+        row(verdict).into_iter().chain([weakest]).collect()
+    });
     let (texts, read) = (log.directions.as_deref().unwrap_or_default(), maps(log));
     let between = format!("{BETWEEN}\n");
     let names: Vec<&str> = run.mission.task.iter().map(|task| task.name.as_str()).collect();
     html! {
         h2 { "Journeys" }
-        (page::table(&header.map(str::to_owned), &rows.collect::<Vec<_>>()))
+        (page::table(&header.map(str::to_owned), &rows.collect::<Vec<Vec<_>>>()))
         p.small {
             "Direct, recovered, unaware: at the goal, in the last case by a wrong path. Cannot locate, lost: the navigator reports that it failed. "
             "Astray: it reports that it is at the goal (Park and Kender 1995, 7.2.6)."

@@ -98,7 +98,7 @@ pub fn moments(recording: &Recording, log: &Log) -> anyhow::Result<Markup> {
     })
 }
 
-/// Draws which parts of the drawing corresponded to what was seen, along the path and at its end.
+/// Draws the parts of the drawing that corresponded to the robot's map, along the path and at its end.
 pub fn correspondences(run: &RunConfig, files: &dyn Files, log: &Log) -> anyhow::Result<Markup> {
     let (Some((map, cells)), Some(last)) = (&log.sketch, log.correspondences.len().checked_sub(1)) else {
         return Ok(html! {});

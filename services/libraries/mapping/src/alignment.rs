@@ -101,7 +101,7 @@ pub struct Problem<'a> {
     pub forbidden: &'a [Forbidden],
 }
 
-/// The partner of a sample of the drawing, which is what the sample is aligned with.
+/// The partner with which a sample of the drawing is aligned.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Partner {
     /// The sample has no partner, because the map does not include it.
@@ -201,12 +201,12 @@ impl Aligner {
         self.samples * self.pieces.len()
     }
 
-    /// Returns the cost of the best alignment with this start.
+    /// Returns the cost of the best alignment with the given start.
     pub fn cost(&mut self, start: usize) -> f64 {
         self.sweep::<false>(start)
     }
 
-    /// Returns the best alignment with this start.
+    /// Returns the best alignment with the given start.
     pub fn trace(&mut self, start: usize) -> Alignment {
         let cost = self.sweep::<true>(start);
         let (samples, rows) = (self.samples, self.samples + 1);

@@ -1,10 +1,9 @@
 //! Local mapping over a whole drive. Odometry predicts the pose, scan matching corrects it, and the map is
 //! built from the scans at the corrected poses.
 //!
-//! The mapper maintains a single pose and a single map, and does not close loops by moving what has been
-//! mapped. The map is therefore accurate over distances that can be seen at once, but drifts slowly beyond
-//! them. If the robot returns to a place and has drifted by less than the search window, its scans are
-//! matched with the first ones taken there.
+//! The mapper maintains a single pose and a single map, and does not close loops by moving mapped areas. The map is therefore
+//! accurate over distances that can be seen at once, but drifts slowly beyond them. If the robot returns to a place and has drifted
+//! by less than the search window, its scans are matched with the first ones taken there.
 //!
 //! [`Parameters::max_tiles`] bounds the size of the state. An update does not allocate.
 

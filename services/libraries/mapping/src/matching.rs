@@ -52,7 +52,7 @@ pub struct Matcher {
 }
 
 impl Matcher {
-    /// Creates a matcher with these parameters.
+    /// Creates a matcher with the given parameters.
     pub fn new(parameters: &Parameters) -> Self {
         Self {
             blur_m: parameters.blur_m,

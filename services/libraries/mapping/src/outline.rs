@@ -227,7 +227,7 @@ pub fn arc_lengths(line: &[Place]) -> Vec<f64> {
     std::iter::once(0.0).chain(steps).collect()
 }
 
-/// Returns the places at increasing distances along a line. A distance beyond either end gives that end.
+/// Returns the places at increasing distances along a line. A distance beyond either end returns that end.
 pub fn resampled(line: &[Place], along: &[f64], at: impl Iterator<Item = f64>) -> Vec<Place> {
     let mut k = 0;
     at.map(|length| {

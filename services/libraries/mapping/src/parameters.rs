@@ -96,7 +96,7 @@ impl Default for Parameters {
 }
 
 impl Parameters {
-    /// Returns the default parameters for a laser with this range.
+    /// Returns the default parameters for a laser with the given range.
     pub fn for_range(range_max_m: f64) -> Self {
         let usual = Self::default();
         Self {

@@ -105,7 +105,7 @@ impl Region {
         self.words[row * self.stride() + column / WORD] >> (column % WORD) & 1 == 1
     }
 
-    /// Returns true if the region contains the cell with this index.
+    /// Returns true if the region contains the cell with the given index.
     pub fn contains(&self, index: usize) -> bool {
         self.has(index % self.width, index / self.width)
     }

@@ -24,7 +24,7 @@ pub struct Survey {
 }
 
 impl Survey {
-    /// Creates an empty survey with capacity for any map with these parameters, so that [`Self::take`] does not allocate.
+    /// Creates an empty survey with capacity for any map with the given parameters, so that [`Self::take`] does not allocate.
     pub fn with_room(parameters: &Parameters) -> Self {
         let side = parameters.cells_per_side();
         let region = || Region::with_room(side, side);

@@ -2,7 +2,6 @@
 //! on all of them.
 //!
 //! All planners of this project use an agenda, although a planner can do without one. The agenda receives
-//! All planners of this project use an agenda, although a planner can do without one. The agenda receives
 //! orders, decides in each step what is due, and sends the command and the status of the step. It does not
 //! depend on the kind of task or on how the robot moves.
 
@@ -31,7 +30,7 @@ pub enum Phase {
     Over,
 }
 
-/// Why the robot is held although there are tasks left.
+/// The reason why the robot is held although there are tasks left.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Hold {
     /// A person stopped the robot.
@@ -65,7 +64,7 @@ const ABORTED: &str = "given up by a person";
 /// The part of a task that every status reports, regardless of the kind of task.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TaskInfo {
-    /// Name of the task, for people to read.
+    /// Display name of the task.
     pub name: Text<32>,
     /// Time limit, in seconds of simulation time.
     pub time_limit_s: f64,
@@ -77,7 +76,7 @@ impl From<&Task> for TaskInfo {
     }
 }
 
-/// What a planner has to do in a step.
+/// The action due in a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Due {
     /// Begin [`Agenda::task`], and drive.
@@ -244,8 +243,9 @@ impl Agenda {
         Ok(Some(order))
     }
 
-    /// Switches from the task under way to another one, and releases a robot that is held.
-    fn go_to(&mut self, task: usize) {
+    /// Switches from the task under way to another one, and releases a robot that is held. Has no effect if the mission is over for
+    /// good.
+    pub fn go_to(&mut self, task: usize) {
         if !self.is_last() {
             self.wait_for(task);
             (self.now.held, self.now.ordered) = (None, true);
@@ -276,7 +276,7 @@ impl Agenda {
             Order::Pause => self.hold(Hold::Paused),
             Order::Unattended => self.hold(Hold::Unattended),
             Order::Resume => self.now.held = None,
-            // Either a task that does not exist, or the robot's position, which the navigator handles itself.
+            // A task that does not exist, or a place or the robot's position, which the navigator handles itself.
             Order::Goal | Order::Here => {}
         }
     }
@@ -407,7 +407,7 @@ impl Agenda {
         self.report(TaskState::Paused, question);
     }
 
-    /// Returns why the robot is held, or `None` if it is not.
+    /// Returns the reason why the robot is held, or `None` if it is not.
     pub fn held(&self) -> Option<Hold> {
         self.now.held
     }

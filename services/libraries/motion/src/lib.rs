@@ -4,7 +4,7 @@
 //!   limits, the command and the status.
 //! - [`obstacles`]: the obstacles that the laser saw around the robot, and [`local`]: a path between them.
 //! - [`pursuit`]: velocities that follow the path without hitting anything.
-//! - [`progress`]: detects that the robot is stuck, and [`recovery`]: what a stuck robot does about it.
+//! - [`progress`]: detects that the robot is stuck, and [`recovery`]: frees a stuck robot.
 //! - [`weighted_grid`], [`buckets`]: Dijkstra's algorithm on grids.
 //!
 //! This crate does not access clocks, files, channels or maps. Time, messages and configuration are passed as

@@ -332,8 +332,8 @@ fn fixed(cells: f64) -> i64 {
     (cells * (1_i64 << FRACTION_BITS) as f64) as i64
 }
 
-/// Returns how many steps of `by` stay within the window, counting `from` itself, or `None` if `from` lies outside. Both are in
-/// fixed-point cells.
+/// Returns the number of steps of `by` that stay within the window, counting `from` itself, or `None` if `from` lies outside. Both
+/// are in fixed-point cells.
 fn passed(from: [i64; 2], by: [i64; 2]) -> Option<usize> {
     const END: i64 = (SIDE as i64) << FRACTION_BITS;
     let along = |from: i64, by: i64| match by {

@@ -127,7 +127,7 @@ impl StuckCounter {
         self.here <= parameters.recoveries && self.total <= parameters.recoveries_per_task
     }
 
-    /// Returns how many of the remembered places are connected to the place `first`, including that place.
+    /// Returns the number of remembered places that are connected to the place `first`, including that place.
     fn joined_with(&self, first: usize) -> u32 {
         let mut joined = [false; REMEMBERED];
         joined[first] = true;

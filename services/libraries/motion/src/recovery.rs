@@ -1,6 +1,6 @@
 //! Recovery behaviours, which a stuck robot runs before it tries again.
 //!
-//! The robot backs up, forgets what the laser saw, turns, and looks again.
+//! The robot backs up, discards earlier laser data, turns, and looks again.
 
 use std::f64::consts::TAU;
 
@@ -24,7 +24,7 @@ const TURN_S: f64 = 8.0;
 pub enum Recovery {
     /// Drive backwards.
     BackUp {
-        /// Where backing up began.
+        /// Position at which backing up began.
         from: Point<Odom>,
         /// Latest time to stop, in seconds.
         until_s: f64,
@@ -40,7 +40,7 @@ pub enum Recovery {
     },
 }
 
-/// What a recovery behaviour wants to do next.
+/// The next action of a recovery behaviour.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Next {
     /// Drive with this velocity.

@@ -150,7 +150,7 @@ impl<const N: usize> Dra<N> {
         RELATIONS[self.0 as usize]
     }
 
-    /// Returns the relation with these letters, or `None` if there is none.
+    /// Returns the relation with the given letters, or `None` if there is none.
     pub fn from_letters(letters: [FlipFlop; 4]) -> Option<Self> {
         place(letters).and_then(Self::from_index)
     }

@@ -70,7 +70,7 @@ impl Angles {
         Self { middle: -self.middle, ..self }
     }
 
-    /// Returns how far an angle is from the middle, on the shorter way round.
+    /// Returns the difference between an angle and the middle, in the shorter direction.
     fn off_middle(self, angle: i32, circle: i32) -> i32 {
         let off = (self.middle - angle).rem_euclid(circle);
         off.min(circle - off)
@@ -92,15 +92,15 @@ impl Angles {
     }
 }
 
-/// Returns true if a triangle, possibly a flat one, has inner angles from these sets. The angles are all counter-clockwise, or all
-/// clockwise and then below 0.
+/// Returns true if a triangle, possibly a flat one, has inner angles from the given sets. The angles are all counter-clockwise, or
+/// all clockwise and then below 0.
 fn is_triangle(angles: [Angles; 3], circle: i32) -> bool {
     let is_flat = (0..3)
         .any(|between| (0..3).all(|i| angles[i].contains(if i == between { circle / 2 } else { 0 }, circle)));
     is_flat || has_angles(angles, circle) || has_angles(angles.map(Angles::negated), circle)
 }
 
-/// Returns true if three angles above 0 from these sets add up to half a circle.
+/// Returns true if three angles above 0 from the given sets add up to half a circle.
 fn has_angles([a, b, c]: [Angles; 3], circle: i32) -> bool {
     a.inside(circle).any(|a| {
         b.inside(circle).any(|b| {

@@ -102,7 +102,7 @@ impl Tpcc {
         Self::ALL[around + if distance > base * (1.0 + border) { AROUND } else { 0 }]
     }
 
-    /// Returns the index, among sectors and lines, of a direction with these components. A component up to `straight` counts as
+    /// Returns the index, among sectors and lines, of a direction with the given components. A component up to `straight` counts as
     /// 0.
     fn around(ahead: f64, left: f64, straight: f64, border: f64) -> usize {
         let is_back = ahead > 0.0;

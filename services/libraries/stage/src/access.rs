@@ -60,6 +60,11 @@ impl Access {
         Self { process, kind: kind.to_owned() }
     }
 
+    /// Returns the process and the kind of navigator.
+    pub(crate) fn host(&self) -> (Process, &str) {
+        (self.process, &self.kind)
+    }
+
     /// Checks that messages of a channel can belong to an instant of this process.
     pub(crate) fn to_step(&self, spec: &ChannelSpec) -> Result<(), Denied> {
         self.to_read(spec)?;

@@ -37,7 +37,7 @@ pub struct Summary {
 pub struct Chart {
     /// Title of the chart.
     pub title: &'static str,
-    /// Unit of the values, or a description of what they mean.
+    /// Unit of the values, or their meaning.
     pub unit: &'static str,
     /// The curves.
     pub curves: Vec<Curve>,

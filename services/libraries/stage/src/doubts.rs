@@ -22,8 +22,8 @@ pub struct Planned {
     pub on: &'static ChannelSpec,
     /// Returns the doubts about a message of that channel.
     pub doubts: fn(&RunConfig, &[u8]) -> Vec<String>,
-    /// Returns why the robot should not start on the plan in a message of that channel, unless a person insists. `None` if it may
-    /// start.
+    /// Returns the reason why the robot should not start on the plan in a message of that channel, unless a person insists. `None`
+    /// if it may start.
     pub objection: fn(&RunConfig, &[u8]) -> Option<String>,
     /// The channel of the plan as text for people, which is sent before that message. A plan may have no text.
     pub text: &'static ChannelSpec,

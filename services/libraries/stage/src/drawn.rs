@@ -16,11 +16,11 @@ pub const UNSEEN: u8 = 255;
 
 /// Passes on the messages of the planner's channels and the drawings, in order: the channel, the message, and what follows it.
 pub type Replay<'a> = dyn FnMut(&mut See<'_>) -> Result<(), StageError> + 'a;
-/// Takes in a message.
+/// Processes a message.
 pub type See<'a> = dyn FnMut(&ChannelSpec, &[u8], &[u8]) + 'a;
 /// Learns from a drive, and returns the content of a file.
 pub type Learn = fn(&RunConfig, &Files<'_>, &mut Replay<'_>) -> Result<Vec<u8>, StageError>;
-/// Shows a drawing and what was learned by it.
+/// Shows a drawing and the map learned by it.
 pub type Show = fn(&RunConfig, &[u8], &[u8]) -> Result<Lesson, StageError>;
 
 /// Functions for learning from drives by a drawing.
@@ -33,12 +33,12 @@ pub struct Lessons {
     pub show: Show,
 }
 
-/// How what was learned lies in the drawing.
+/// The learned map, converted to the drawing.
 #[derive(Debug, Clone)]
 pub struct Lesson {
-    /// What was seen, as cells of the grid made from the drawing: walls, free cells, or [`UNSEEN`].
+    /// The map as cells of the drawing's grid: walls, free cells, or [`UNSEEN`].
     pub seen: Walls,
-    /// Where the places of the sketch lie, if the robot drives in what it has learned.
+    /// The positions of the sketch's places, if the robot drives in a learned map.
     pub frame: Arc<dyn Frame>,
 }
 
@@ -59,7 +59,7 @@ pub struct Drawn {
     pub walls: fn(&RunConfig, &[u8]) -> Option<Walls>,
     /// Writes the drawing and its marks into a mission, so that the mission can be driven without a page.
     pub keep: fn(&mut Mission, &Kept<'_>) -> Result<(), StageError>,
-    /// Learns from drives. `None` if the navigator does not.
+    /// Learns from drives. `None` if the navigator does not learn.
     pub lessons: Option<Lessons>,
 }
 
@@ -68,7 +68,7 @@ pub struct Drawn {
 pub struct Kept<'a> {
     /// File that contains the drawing.
     pub drawing: &'a str,
-    /// File with what was learned by the drawing, if the robot should drive in it.
+    /// File with the map learned by the drawing, if the robot should drive in it.
     pub learned: Option<&'a str>,
     /// Width and height of the grid made from the drawing, in pixels.
     pub size_px: [u32; 2],
@@ -111,7 +111,7 @@ pub struct StartMark {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GoalMark {
-    /// Name, for people to read.
+    /// Display name.
     #[serde(default)]
     pub name: String,
     /// Position, in image pixels.

@@ -3,6 +3,10 @@
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use sketchnav_schemas::channels;
+use sketchnav_schemas::codes::Process;
+
+use crate::output::RESPONSES;
 use crate::{Incoming, Instant, Outbox, Remains, StageError};
 
 /// A part of a navigator.
@@ -70,7 +74,7 @@ pub trait Stage {
     }
 }
 
-/// Why [`Hosted::save`] did not write the state.
+/// The reason why [`Hosted::save`] did not write the state.
 #[derive(Debug, thiserror::Error)]
 pub enum SaveError {
     /// The state does not fit.
@@ -120,6 +124,45 @@ pub trait Hosted {
     /// # Errors
     /// Returns an error if the stage failed.
     fn recover(&mut self, remains: &dyn Remains) -> Result<(), StageError>;
+}
+
+/// The error of a step that did not send exactly one message on each channel with which its process responds to an instant. The other
+/// processes would wait for a missing one forever. Only before its first response may a stage remain silent, because it may lack a
+/// reading.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{process}, tick {tick}: expected one message on channel {channel:?}, found {found}")]
+pub struct Unanswered {
+    /// Process that hosts the stage.
+    pub process: Process,
+    /// Number of the tick.
+    pub tick: u64,
+    /// Name of the channel.
+    pub channel: &'static str,
+    /// Number of messages that the stage sent.
+    pub found: u32,
+}
+
+/// Lets a stage take the step of an instant. Hosts call this instead of [`Hosted::step`].
+///
+/// # Errors
+/// Any error of the stage, and [`Unanswered`] if the stage did not respond as the other processes expect.
+pub fn step(stage: &mut dyn Hosted, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError> {
+    stage.step(instant, out)?;
+    let (process, kind) = instant.host();
+    let expected = match process {
+        Process::Localizer => [1, 0, 0],
+        Process::Planner => [0, 1, 1],
+        _ => return Ok(()),
+    };
+    let mut responses = RESPONSES.into_iter().zip(out.responses).zip(expected);
+    let wrong = responses.find(|((_, found), expected)| found != expected);
+    let Some(((role, found), _)) = wrong else { return Ok(()) };
+    match channels::of_role(role, kind) {
+        Some(spec) if found > 0 || out.last_of(spec)? > 0 => {
+            Err(Unanswered { process, tick: instant.tick, channel: spec.name, found }.into())
+        }
+        _ => Ok(()),
+    }
 }
 
 impl<S: Stage> Hosted for S {

@@ -1,6 +1,7 @@
 //! The inputs of a stage.
 
 use sketchnav_schemas::channels::{Channel, ChannelSpec, MISSION, ORDERS};
+use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::erased;
 use sketchnav_schemas::message::{Header, Message, MissionCommand};
 
@@ -37,6 +38,11 @@ impl<'a> Instant<'a> {
     /// Creates the instant of tick number `tick`, for the process that `access` belongs to.
     pub fn new(access: &'a Access, tick: u64, stamp_ns: u64, inputs: &'a dyn Inputs) -> Self {
         Self { tick, stamp_ns, access, inputs }
+    }
+
+    /// Returns the process that takes the step, and the kind of navigator.
+    pub(crate) fn host(&self) -> (Process, &'a str) {
+        self.access.host()
     }
 
     /// Returns the latest message of a sensor, or the message that this step responds to. Returns `None` before the first message.

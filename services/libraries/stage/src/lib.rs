@@ -1,19 +1,17 @@
 //! Stages are the parts of a navigator, written as pure functions from messages to messages with explicit
 //! state.
 //!
-//! A navigator consists of three stages. The *sketcher* reads what a person provides, the *localizer* works
-//! out where the robot is, and the *planner* drives. A stage is declared once, by implementing [`Stage`], and
-//! can then be hosted in three ways: `sketchnav-runtime` runs it as a process over shared memory, and
-//! `sketchnav-rehearsal` runs it in a single process without shared memory, or against a recording. The hosts
-//! take care of channels, positions in them, checkpoints, waiting and health.
+//! A navigator consists of three stages. The *sketcher* reads a person's input, the *localizer* works out where the robot is, and
+//! the *planner* drives. A stage is declared once, by implementing [`Stage`], and can then be hosted in three ways:
+//! `sketchnav-runtime` runs it as a process over shared memory, and `sketchnav-rehearsal` runs it in a single process without
+//! shared memory, or against a recording. The hosts take care of channels, positions in them, checkpoints, waiting and health.
 //!
 //! - [`Stage`] is the trait that you implement to write a navigator.
 //! - [`Instant`] provides the inputs of a step, and [`Incoming`] is a message that can arrive at any time.
 //!   [`Outbox`] writes the stage's messages directly into the memory that they are sent from.
 //! - [`Navigator`] combines three stages under the name that a mission selects them with.
-//! - [`lookout`] draws what a page shows of a navigator while it drives, and [`drawn`] interprets drawings
-//!   made on that page. [`doubts`] warns about problems before the start, and [`account`] reports on a run
-//!   once it is over.
+//! - [`lookout`] draws the view of a navigator on a page while it drives, and [`drawn`] interprets drawings made on that page.
+//!   [`doubts`] warns about problems before the start, and [`account`] reports on a run once it is over.
 //! - [`Hosted`], [`Access`], [`Inputs`], [`Sink`] and [`Remains`] are the interface for hosts. [`InProcess`]
 //!   implements the host's side in ordinary memory.
 //!
@@ -83,11 +81,11 @@ mod navigator;
 mod output;
 
 pub use access::{Access, Denied};
-pub use hosted::{Hosted, SaveError, Stage};
+pub use hosted::{Hosted, SaveError, Stage, Unanswered, step};
 pub use in_process::{InProcess, Tap};
 pub use input::{Incoming, Inputs, Instant, Reading, Remains};
 pub use navigator::{Files, Make, Navigator, Review, Watch};
 pub use output::{Fill, Outbox, Put, Sink};
 
-/// Why a stage cannot continue, for example because of an invalid parameter, drawing or message.
+/// The reason why a stage cannot continue, for example because of an invalid parameter, drawing or message.
 pub type StageError = Box<dyn std::error::Error + Send + Sync>;

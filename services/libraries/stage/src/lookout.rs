@@ -61,7 +61,7 @@ pub enum Sheet {
     Drawing(Option<[u32; 2]>),
 }
 
-/// Snapshot of what is drawn.
+/// A picture at one moment.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Picture {
     /// Shapes, the lowest first.
@@ -72,7 +72,7 @@ pub struct Picture {
     pub particles: Option<Vec<[f64; 2]>>,
     /// The robot's estimate of where it is in the drawing.
     pub robot: Option<Whereabouts>,
-    /// Text that describes what is happening.
+    /// Text that describes the current activity.
     pub words: Vec<String>,
 }
 

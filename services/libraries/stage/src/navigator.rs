@@ -3,6 +3,7 @@
 use sketchnav_schemas::channels::{ChannelSpec, NAVIGATORS};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::floor_plan::Marker;
+use sketchnav_schemas::message::NamedPlace;
 use sketchnav_schemas::mission::{Mission, Parameters};
 use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::ros2::derived::Derived;
@@ -32,6 +33,9 @@ pub type Doubt = fn(&RunConfig, &Files<'_>) -> Result<Doubts, StageError>;
 /// Finds the drawing that the robot is localized in, if the run has one.
 pub type FindCanvas = fn(&RunConfig, &Files<'_>) -> Result<Option<Canvas>, StageError>;
 
+/// Finds a place by the name that a person gives it, in a run that is under way.
+pub type FindPlace = fn(&RunConfig, &Files<'_>, &str) -> Result<NamedPlace, StageError>;
+
 /// Checks a mission against the markers of its floor.
 pub type CheckMarkers = fn(&Mission, &[Marker]) -> Result<(), StageError>;
 
@@ -56,15 +60,14 @@ pub type InForce = fn(&Mission, &Robot) -> Result<Parameters, StageError>;
 pub struct Navigator {
     /// Name of the navigator in a mission, as in `[navigator] kind = "sketch"`.
     pub kind: &'static str,
-    /// One sentence that describes what a person provides and how the robot navigates by it.
+    /// A sentence that describes a person's input and how the robot navigates by it.
     pub about: &'static str,
     /// Possible values of `[navigator] method`, the default first. Empty if there is no choice.
     pub methods: &'static [&'static str],
-    /// Checks what the navigator requires of the mission and the robot before anything starts. The loader
-    /// checks the files that a mission names, see [`Mission::navigator_files_mut`].
+    /// Checks the navigator's requirements for the mission and the robot before anything starts. The loader checks the files that a
+    /// mission names, see [`Mission::navigator_files_mut`].
     pub check: fn(&Mission, &Robot) -> Result<(), StageError>,
-    /// Checks what the navigator requires of the markers of a floor. `None` if the navigator does not use
-    /// markers.
+    /// Checks the navigator's requirements for the markers of a floor. `None` if the navigator does not use markers.
     pub check_markers: Option<CheckMarkers>,
     /// Returns the value of every parameter of the stages in a mission, including defaults.
     pub parameters: InForce,
@@ -87,6 +90,8 @@ pub struct Navigator {
     pub planned: Option<Planned>,
     /// Finds the drawing that the robot is localized in, for the order `here`. `None` if the navigator uses no drawing.
     pub canvas: Option<FindCanvas>,
+    /// Finds a place that is the goal of no task, for the order `goal`. `None` if the navigator only drives to tasks.
+    pub place: Option<FindPlace>,
     /// Whether an order to resume may name the state of the route to continue from.
     pub resumes_at_states: bool,
     /// Creates the navigator's report about a finished run. `None` if the general report is enough.
@@ -94,8 +99,7 @@ pub struct Navigator {
 }
 
 impl Navigator {
-    /// Creates a navigator with these stages (sketcher, localizer, planner) and without any of the optional
-    /// parts.
+    /// Creates a navigator with the given stages (sketcher, localizer, planner) and without any of the optional parts.
     pub const fn new(kind: &'static str, about: &'static str, stages: [Make; 3]) -> Self {
         Self {
             kind,
@@ -112,6 +116,7 @@ impl Navigator {
             doubts: None,
             planned: None,
             canvas: None,
+            place: None,
             resumes_at_states: false,
             account: None,
         }

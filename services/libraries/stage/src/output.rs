@@ -1,6 +1,6 @@
 //! The outputs of a stage.
 
-use sketchnav_schemas::channels::{Channel, ChannelSpec};
+use sketchnav_schemas::channels::{Channel, ChannelSpec, Role};
 use sketchnav_schemas::erased;
 use sketchnav_schemas::message::{Header, Message};
 
@@ -21,7 +21,10 @@ pub struct Put<'a> {
     pub fill: &'a mut Fill<'a>,
 }
 
-/// Where a stage's messages go. Implemented by hosts.
+/// The roles of messages that respond to an instant.
+pub(crate) const RESPONSES: [Role; 3] = [Role::Situation, Role::Command, Role::Status];
+
+/// The destination of a stage's messages, implemented by hosts.
 pub trait Sink {
     /// Lets the message be filled in place, then numbers it, sends it and returns its number.
     ///
@@ -43,12 +46,15 @@ pub struct Outbox<'a> {
     sink: &'a mut dyn Sink,
     header: Header,
     is_resuming: bool,
+    /// Number of messages of each role of [`RESPONSES`] that were sent.
+    pub(crate) responses: [u32; RESPONSES.len()],
 }
 
 impl<'a> Outbox<'a> {
-    /// Creates an outbox for messages with this time and cause.
+    /// Creates an outbox for messages with the given time and cause.
     pub fn new(sink: &'a mut dyn Sink, stamp_ns: u64, source_seq: u64) -> Self {
-        Self { sink, header: Header { seq: 0, stamp_ns, source_seq }, is_resuming: false }
+        let header = Header { seq: 0, stamp_ns, source_seq };
+        Self { sink, header, is_resuming: false, responses: [0; RESPONSES.len()] }
     }
 
     /// Sets whether the process is resuming after a kill.
@@ -119,7 +125,11 @@ impl<'a> Outbox<'a> {
     /// # Errors
     /// [`Denied`] if the process may not write the channel.
     pub fn last<T>(&self, channel: Channel<T>) -> Result<u64, Denied> {
-        self.sink.last(channel.spec)
+        self.last_of(channel.spec)
+    }
+
+    pub(crate) fn last_of(&self, spec: &ChannelSpec) -> Result<u64, Denied> {
+        self.sink.last(spec)
     }
 
     fn put<T: Message>(
@@ -148,6 +158,10 @@ impl<'a> Outbox<'a> {
             *erased::header_mut(message) = header;
             fill.take().map_or(Ok(()), |fill| fill(message, cells))
         };
-        self.sink.put(Put { spec, cells, is_repeated, fill: &mut fill })
+        let seq = self.sink.put(Put { spec, cells, is_repeated, fill: &mut fill })?;
+        if let Some(role) = RESPONSES.iter().position(|role| *role == spec.role) {
+            self.responses[role] += 1;
+        }
+        Ok(seq)
     }
 }

@@ -48,19 +48,19 @@ const FAR_M: f64 = 2.0;
 const ALIGN: f64 = 0.06;
 /// Maximum error of the direction that is taken into account in a step, in radians.
 const ALIGN_MOST_RAD: f64 = 0.35;
-/// How long the robot waits at a closed junction for the requested side to open, in seconds. After that it takes the open side that
-/// reaches farther.
+/// Time for which the robot waits at a closed junction for the requested side to open, in seconds. After that it takes the open
+/// side that reaches farther.
 const PATIENCE_S: f64 = 3.0;
 /// Length beyond [`CLOSED_M`], in metres, for which a lane must be free. Walls close a corridor across its
 /// whole width, so a free lane means that something else is in the way.
 const LANE_M: f64 = 1.0;
-/// How long a corridor must have been closed from wall to wall before it counts as ended, in seconds.
+/// Time for which a corridor must have been closed from wall to wall before it counts as ended, in seconds.
 const END_S: f64 = 6.0;
 /// Time without progress until the robot counts as blocked, in seconds.
 const BLOCKED_S: f64 = 60.0;
 /// Distance along the corridor that counts as progress, in metres.
 const PROGRESS_M: f64 = 0.3;
-/// How long walls are remembered while they are out of sight, in seconds.
+/// Time for which walls are remembered while they are out of sight, in seconds.
 const MEMORY_S: f64 = 20.0;
 /// Half the length of the piece of wall that a marker represents, in metres.
 const WALL_PIECE_M: f64 = 0.8;
@@ -80,7 +80,7 @@ pub enum Next {
     Blocked,
 }
 
-/// What the robot is doing.
+/// The robot's current activity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reason {
     /// Driving along the corridor.
@@ -105,7 +105,7 @@ struct Guide {
     /// Distance covered and time passed since the last progress, in metres and in seconds.
     fresh_m: f64,
     stale_s: f64,
-    /// How long the corridor ahead has been blocked, in seconds.
+    /// Time for which the corridor ahead has been blocked, in seconds.
     closed_s: f64,
     /// Number of turns taken or passed.
     turns: usize,
@@ -310,7 +310,7 @@ impl Course {
         }
     }
 
-    /// Decides how to continue, given how far the robot can get ahead, to the left and to the right.
+    /// Decides how to continue, given the free distances ahead, to the left and to the right.
     fn choose(&mut self, ahead_m: f64, sides_m: [f64; 2], turns: &[Turn], dt_s: f64) -> Reason {
         let guide = &mut self.guide;
         let is_open = sides_m.map(|reach_m| reach_m > guide.half_width_m + OPENING_M);
@@ -380,7 +380,7 @@ impl Course {
         !(-4..=4).any(is_open)
     }
 
-    /// Returns how far the robot can get, in metres, in a direction relative to that of the corridor.
+    /// Returns the distance that the robot can drive, in metres, in a direction relative to that of the corridor.
     fn reach_m(&self, here: Point<Odom>, from_way_rad: f64) -> f64 {
         self.farthest(here, self.guide.way_rad + from_way_rad).map_or(0.0, |(_, along_m)| along_m)
     }
@@ -431,8 +431,8 @@ impl Guide {
     }
 }
 
-/// Returns how far a ray from the robot gets before it meets the piece of wall that a marker represents, in metres, or `None` if it
-/// misses.
+/// Returns the distance from the robot to the point where a ray meets the piece of wall that a marker represents, in metres, or
+/// `None` if it misses.
 fn range(marker: &KnownMarker, [dx, dy]: [f64; 2]) -> Option<f64> {
     let [x, y, facing_rad] = [marker.x_m, marker.y_m, marker.facing_rad].map(f64::from);
     let (normal_y, normal_x) = facing_rad.sin_cos();

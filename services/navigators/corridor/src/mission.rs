@@ -74,7 +74,7 @@ pub enum Goal {
 /// A task of a corridor mission.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CorridorTask {
-    /// Name of the task, for people.
+    /// Display name of the task.
     pub name: String,
     /// Condition that ends the task.
     pub goal: Goal,

@@ -40,7 +40,7 @@ pub struct Parameters {
     pub thresholds_m: [f64; 3],
     /// Whether a threshold is the upper bound of its class, as in QSRlib, or the lower bound, as in the thesis.
     pub thresholds_are_upper: bool,
-    /// How long a marker that is out of view is remembered, in seconds.
+    /// Time for which a marker is remembered while it is out of view, in seconds.
     pub memory_s: f64,
     /// Number of images to evaluate per second, evenly spaced, or 0 to evaluate every image.
     pub pair_rate_hz: f64,

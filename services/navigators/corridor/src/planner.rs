@@ -351,7 +351,7 @@ impl Planner {
     }
 }
 
-/// What the robot is doing, in words for people.
+/// Display text of the robot's current activity.
 struct Words(Reason);
 
 impl std::fmt::Display for Words {
@@ -366,7 +366,7 @@ impl std::fmt::Display for Words {
     }
 }
 
-/// A pair of markers, in words for people.
+/// Display text of a pair of markers.
 struct Pair<'a>(&'a Relations);
 
 impl std::fmt::Display for Pair<'_> {

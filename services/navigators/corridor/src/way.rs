@@ -45,7 +45,7 @@ impl Way {
         self.metres
     }
 
-    /// Returns how often the direction has changed.
+    /// Returns the number of changes of direction.
     pub fn turns(&self) -> u32 {
         self.turns
     }

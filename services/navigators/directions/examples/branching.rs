@@ -1,5 +1,5 @@
-//! Compares the success of straight maps, branching maps, and a belief without a map, on a choice of worlds.
-//! Arguments: the number of worlds, the first seed, and optionally position errors in mm and methods.
+//! Compares the success of straight maps, branching maps, and a belief without a map on a choice of worlds. Arguments: the number
+//! of worlds, the first seed, and optionally position errors in mm and methods.
 
 use std::time::Instant;
 

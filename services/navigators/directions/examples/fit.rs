@@ -1,4 +1,4 @@
-//! Fits equations 1 and 2 again, and prints the coefficients, which are the constants of `reliability`, with their residuals.
+//! Refits equations 1 and 2, and prints the coefficients, which are the constants of `reliability`, with their residuals.
 
 use sketchnav_directions::fit::{Effort, landmarks, trajectories};
 

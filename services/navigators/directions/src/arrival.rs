@@ -2,14 +2,13 @@
 //! The paper has no counterpart of this.
 //!
 //! The map-maker knows both its own errors and the navigator's. It simulates:
-//! 1. each transition on its own, purely geometrically, without and with verification, to estimate how often
-//!    position errors lead to another dot. In a search for the most reliable path, these estimates replace
-//!    equations 1 and 2. They also show where verification is worthwhile, which isn't everywhere, since a
-//!    count may be misread as well;
+//! 1. each transition on its own, purely geometrically, without and with verification, to estimate how often position errors lead
+//!    to another dot. In a search for the most reliable path, these estimates replace equations 1 and 2. They also show where
+//!    verification is worthwhile, which is not the case everywhere, since a count may be misread as well;
 //! 2. whole journeys with the navigator, for a few candidate plans, including verification, recovery and missed dots. The best
 //!    candidate is kept;
-//! 3. further journeys with that plan, of which the fraction that arrives is the probability that the plan states. These
-//!    journeys use fresh random numbers, so the choice among candidates doesn't bias the estimate.
+//! 3. further journeys with that plan. The fraction that arrives is the stated probability of the plan. These journeys use fresh
+//!    random numbers, so the choice among candidates doesn't bias the estimate.
 //!
 //! In each simulation, the dots are displaced according to the map-maker's own errors.
 
@@ -40,7 +39,7 @@ pub use trial::{Estimate, estimates};
 
 /// Distance around a path within which the plane is simulated, in window sides.
 const REACH: f64 = 4.0;
-/// Maximum number of dots of a plane that is simulated as a whole. Of a larger plane, only what lies near its paths is simulated.
+/// Maximum number of dots of a plane that is simulated as a whole. Larger planes are simulated only near their paths.
 const WHOLE: usize = 1_000;
 
 /// The navigator, and the errors that the map-maker accounts for.
@@ -221,7 +220,7 @@ pub(crate) fn fly<G: Guide>(
     Ok(())
 }
 
-/// Returns a plane in which the dots are displaced at random, as they may be in reality given where the map-maker sees them.
+/// Returns a plane with the dots displaced at random, as they may be in reality given the map-maker's errors.
 pub fn disturbed(dots: &[Point], sigma: f64, rng: &mut Pcg64Mcg) -> Result<Plane, Error> {
     Plane::new(dots.iter().map(|&dot| dot + error(rng, sigma)).collect())
 }
@@ -255,7 +254,7 @@ pub fn most_probable(
             distinct.push(plan);
         }
     }
-    // All plans get a short trial, and the best of them a longer one.
+    // Every plan gets a short trial, and the best ones a longer one.
     let plans = ranked(atlas, distinct, pilot, effort.trial_journeys, (seed, "trial"))?;
     let finalists = plans.into_iter().take(FINALISTS).collect();
     let plans = ranked(atlas, finalists, pilot, effort.trial_journeys * 4, (seed, "final"))?;
@@ -265,8 +264,7 @@ pub fn most_probable(
 
 /// Distance around roughly estimated paths within which the dots of a large plane are tried, in window sides.
 const TRIED: f64 = 3.0;
-/// Number of trials for a rough estimate, and number of trials that the prediction of equations 1 and 2 is
-/// worth in it.
+/// Number of trials for a rough estimate, in which the prediction of equations 1 and 2 has the weight of as many trials.
 const ROUGH: u32 = 16;
 const PREDICTED: f64 = 4.0;
 
@@ -352,11 +350,11 @@ fn candidates(
     Ok(paths)
 }
 
-/// The words that this map-maker uses in plans above a plane. Each has a definite landmark, and together they connect more
-/// landmarks than any of them alone.
+/// The words for plans above a plane. Each refers to a definite landmark, and together they connect more landmarks than either
+/// alone.
 pub const WORDS: [Descriptor; 2] = [Descriptor::Isolated, Descriptor::IsolatedPair];
-/// The words for a robot on land, which knows its heading: `*` means any landmark, by its bearing. Among walls, the robot also
-/// drives around a landmark.
+/// The words for plans on land. Since the robot knows its heading, `*` can refer to any landmark, by its bearing. Among walls, the
+/// robot also drives around a landmark.
 pub const WORDS_ON_LAND: [Descriptor; 4] =
     [Descriptor::Isolated, Descriptor::IsolatedPair, Descriptor::Any, Descriptor::Same];
 

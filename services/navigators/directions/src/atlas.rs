@@ -26,9 +26,9 @@ pub struct Atlas {
     pub unreliability: Vec<f32>,
     /// The error model that `unreliability` was computed with.
     pub reliability: Reliability,
-    /// The word that recoveries use to find the right landmark.
+    /// The word in recoveries for the right landmark.
     recovers_by: Descriptor,
-    /// For each landmark, a bit for each corner from which a transition begins.
+    /// Bit mask of the corners at which a transition begins, for each landmark.
     exits: Vec<u8>,
 }
 
@@ -51,12 +51,12 @@ impl Atlas {
         Self { plane, window, transitions, signatures, unreliability, reliability, recovers_by, exits }
     }
 
-    /// Returns the search for recoveries on this plane.
+    /// Creates the search for recoveries on this plane.
     pub fn recoveries(&self) -> Result<Recoveries<'_>, Error> {
         Recoveries::new(&self.plane, self.window, &self.signatures, self.recovers_by)
     }
 
-    /// Returns true if a transition begins at a landmark in a corner.
+    /// Returns true if any transition begins at a landmark while it lies in a corner.
     pub fn leads_on(&self, landmark: DotId, corner: Corner) -> bool {
         self.exits[landmark as usize] >> corner as u8 & 1 == 1
     }
@@ -105,8 +105,7 @@ impl Atlas {
         self.plane.walls().is_empty() || beside.windows(2).all(|pair| self.is_free(pair[0], pair[1]))
     }
 
-    /// Returns the position of the window's centre at the end of a journey: over the target of the last transition or, on land,
-    /// beside it.
+    /// Returns the position of the window's centre at the end of a journey, which is over the last target or, on land, beside it.
     pub fn over(&self, from: Point, landmark: DotId) -> Point {
         let at = self.plane.dot(landmark);
         self.window.land.map_or(at, |_| from + self.window.over(at - from))
@@ -120,9 +119,9 @@ impl Atlas {
             || Corner::ALL.into_iter().any(|corner| self.is_free(at, self.centre(transition.to, corner)))
     }
 
-    /// Returns the bearing that a map states for the landmark that a transition sees, if it states one. It does so if this is how
-    /// the landmark is known, or if the robot's heading is uncertain. Confusable landmarks have no single bearing, and the landmark
-    /// itself has none.
+    /// Returns the bearing that a map states for the visible landmark of a transition. A map states bearings if the landmark is
+    /// identified by its bearing, or if the robot's heading is uncertain. Confusable landmarks have no single bearing, and the
+    /// reference has none.
     pub fn bearing_deg(&self, from: DotId, transition: &Transition) -> Option<u16> {
         let is_stated = match transition.word {
             Descriptor::Any => true,
@@ -132,7 +131,7 @@ impl Atlas {
         is_stated.then(|| bearing_deg(self.plane.dot(transition.seen) - self.plane.dot(from)))
     }
 
-    /// Returns the kind of landmark that a map names for a transition, if it names one.
+    /// Returns the kind of landmark that a map names for a transition, if any.
     pub fn kind(&self, transition: &Transition) -> Option<LandmarkKind> {
         self.plane.kind(transition.seen).filter(|_| transition.by_kind)
     }

@@ -1,15 +1,12 @@
-//! A navigator with a belief, which is our own method. Instead of a map of symbols, it carries the list of
-//! landmarks.
+//! A navigator with a belief, which carries a list of landmarks instead of a map of symbols. This method is our own.
 //!
-//! A custom map says what to do, but not where anything is. A navigator that knows the positions of the
-//! landmarks ([`Chart`]) can work out by itself which of them a movement attains and what the surroundings
-//! look like there. It maintains the probability of being at each of them, and decides after each movement
-//! where to go next ([`policy`]).
+//! A custom map says what to do, but not where anything is. From the positions of the landmarks ([`Chart`]), a navigator can work
+//! out by itself which of them a movement attains and what the surroundings look like there. It maintains the probability of being
+//! at each of them, and decides after each movement where to go next ([`policy`]).
 //!
-//! The model of possible outcomes is that of branching maps ([`crate::branching::model`]), which the
-//! navigator simulates from its own list. Landmarks are recognised by the same signs: the meanings of words,
-//! and the number of dots in each quadrant. The two methods therefore differ only in what the navigator
-//! carries and remembers.
+//! The model of possible outcomes is that of branching maps ([`crate::branching::model`]), which the navigator simulates from its
+//! own list. Landmarks are recognised by the same signs, namely the meanings of words and the number of dots in each quadrant, so
+//! the two methods differ only in what the navigator carries and remembers.
 
 pub mod policy;
 
@@ -31,7 +28,7 @@ use crate::reliability::Reliability;
 use crate::transitions::Kinds;
 use policy::Policy;
 
-/// Maximum number of landmarks of a chart. The belief has a number for each.
+/// Maximum number of landmarks of a chart. The belief contains a probability for each.
 pub const MOST_LANDMARKS: usize = 512;
 
 /// The landmarks known to a navigator.
@@ -44,7 +41,7 @@ pub struct Chart {
 }
 
 impl Chart {
-    /// Creates a chart of landmarks with this standard deviation of a position on each axis. Rejects more than
+    /// Creates a chart of landmarks. `sigma` is the standard deviation of a position on each axis. Rejects more than
     /// [`MOST_LANDMARKS`].
     pub fn new(landmarks: impl IntoIterator<Item = Point>, sigma: f64) -> Result<Self, Error> {
         let single = |at: Point| Point::new(f64::from(at.x as f32), f64::from(at.y as f32));
@@ -79,7 +76,8 @@ impl Chart {
         Ok(Model::new(&atlas, &pilot, dots, &words, trials, stream(seed, "directions/belief").random()))
     }
 
-    /// Returns how likely each landmark is the one closest to a position, in a view with this standard deviation of a position.
+    /// Returns the probability of each landmark being closest to a position. `sigma` is the standard deviation of a position in the
+    /// view.
     fn closest_to(&self, at: Point, sigma: f64) -> Vec<f32> {
         let squared = |landmark: &Point| (*landmark - at).norm_squared();
         let least = self.landmarks.iter().map(squared).fold(f64::INFINITY, f64::min);
@@ -111,7 +109,7 @@ pub struct Charted {
 }
 
 impl Charted {
-    /// Charts the dots nearest to some paths, which are all dots of a plane if there are few.
+    /// Charts the dots nearest to some paths. On a small plane, these are all its dots.
     pub fn new(atlas: &Atlas, paths: &[&Path], sigma: f64) -> Result<Self, Error> {
         let mut dots: Vec<DotId> = (0..atlas.plane.len() as DotId).collect();
         if dots.len() > MOST_LANDMARKS {

@@ -1,9 +1,9 @@
 //! Finds the most probable branching maps, using the map-maker's model of the navigator's mistakes. This
 //! method is our own.
 //!
-//! A straight map is followed blindly, and a single mistake ends the journey. For each landmark, a branching
-//! map says which others the navigator may have attained instead, how to recognise them by their panoramas,
-//! and how to continue from them. The map-maker
+//! A navigator with a straight map follows it blindly, and a single mistake ends the journey. A branching map also says, for each
+//! landmark, which others the navigator may have attained instead, how to recognise them by their panoramas, and how to continue
+//! from there. The map-maker
 //! 1. simulates what may happen at each landmark near its paths ([`model`]);
 //! 2. searches for the controller with the greatest probability of arrival ([`policy`]);
 //! 3. writes this controller as a map with few entries and few signs ([`writing`]);
@@ -29,8 +29,8 @@ const REACH: f64 = 1.5;
 /// Maximum number of entries of a map, as a multiple of the straight map's entries.
 const LONGEST: usize = 3;
 
-/// Maximum number of entries of a straight map for which branching maps are searched. The search values a
-/// place by the discounted probability of arrival, which vanishes far from the goal.
+/// Maximum number of entries of a straight map for which branching maps are searched. The search uses the discounted probability of
+/// arrival as the value of a place, which vanishes far from the goal.
 const LONGEST_STRAIGHT: usize = 120;
 
 /// The weights of the searches. Each yields a map, and all of these maps are compared.
@@ -41,12 +41,12 @@ const WEIGHTS: [Weights; 5] = [
     Weights { discount: 0.95, nothing: 0.8, new_place: 0.01, least_visits: 0.01 },
     Weights { discount: 0.9, nothing: 0.8, new_place: 0.01, least_visits: 0.005 },
 ];
-/// Number of simulated models, each with different errors. Several are needed because a search relies on everything that its
-/// model says about rare mistakes.
+/// Number of simulated models, each with different errors. A single model would not do, because a search relies on everything in
+/// its model, including chance results about rare mistakes.
 const MODELS: u64 = 2;
 
-/// The words of branching maps, if the navigator understands them. `*` is included because the closest landmark is often a
-/// safe one.
+/// The words of branching maps, as far as the navigator understands them. `*` is included because the closest landmark is often a
+/// safe choice.
 const WORDS: [Descriptor; 3] = [Descriptor::Isolated, Descriptor::IsolatedPair, Descriptor::Any];
 
 /// Returns the words of branching maps that a navigator understands.
@@ -87,7 +87,7 @@ pub fn most_probable_branching(
     stated(atlas, plan, pilot, effort.journeys, seed)
 }
 
-/// Returns the map of the best controller, or `None` if it leads nowhere or is too long compared with the straight map.
+/// Returns the map of the best controller, or `None` if it does not lead to the goal or is too long compared with the straight map.
 fn written(model: &Model, weights: Weights, straight: &Plan) -> Result<Option<Plan>, Error> {
     let landmarks = straight.path.landmarks();
     let ends = [landmarks[0], landmarks[landmarks.len() - 1]].map(|dot| model.place(dot));

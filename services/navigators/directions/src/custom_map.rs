@@ -7,23 +7,21 @@
 //! (Isol, Trajp, (2, NW, Isol), (1, -), -)
 //! ```
 //!
-//! An entry has the form `([K,] D, [B,] [T,] [E,] M)`. `D` is the word for the landmark to seek ([`Descriptor`]), and `K` the
-//! kind of landmark that it means, such as `door`. Without `K`, it means one of any kind.
-//! `B` is the compass bearing of that landmark from the reference, `000` to `359`, which a robot with an
-//! uncertain heading uses to correct it. `T` is `Trajp` or `Trajn`: slide along the line from the reference
-//! to that landmark, forwards or backwards. Each `E` says what to do if the attained landmark has a given
-//! number of occupied quadrants: `(3, -)` accepts the landmark as right, and `(4, SW, Isol)` moves it to a
-//! corner and seeks again. `M` is the corner to move the attained landmark to. Only the last entry may have
-//! `-` instead, which does nothing.
+//! An entry has the form `([K,] D, [B,] [T,] [E,] M)`. `D` is the word for the landmark to seek ([`Descriptor`]), and `K` the kind
+//! of landmark that it means, such as `door`. Without `K`, the landmark may be of any kind. `B` is the compass bearing of that
+//! landmark from the reference, `000` to `359`, which a robot with an uncertain heading uses to correct it. `T` is `Trajp` or
+//! `Trajn`: slide along the line from the reference to that landmark, forwards or backwards. Each `E` says what to do if the
+//! attained landmark has a given number of occupied quadrants: `(3, -)` accepts the landmark as right, and `(4, SW, Isol)` moves it
+//! to a corner and seeks again. `M` is the corner to move the attained landmark to, or `-` in the last entry, which moves nothing.
 //!
 //! A count is the number of occupied quadrants. A navigator on land sees all around, so its maps have the contents of the four
-//! quadrants in order instead of a count: `(none+point+pair+group, SW, Isol)` (8). Of all panoramas of an entry, the one most
-//! similar to the view is used.
+//! quadrants in order instead of a count: `(none+point+pair+group, SW, Isol)` (8). The navigator uses the panorama of the entry
+//! that is most similar to its view.
 //!
-//! `Same` means the reference itself, and is ours: `(Same, NE)` drives around the landmark until it lies in the corner NE.
+//! `Same`, an extension of ours, refers to the reference itself: `(Same, NE)` drives around the landmark until it lies in the
+//! corner NE.
 //!
-//! As our own extension, a map may also *branch*. A number in place of a word is the number of an entry, from
-//! 1:
+//! As another extension, a map may *branch*. A number in place of a word is the number of an entry, from 1:
 //!
 //! ```text
 //! (*, SW)
@@ -32,12 +30,11 @@
 //! (Isol, (none+point+pair+none, SW, 3), (point+point+none+none, -), -)
 //! ```
 //!
-//! `(point+none+none+pair, NE, 4)` means that a landmark with this panorama is a different one known to the
-//! map: move it to the corner NE and continue at entry 4. Two further signs stand for unexpected views: `-`
-//! means that there is no landmark for the word, and `*` stands for every panorama that does not resemble any
-//! of the others. An entry that branches needs no right sign, and without one, `M` is `-`. In a branching
-//! map, any entry may end the journey, and each entry except the first must be reachable from the previous
-//! one or by a branch.
+//! `(point+none+none+pair, NE, 4)` means that a landmark with this panorama is a different one known to the map: move it to the
+//! corner NE and continue at entry 4. Two further signs cover unexpected views: `-` stands for no landmark that fits the word, and
+//! `*` for any panorama unlike all others of the entry. An entry that branches needs no right sign, and without one, `M` is `-`. In
+//! a branching map, any entry may end the journey, and each entry except the first must be reachable from the previous one or by a
+//! branch.
 //!
 //! A map may also be written in sentences ([`CustomMap::sentences`]).
 //!
@@ -93,9 +90,9 @@ pub enum Direction {
     Backward,
 }
 
-/// The degrees of a full turn. All bearings are less.
+/// A full turn, in degrees. Bearings are less than this.
 pub const FULL_TURN_DEG: u16 = 360;
-/// Maximum number of clauses of an entry in addition to that for the right sign.
+/// Maximum number of clauses of an entry, not counting the one for the right sign.
 pub const MOST_WAYS: usize = 8;
 /// Maximum difference between two panoramas that are considered similar.
 pub(crate) const MOST_DIFFERENCE: u8 = 2;
@@ -107,9 +104,9 @@ pub enum Sign {
     Count(u8),
     /// The contents of each quadrant, in order.
     Panorama(Signature),
-    /// Every view that does not resemble any of the entry's other signs: `*`.
+    /// Any view unlike all other signs of the entry: `*`.
     Other,
-    /// No landmark was found for the word: `-`.
+    /// No landmark that fits the word: `-`.
     Nothing,
 }
 
@@ -192,8 +189,8 @@ pub enum Response {
 }
 
 impl Verification {
-    /// Creates a verification that accepts a landmark with this sign, which is either a count of occupied quadrants from 0 to 4
-    /// or a panorama.
+    /// Creates a verification that accepts a landmark with the given sign, which is either a count of occupied quadrants from 0 to
+    /// 4 or a panorama.
     pub fn new(expected: impl Into<Sign>) -> Result<Self, Error> {
         match expected.into() {
             Sign::Count(count @ 5..) => Err(Error::Parameter {
@@ -235,7 +232,7 @@ impl Verification {
         self.expected
     }
 
-    /// Returns what to do for the surroundings of the landmark, by the sign that is most similar to them.
+    /// Returns the response to the surroundings of a landmark, for the sign most similar to them.
     pub fn response(self, seen: Signature) -> Response {
         let right = self.expected.map(|sign| (sign, Response::Correct));
         let ways = self.ways().map(|(sign, way)| (sign, way.into()));
@@ -246,7 +243,7 @@ impl Verification {
         similar.unwrap_or(if says_nothing { Response::Correct } else { Response::Lost })
     }
 
-    /// Returns what to do if there is no landmark for the word, or `None` if the map does not say.
+    /// Returns the action if no landmark fits the word, or `None` if the map has none.
     pub fn without_landmark(self) -> Option<Way> {
         self.ways().find(|(sign, _)| *sign == Sign::Nothing).map(|(_, way)| way)
     }
@@ -296,7 +293,7 @@ impl From<Way> for Response {
 }
 
 impl Entry {
-    /// Returns the landmark to seek, as it is written in custom maps.
+    /// Returns the landmark to seek, in the notation of custom maps.
     pub fn landmark(&self) -> impl fmt::Display + use<> {
         let Self { kind, word, .. } = *self;
         fmt::from_fn(move |f| match kind {
@@ -305,7 +302,7 @@ impl Entry {
         })
     }
 
-    /// Iterates over the words that a navigator needs to know for this entry.
+    /// Iterates over the words that a navigator has to understand for this entry.
     pub fn words(&self) -> impl Iterator<Item = Descriptor> + use<> {
         let recoveries = self.verification.into_iter().flat_map(Verification::recoveries);
         std::iter::once(self.word).chain(recoveries.map(|(_, recovery)| recovery.word))
@@ -323,8 +320,8 @@ impl Entry {
 }
 
 impl CustomMap {
-    /// Creates a map of these entries. The first one needs a landmark other than the reference. Branches must lead to existing
-    /// entries, and each entry except the first must be reachable from the previous one or by a branch.
+    /// Creates a map from its entries. The first entry needs a landmark other than the reference, branches must lead to existing
+    /// entries, and every later entry must be reachable from the previous one or by a branch.
     pub fn new(entries: Vec<Entry>) -> Result<Self, Error> {
         if entries.is_empty() || entries.len() > MOST_ENTRIES {
             return Err(Error::MapLength { limit: MOST_ENTRIES, found: entries.len() });
@@ -374,8 +371,8 @@ impl CustomMap {
         &self.0
     }
 
-    /// Returns whether the landmark attained by an entry is the intended one. If the word of the entry is `Confusable`, any
-    /// landmark is.
+    /// Returns true if the landmark attained by an entry is the intended one, which is always the case if the word of the entry is
+    /// `Confusable`.
     pub fn is_right<T: PartialEq>(&self, entry: usize, attained: &T, meant: &T) -> bool {
         let is_confusable = |entry: &Entry| entry.word == Descriptor::Confusable;
         attained == meant || self.0.get(entry).is_some_and(is_confusable)
@@ -396,7 +393,7 @@ impl From<CustomMap> for Vec<Entry> {
 }
 
 impl Direction {
-    /// Returns the word as it is written in custom maps.
+    /// Returns the word in the notation of custom maps.
     pub const fn word(self) -> &'static str {
         match self {
             Self::Forward => "Trajp",

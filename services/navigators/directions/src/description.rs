@@ -1,12 +1,11 @@
-//! The words for landmarks, and which dot of a view each of them means (Park and Kender 1995, 5.6).
+//! The words for landmarks, and how they select a dot from a view (Park and Kender 1995, 5.6).
 //!
-//! A word is applied to the *candidates*, which are all dots in the window except the reference landmark.
-//! Positions are relative to that landmark or, as long as there is none, to the window's centre. The
-//! map-maker and the navigator use the same function, so only their position errors can make them disagree.
+//! A word selects one of the *candidates*, which are all dots in the window except the reference landmark. Positions are relative
+//! to that landmark or, if there is none yet, to the window's centre. The map-maker and the navigator use the same function, so
+//! they can only disagree because of position errors.
 //!
-//! The paper ranks "all the other objects" of a scene. In this implementation, the reference does not take part in the ranking,
-//! because it is known and never a candidate. Ties go to the dot furthest from the reference (5.2), then to the east, then to
-//! the north.
+//! The paper ranks "all the other objects" of a scene. Here, the reference does not take part in the ranking, because it is known
+//! and never a candidate. Ties go to the dot furthest from the reference (5.2), then to the easternmost, then to the northernmost.
 
 use std::cmp::Ordering;
 use std::fmt;
@@ -16,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use crate::geometry::{Corner, Point};
 use crate::isolation::{c_value, c_value_of_pair, mutual_neighbourhood};
 
-/// Maximum number of candidates that a word is applied to. In a more crowded view, no word means a landmark.
+/// Maximum number of candidates. In a more crowded view, no word refers to a landmark.
 pub const MOST_CANDIDATES: usize = 64;
 
 /// A word for a landmark.
@@ -26,8 +25,7 @@ pub enum Descriptor {
     Obvious,
     /// The candidate with the largest c-value.
     Isolated,
-    /// The more distant dot of a pair of mutual closest neighbours, namely the pair that by c-value is furthest from any third
-    /// dot.
+    /// The more distant dot of a pair of mutual closest neighbours. Among several pairs, the one whose c-value is largest counts.
     IsolatedPair,
     /// The more distant of exactly two candidates, which form a triple with the reference. The paper names this word without
     /// defining it.
@@ -36,9 +34,9 @@ pub enum Descriptor {
     New,
     /// The closest of several candidates that are interchangeable.
     Confusable,
-    /// The closest candidate, whichever it is.
+    /// The closest candidate, without further requirements.
     Any,
-    /// The reference itself. This word is ours: by it, a robot drives from one side of a landmark to another.
+    /// The reference itself. This word is our own, and makes a robot drive from one side of a landmark to another.
     Same,
 }
 
@@ -55,7 +53,7 @@ impl Descriptor {
         Self::Same,
     ];
 
-    /// The words whose landmark follows from a single view.
+    /// The words whose landmark can be determined from a single view.
     pub const DEFINITE: [Self; 4] = [Self::Obvious, Self::Isolated, Self::IsolatedPair, Self::PlusPair];
 
     /// Returns the word as it is written in custom maps.
@@ -72,9 +70,9 @@ impl Descriptor {
         }
     }
 
-    /// Returns the index of the candidate that the word means, or `None` if the view has no such landmark.
+    /// Returns the index of the candidate that the word refers to, or `None` if the view has no such landmark.
     ///
-    /// For [`Descriptor::New`], pass only the new candidates. [`Descriptor::Same`] means none of them.
+    /// For [`Descriptor::New`], pass only the new candidates. [`Descriptor::Same`] refers to none of them.
     pub fn pick(self, candidates: &[Point]) -> Option<usize> {
         if candidates.is_empty() || candidates.len() > MOST_CANDIDATES {
             return None;
@@ -93,9 +91,9 @@ impl Descriptor {
         }
     }
 
-    /// Returns the index of the position that the word means when the reference lies in a corner of a window with this side.
-    /// Positions are relative to the reference. A position error may have put the only candidate outside the quadrant, so if
-    /// the quadrant is empty, its edges are moved outwards by `slack`.
+    /// Returns the index of the position that the word refers to when the reference lies in a corner of a window with the given
+    /// side. Positions are relative to the reference. If the quadrant is empty, its edges are moved outwards by `slack`, since a
+    /// position error may have put the only candidate outside.
     pub fn pick_in(self, places: &[Point], corner: Corner, side: f64, slack: f64) -> Option<usize> {
         let shown = |slack: f64| -> Vec<usize> {
             (0..places.len()).filter(|&dot| corner.nearly_covers(places[dot], side, slack)).collect()
@@ -121,7 +119,7 @@ impl Vocabulary {
     /// Every word.
     pub const ALL: Self = Self(0xff);
 
-    /// Returns the set of these words.
+    /// Creates a set of words.
     pub fn of(words: &[Descriptor]) -> Self {
         Self(words.iter().fold(0, |set, &word| set | 1 << word as u8))
     }
@@ -132,7 +130,7 @@ impl Vocabulary {
     }
 }
 
-/// Compares two dots by the tie rule: by distance from the reference, then from west to east, then from south to north.
+/// Compares two dots by distance from the reference, then from west to east, then from south to north.
 fn by_distance(a: Point, b: Point) -> Ordering {
     a.norm_squared().total_cmp(&b.norm_squared()).then(a.x.total_cmp(&b.x)).then(a.y.total_cmp(&b.y))
 }
@@ -211,7 +209,7 @@ mod tests {
 
     #[test]
     fn figure_20_has_a_isolated_and_b_with_c_as_the_pair() {
-        // The reference lies south-west of all dots. B and C are a pair, of which C is the more distant one.
+        // The reference lies south-west of all dots. B and C form a pair, and C is the more distant one.
         let figure = points(&[(1.0, 11.0), (7.0, 5.0), (9.0, 3.0), (12.0, 1.0)]);
         assert_eq!(Descriptor::Isolated.pick(&figure), Some(0));
         assert_eq!(Descriptor::IsolatedPair.pick(&figure), Some(2));

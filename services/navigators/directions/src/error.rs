@@ -2,7 +2,7 @@
 
 use crate::markers::LandmarkKind;
 
-/// Why input was rejected. The message of each variant says what was expected and what was found.
+/// The reason why input was rejected. The message of each variant says what was expected and what was found.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Error {
     /// The plane has no dots.
@@ -78,7 +78,7 @@ pub enum Error {
         /// Number of the entry, from 1.
         entry: usize,
     },
-    /// An entry refers to its reference where it has none, or where it needs a second landmark.
+    /// An entry refers to its reference although it has none, or needs a second landmark.
     #[error("entry {entry}: expected {expected}")]
     Same {
         /// Number of the entry, from 1.
@@ -122,7 +122,7 @@ pub enum Error {
         /// The unknown word.
         word: &'static str,
     },
-    /// A map names a kind of landmarks that no marker stands for.
+    /// A map names a kind of landmark that no marker stands for.
     #[error("entry {entry}: expected a kind that the mission has markers for ({known}), found {found:?}")]
     UnknownKind {
         /// Number of the entry, from 1.
@@ -132,7 +132,7 @@ pub enum Error {
         /// The kind.
         found: String,
     },
-    /// A word is not the name of a kind of landmarks.
+    /// A word is not the name of a kind of landmark.
     #[error(
         "expected a kind: a word of at most 16 of a to z, 0 to 9 and -, which no map uses otherwise, found {found:?}"
     )]
@@ -186,7 +186,7 @@ pub enum Error {
         from: u32,
         /// The dot from which the goal can be reached that is closest to `from`.
         to: u32,
-        /// Why no transition leads from `from` to `to`.
+        /// The reason why no transition leads from `from` to `to`.
         why: Barrier,
     },
 }

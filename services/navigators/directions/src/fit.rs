@@ -19,7 +19,7 @@ use crate::navigator::Settings;
 use crate::reliability::{LandmarkModel, TrajectoryModel};
 use crate::traversal::Noise;
 
-/// The amount of simulation for a fit.
+/// Amount of simulation for a fit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Effort {
     /// Number of trials for each sample.
@@ -40,13 +40,13 @@ pub struct Fit<Model> {
     pub model: Model,
     /// Number of samples that the model was fitted to.
     pub samples: usize,
-    /// The root mean square residual, in which samples are weighted by how often they occur.
+    /// The root mean square residual, weighted by how often samples occur.
     pub rms_residual: f64,
     /// The largest residual.
     pub max_residual: f64,
 }
 
-/// A point of figure 21, which shows how often the isolated landmark is identified correctly.
+/// A point of figure 21: how often the isolated landmark is identified correctly.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Identified {
     /// Number of candidates.
@@ -55,8 +55,7 @@ pub struct Identified {
     pub sigma: f64,
     /// The fraction of trials in which the landmark was identified correctly.
     pub fraction: f64,
-    /// The same fraction on the assumption that no dot crosses an edge of the quadrant, so that the navigator ranks exactly the
-    /// map-maker's candidates.
+    /// The same fraction if no dot crosses an edge of the quadrant, so that the navigator ranks exactly the map-maker's candidates.
     pub enclosed: f64,
 }
 
@@ -65,8 +64,8 @@ pub struct Identified {
 const SIGMAS: [f64; 8] = [0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.07, 0.08];
 /// Maximum number of candidates of the fit.
 const MOST: u16 = 10;
-/// Distance around the quadrant in which additional dots are placed, since errors may bring them into it. It is 3.5 standard
-/// deviations of the combination of two of the largest errors.
+/// Distance around the quadrant up to which additional dots are placed, since errors may bring them into it: 3.5 standard
+/// deviations of two of the largest errors combined.
 const AROUND: f64 = 0.4;
 
 /// Measures the points of figure 21 on the paper's worlds, which have one dot per window on average (4.3). Dots are distributed
@@ -92,7 +91,7 @@ pub fn identified(effort: Effort, seed: u64) -> Result<Vec<Identified>, Error> {
     Ok(grid.map(sample).collect())
 }
 
-/// Simulates one look. Returns whether it identifies the landmark, and whether it would do so if no dot crossed an edge.
+/// Simulates one look. Returns whether the landmark is identified, and whether it would be if no dot crossed an edge.
 fn identifies(rng: &mut Pcg64Mcg, candidates: u16, sigma: f64, slack: f64) -> [bool; 2] {
     let dots = dots_around(rng, candidates);
     let landmark = error(rng, sigma);
@@ -106,7 +105,7 @@ fn identifies(rng: &mut Pcg64Mcg, candidates: u16, sigma: f64, slack: f64) -> [b
     ]
 }
 
-/// Places dots around a landmark at the origin: this many in its quadrant, and a random number outside it.
+/// Places dots around a landmark at the origin, a given number of them in its quadrant and a random number outside.
 fn dots_around(rng: &mut Pcg64Mcg, candidates: u16) -> Vec<Point> {
     let mut dots: Vec<_> = (0..candidates).map(|_| Point::new(rng.random(), rng.random())).collect();
     let side = 1.0 + 2.0 * AROUND;
@@ -119,7 +118,7 @@ fn dots_around(rng: &mut Pcg64Mcg, candidates: u16) -> Vec<Point> {
     dots
 }
 
-/// Returns how often a quadrant of the paper's worlds has this many candidates, relative to how often it has one, by the
+/// Returns the frequency of quadrants with the given number of candidates in the paper's worlds, relative to those with one, by the
 /// Poisson distribution with mean 1.
 fn frequency(candidates: u16) -> f64 {
     (1..=candidates).map(|number| 1.0 / f64::from(number)).product()
@@ -169,8 +168,8 @@ fn variance_aside(rng: &mut Pcg64Mcg, slide: f64, pair: f64, noise: Noise, trial
     sum / f64::from(trials)
 }
 
-/// Simulates a slide and returns its sideways distance from the goal. The slide proceeds in steps of a twentieth of the
-/// window's side, in the way of [`crate::traversal::Helicopter::fly`].
+/// Simulates a slide and returns its sideways distance from the goal. The slide proceeds in steps of a twentieth of the window's
+/// side, as in [`crate::traversal::Helicopter::fly`].
 fn aside(rng: &mut Pcg64Mcg, slide: f64, pair: f64, noise: Noise) -> f64 {
     const STEP: f64 = 0.05;
     let first = Point::new(-pair / 2.0, 0.0) + error(rng, noise.sigma);
@@ -207,7 +206,7 @@ fn least_squares(rows: &[Row]) -> Result<([f64; 4], f64, f64), Error> {
 mod tests {
     use super::*;
 
-    /// Equation 1 used to assume that no dot crosses the edge of the window, and was far too optimistic.
+    /// Regression test: equation 1 assumed that no dot crosses the edge of the window, and was far too optimistic.
     #[test]
     fn dots_that_cross_the_edge_of_the_window_are_most_of_the_errors() {
         let samples = identified(Effort::QUICK, 7).unwrap();

@@ -8,24 +8,24 @@ use crate::error::Error;
 use crate::geometry::Point;
 use crate::plane::Plane;
 
-/// Draws a point whose coordinates are normal errors with this standard deviation.
+/// Draws a point whose coordinates are normal errors with the given standard deviation.
 pub fn error(rng: &mut Pcg64Mcg, sigma: f64) -> Point {
     let (x, y): (f64, f64) = (StandardNormal.sample(rng), StandardNormal.sample(rng));
     Point::new(x, y) * sigma
 }
 
-/// Generates dots that are uniformly distributed over a square with this side.
+/// Generates dots that are uniformly distributed over a square with the given side.
 pub fn uniform(dots: usize, side: f64, seed: u64) -> Result<Plane, Error> {
     plane(places::uniform(dots, side, seed))
 }
 
-/// Generates dots around `clusters` centres on a square with this side, at normally distributed distances with this spread. A
-/// dot that falls outside the square is drawn again.
+/// Generates dots around `clusters` centres on a square with the given side, at normally distributed distances with the given
+/// spread. A dot that falls outside the square is drawn again.
 pub fn clustered(dots: usize, side: f64, clusters: usize, spread: f64, seed: u64) -> Result<Plane, Error> {
     plane(places::clustered(dots, side, clusters, spread, seed))
 }
 
-/// Generates dots that are uniformly distributed over a square with this side, and additional dots in a wall. The wall is a
+/// Generates dots that are uniformly distributed over a square with the given side, and additional dots in a wall. The wall is a
 /// vertical strip in the middle, a tenth of the side wide and nine tenths high (Park and Kender 1995, figure 25).
 pub fn walled(dots: usize, in_wall: usize, side: f64, seed: u64) -> Result<Plane, Error> {
     plane(places::walled(dots, in_wall, side, seed))

@@ -116,7 +116,7 @@ impl Corner {
         self.inward().dot(other.inward()) == 0.0
     }
 
-    /// Returns true if a quadrant with this side covers a point, given relative to the landmark. The edges belong to the
+    /// Returns true if a quadrant with the given side covers a point, given relative to the landmark. The edges belong to the
     /// quadrant.
     pub fn covers(self, relative: Point, side: f64) -> bool {
         self.nearly_covers(relative, side, 0.0)
@@ -143,8 +143,8 @@ impl Corner {
 
 /// The square view window.
 ///
-/// Descriptions count the dots within `side` of a landmark in its corner. The camera sees `margin` more on each side. A
-/// landmark in a corner therefore stays visible although the helicopter is never exactly at its intended position.
+/// Descriptions count the dots within `side` of a landmark in its corner. The camera sees `margin` more on each side, so a landmark
+/// in a corner stays visible although the helicopter is never exactly at its intended position.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Window {
     /// The side of the square, in the plane's unit.
@@ -158,9 +158,8 @@ pub struct Window {
 /// The size of landmarks, and the distances at which a robot on land sees and passes them (Park and Kender 1995, 8). All
 /// lengths are in the plane's unit.
 ///
-/// All landmarks are identical upright cylinders. The robot sees them in all directions up to its range,
-/// unless they are hidden by others. It has a landmark *in a corner* when it stands beside that landmark, on
-/// the side of the quadrant that it looks into.
+/// All landmarks are identical upright cylinders. The robot sees them in all directions up to its range, unless others hide them. A
+/// landmark is *in a corner* when the robot stands beside it, on the side of the quadrant that it looks into.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Land {
     /// Radius of a landmark.

@@ -1,7 +1,7 @@
 //! Determines which of several dots is the most isolated (Park and Kender 1995, 5.6.2, after Gowda and Krishna 1978).
 //!
-//! The *mutual neighbourhood value* of two dots is the sum of two ranks: that of each dot among the neighbours of the other.
-//! The *c-value* of a dot is its smallest mutual neighbourhood value. The most isolated dot has the largest c-value.
+//! The *mutual neighbourhood value* of two dots is the sum of two ranks, one for each dot among the neighbours of the other. The
+//! *c-value* of a dot is its smallest mutual neighbourhood value, and the most isolated dot has the largest c-value.
 //!
 //! Dots at equal distance share the better rank, so the result does not depend on the order of the dots. All functions take at
 //! most cubic time in the number of dots, which a window keeps small, and none of them allocates.

@@ -1,13 +1,13 @@
 //! Directions from landmark to landmark, after Park and Kender 1995.
 //!
-//! A *map-maker* sees a plane of identical dots. A *navigator* sees only a small window of that plane and has no other sensor,
-//! neither odometer nor compass. The map-maker plans a path and writes it down as a short list of symbols that the navigator
-//! can follow, the *custom map*. The map also tells the navigator how to recognise a mistake and how to recover from it.
+//! A *map-maker* sees a plane of identical dots, while a *navigator* sees only a small window of that plane and has no other
+//! sensor, neither odometer nor compass. The map-maker plans a path and writes it down as a *custom map*, a short list of symbols
+//! for the navigator to follow. The map also describes how to recognise a mistake and how to recover from it.
 //!
 //! The map-maker uses:
 //! - [`plane`]: the dots and their spatial index. [`generate`]: random planes.
-//! - [`isolation`] and [`description`]: which dot of a view a word means. [`signature`]: the surroundings of
-//!   a dot. [`sight`] and [`walls`]: what hides a landmark and what blocks the path to it.
+//! - [`isolation`] and [`description`]: which dot of a view a word refers to. [`signature`]: the surroundings of a dot. [`sight`]
+//!   and [`walls`]: what hides a landmark and what blocks the path to it.
 //! - [`parkway`], [`trajectory`] and [`transitions`]: which landmark can be attained from which, and the
 //!   sparse matrix of these transitions.
 //! - [`reliability`] and [`fit`]: equations 1 and 2. [`recovery`]: how errors are detected and corrected.

@@ -1,8 +1,7 @@
-//! Kinds of landmarks on land, such as doors and stairs (Park and Kender 1995, figures 1 and 2, which have one world for each
-//! kind).
+//! Kinds of landmarks on land, such as doors and stairs (Park and Kender 1995, figures 1 and 2, with one world for each kind).
 //!
-//! To a laser, all landmarks are alike. The robot learns the kind of one from a fiducial marker on it or beside it, as long as its
-//! camera sees that marker. The map-maker knows where the markers are, and from where the camera sees them.
+//! A laser cannot distinguish landmarks. Their kinds are shown by fiducial markers on or beside them, which the robot's camera
+//! detects. The map-maker knows the positions of the markers, and from where the camera can see them.
 
 use std::fmt;
 
@@ -26,7 +25,7 @@ pub fn reach_m(radius_m: f64) -> f64 {
     radius_m + BESIDE_M
 }
 
-/// The word for a landmark of any kind, which is therefore not a kind.
+/// The word for a landmark of any kind, which is therefore not a valid kind.
 pub(crate) const ANY_KIND: &str = "landmark";
 
 /// A kind of landmark: a word of lower-case letters (a to z), digits and hyphens that begins with a letter.
@@ -35,7 +34,7 @@ pub(crate) const ANY_KIND: &str = "landmark";
 pub struct LandmarkKind(ArrayString<MOST_LETTERS>);
 
 impl LandmarkKind {
-    /// Returns the kind with this name, or `None` if that is no such word, too long, or a word of maps.
+    /// Returns the kind with the given name, or `None` if the name is not such a word, is too long, or has another meaning in maps.
     pub fn of(name: &str) -> Option<Self> {
         let is_letter = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
         let is_word = name.starts_with(|c: char| c.is_ascii_lowercase()) && name.chars().all(is_letter);
@@ -75,17 +74,17 @@ impl fmt::Display for LandmarkKind {
     }
 }
 
-/// What a navigator sees at one moment. Positions are relative to the window's centre, in the window's axes.
+/// A navigator's view at one moment. Positions are relative to the window's centre, in the window's axes.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct View<'a> {
     /// The dots.
     pub dots: &'a [Point],
-    /// The kinds of the dots, as far as they are known. Dots beyond the end of this list have none.
+    /// The kinds of the dots, as far as they are known. The list may be shorter than that of the dots.
     pub kinds: &'a [Option<LandmarkKind>],
 }
 
 impl<'a> View<'a> {
-    /// Returns a view of dots whose kinds are not known.
+    /// Creates a view of dots of unknown kinds.
     pub fn of(dots: &'a [Point]) -> Self {
         Self { dots, kinds: &[] }
     }
@@ -106,7 +105,7 @@ pub struct Seen {
 }
 
 impl Seen {
-    /// Forgets everything.
+    /// Removes all dots.
     pub fn clear(&mut self) {
         self.dots.clear();
         self.kinds.clear();
@@ -136,7 +135,7 @@ pub struct Markers {
 #[derive(Debug, Clone, PartialEq)]
 struct Marked {
     kind: LandmarkKind,
-    /// Position of each marker relative to the landmark, and the direction that it faces, in radians counter-clockwise from east.
+    /// Position of each marker relative to the landmark, and the direction it faces, in radians counter-clockwise from east.
     markers: Vec<(Point, f64)>,
 }
 
@@ -161,8 +160,8 @@ pub struct Shown {
 }
 
 impl Markers {
-    /// Assigns each marker to the nearest landmark within reach, which has this radius. Markers beyond the reach of every landmark
-    /// say nothing. Rejects a landmark with markers of two kinds.
+    /// Assigns each marker to the nearest landmark within reach. Markers out of reach of any landmark are ignored. Rejects a
+    /// landmark with markers of two kinds.
     pub fn new(
         camera: MarkerCamera,
         landmarks: &[Point],
@@ -193,13 +192,13 @@ impl Markers {
         Some(self.marked.get(landmark as usize)?.as_ref()?.kind)
     }
 
-    /// Returns the name of a landmark's kind, for people. A landmark without a marker is a `pole`.
+    /// Returns the name of a landmark's kind for display, which is `pole` without a marker.
     pub fn name(&self, landmark: DotId) -> String {
         self.kind(landmark).map_or("pole".to_owned(), |kind| kind.to_string())
     }
 
-    /// Returns the kind of a landmark if the camera may see it from a robot to which the landmark lies at this position. Whether
-    /// anything hides the landmark is not considered.
+    /// Returns the kind of a landmark if the robot's camera may see one of its markers. `at` is the landmark's position relative to
+    /// the robot. Occlusion is not considered.
     pub fn shown(&self, landmark: DotId, at: Point) -> Option<Shown> {
         let Marked { kind, markers } = self.marked.get(landmark as usize)?.as_ref()?;
         let mount = self.camera.mount();
@@ -235,7 +234,7 @@ mod tests {
         assert!(postcard::from_bytes::<LandmarkKind>(b"\x04Door").is_err());
     }
 
-    /// A camera that looks all around as far as 6 m finds markers that it sees at up to 60 degrees.
+    /// A camera with a full field of view and a range of 6 m detects markers at angles of up to 60 degrees.
     #[test]
     fn a_kind_shows_where_the_camera_sees_a_marker() {
         let door = LandmarkKind::of("door").unwrap();

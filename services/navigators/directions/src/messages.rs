@@ -60,7 +60,7 @@ messages! {
     /// The map-maker's intentions behind the custom maps, for people and for the judge. No navigator may read this message. The
     /// slice after the message has the dots at the positions where the map-maker sees them, as two f32 each: x and y in metres,
     /// in the frame `world`.
-    pub struct Itinerary version 1 in "world" with data {
+    pub struct Itinerary version 2 in "world" with data {
         /// Number of valid entries of `journeys`.
         pub journey_count: u32 as Count,
         /// Number of valid entries of `landmarks`.
@@ -147,6 +147,14 @@ parts! {
         pub distance_m: f64,
         /// The probability of arrival, or a negative number if it was not estimated.
         pub probability: f64,
+        /// The entry at which most simulated journeys failed, from 1, or 0 if none failed or none were simulated.
+        pub weakest_entry: u32,
+        /// Number of simulated journeys that failed there.
+        pub failure_count: u32,
+        /// Number of all simulated journeys.
+        pub simulated_count: u32,
+        /// Zero.
+        pub reserved: u32,
     }
 }
 
@@ -204,6 +212,29 @@ impl Whereabouts {
     /// Returns the valid entries of `landmarks`.
     pub fn landmarks(&self) -> &[BelievedLandmark] {
         &self.landmarks[..(self.landmark_count as usize).min(self.landmarks.len())]
+    }
+}
+
+impl PlannedJourney {
+    /// Creates a journey without an estimate.
+    pub fn new(distance_m: f64) -> Self {
+        Self { distance_m, probability: -1.0, ..bytemuck::Zeroable::zeroed() }
+    }
+
+    /// Describes the probability of arrival and the entry that is most likely to fail, or returns `None` if they were not
+    /// estimated.
+    pub fn stated(&self) -> Option<String> {
+        let percent = 100.0 * (self.probability >= 0.0).then_some(self.probability)?;
+        let weakest = self.weakest().map_or(String::new(), |weakest| format!("; most failures at {weakest}"));
+        Some(format!("probability of arrival {percent:.1} %{weakest}"))
+    }
+
+    /// Describes the entry at which most simulated journeys failed, or returns `None` if there is none.
+    pub fn weakest(&self) -> Option<String> {
+        let Self { weakest_entry, failure_count, simulated_count, .. } = self;
+        let words =
+            || format!("entry {weakest_entry}: {failure_count} of {simulated_count} simulated journeys");
+        (*weakest_entry > 0).then(words)
     }
 }
 

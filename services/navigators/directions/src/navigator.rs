@@ -1,26 +1,23 @@
-//! The navigator, which seeks, verifies, adjusts and recovers by a custom map and the view of its window (Park and Kender 1995,
-//! 3, 5.5, 6.3).
+//! The navigator, which follows a custom map through the view of its window (Park and Kender 1995, 3, 5.5, 6.3).
 //!
-//! The navigator knows its map and its own window, but nothing about the plane. A step takes the positions of
-//! the dots in view, relative to the window's centre, and returns the velocity of the window in its own axes.
-//! It is a function of the state, the view and the elapsed time, and does not allocate. The state is small
-//! and serializable.
+//! The navigator has a map and a window, but no information about the plane. A step computes the velocity of the window, in its own
+//! axes, from the state, the elapsed time and the positions of the dots in view relative to the window's centre. It does not
+//! allocate. The state is small and serializable.
 //!
 //! For each entry of the map, the navigator
-//! 1. *describes*: it stands still, looks, and picks the landmark that the word means;
+//! 1. *describes*: stands still, looks, and picks the landmark that the word refers to;
 //! 2. for a trajectory, *centres* the window on the pair and *slides* until a new dot comes into view;
-//! 3. *verifies*, if the map says how: it looks around the landmark and counts the occupied quadrants;
+//! 3. *verifies*, if the map says how: looks around the landmark and counts the occupied quadrants;
 //! 4. *adjusts*, which moves the landmark to its corner; or *recovers*, which moves it to the corner of the recovery and
 //!    describes again; or *branches*, which moves it to the corner of the branch and continues at the entry of the branch.
 //!
-//! A robot on land that does not see the landmark looks again from behind the reference and from further ahead. If it loses sight of
-//! the reference, it makes way for a while: someone may stand in its line of sight, and wait for the robot to move.
+//! If a robot on land does not see the landmark, it looks again from behind the reference and from further ahead. If it loses sight
+//! of the reference, it makes way for a while, because a person in the line of sight may be waiting for the robot to move.
 //!
-//! There are two kinds of bodies ([`Window::land`]). Above a plane, the window moves freely. On land, the navigator is a robot
-//! that drives around the landmarks in its path (8). To seek then means to drive to a landmark, to adjust means to drive past
-//! it, and there are no trajectories.
+//! Above a plane, the window moves freely. On land ([`Window::land`]), the navigator is a robot that drives around the landmarks in
+//! its path (8). It seeks by driving to a landmark and adjusts by driving past it, and there are no trajectories.
 //!
-//! The navigator itself knows when it has arrived, when it cannot locate a landmark, and when it is lost ([`Outcome`]).
+//! The navigator reports when it has arrived, when it cannot locate a landmark, and when it is lost ([`Outcome`]).
 
 pub mod by_map;
 mod detour;
@@ -43,7 +40,7 @@ use guide::{Counts, Guide, Next};
 use heading::Heading;
 use tracks::Tracks;
 
-/// Settings for how a navigator sees and moves. Lengths are in the plane's unit.
+/// Settings of a navigator. Lengths are in the plane's unit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// The navigator's window.
@@ -79,8 +76,8 @@ const LAND_TOLERANCE: f64 = 0.012_5;
 const LAND_GATE: f64 = 0.037_5;
 
 impl Settings {
-    /// Returns suitable settings for a window and a position error: a speed of one window side per second, and a gate that
-    /// includes 3.5 standard deviations.
+    /// Creates settings for a window and a position error, with a speed of one window side per second and a gate of 3.5 standard
+    /// deviations.
     pub fn new(window: Window, sigma: f64) -> Self {
         let above = Self {
             window,
@@ -98,7 +95,7 @@ impl Settings {
         };
         match window.land {
             None => above,
-            // A robot needs time to brake, and while it passes a landmark, others may be hidden for a while.
+            // A robot needs time to brake, and a landmark that it passes may hide others for a while.
             Some(land) => Self {
                 gain: 1.5,
                 tolerance: LAND_TOLERANCE * land.range,
@@ -110,7 +107,7 @@ impl Settings {
         }
     }
 
-    /// Returns the distance outside a quadrant at which a dot is still accepted as a candidate, if there is no other.
+    /// Returns the distance outside a quadrant up to which a dot is accepted as a candidate if there is no other.
     pub fn slack(&self) -> f64 {
         self.gate.min(self.window.margin)
     }
@@ -145,14 +142,13 @@ impl Settings {
     }
 }
 
-/// Maximum number of dots of a view that are considered if the heading is uncertain, which is more than any description can
-/// cope with.
+/// Maximum number of dots considered in a view if the heading is uncertain. A description fails on far fewer.
 const MOST_SEEN: usize = 128;
 
 /// The current activity of a navigator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Activity {
-    /// Looks for the landmark that a word means.
+    /// Looks for the landmark that a word refers to.
     Seek,
     /// Brings a pair of landmarks to the middle of the window, or slides along the line through them.
     Slide,
@@ -166,10 +162,10 @@ pub enum Activity {
     Rest,
 }
 
-/// The outcome of a journey, as far as the navigator is aware of it (7.2.6).
+/// The outcome of a journey from the navigator's point of view (7.2.6).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Outcome {
-    /// The navigator reports the goal.
+    /// The navigator believes it is at the goal.
     Arrived,
     /// Failure 1: the navigator cannot locate a landmark.
     CannotLocate,
@@ -190,9 +186,9 @@ pub struct Output {
     pub reference: Option<Point>,
     /// Number of entries finished, each with a landmark that was accepted as right.
     pub accepted: u16,
-    /// The landmark of the map that the navigator believes it has accepted last, as the number of its entry.
-    /// In a straight map, this is the entry just finished. In general, it is the entry after which the next
-    /// entry of the map begins, and the last entry stands for the goal.
+    /// The landmark of the map that the navigator believes it accepted last, as the number of its entry. In a straight map, this is
+    /// the entry just finished. In general, it is the entry after which the next entry of the map begins, and the last entry stands
+    /// for the goal.
     pub meant: u16,
     /// Total number of recoveries, and of branches to any entry other than the next.
     pub recoveries: u16,
@@ -200,7 +196,7 @@ pub struct Output {
     pub outcome: Option<Outcome>,
 }
 
-/// A landmark that is followed from view to view.
+/// A landmark followed from view to view.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Mark {
     place: Point,
@@ -210,9 +206,9 @@ struct Mark {
 /// The current phase of the work on an entry.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 enum Phase {
-    /// Stands still, looks, and picks the landmark that the word means. With a corner, the reference lies in it.
+    /// Stands still, looks, and picks the landmark that the word refers to. If there is a corner, the reference lies in it.
     Describe { word: Descriptor, corner: Option<Corner>, is_recovery: bool },
-    /// On land, drives to another place beside the reference, or as far as it gets in time, to look again from there.
+    /// On land, drives to another place beside the reference, or as far as possible in the time allowed, to look again from there.
     Elsewhere { word: Descriptor, corner: Corner, is_recovery: bool, until_s: f64 },
     /// Brings the midpoint between the reference and the second landmark to the middle of the window.
     Centre { second: Mark },
@@ -227,11 +223,11 @@ enum Phase {
     Finished { outcome: Outcome },
 }
 
-/// Everything that a navigator remembers. Equal states, views and times result in equal steps.
+/// The memory of a navigator. Equal states, views and times result in equal steps.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct State<M = Progress> {
     phase: Phase,
-    /// What the guide remembers.
+    /// The guide's memory.
     memory: M,
     /// Seconds since the entry began.
     spent_s: f64,
@@ -241,13 +237,13 @@ pub struct State<M = Progress> {
     reference: Option<Mark>,
     /// Number of views taken since the window stopped.
     looks: u8,
-    /// Number of times that the landmark was not found.
+    /// Number of looks in which the landmark was not found.
     waited: u8,
     /// Number of other places from which the navigator has looked for the landmark.
     elsewhere: u8,
     signature: Signature,
-    /// On land, how often the robot has made way in this entry because the reference was out of sight, and for how many seconds
-    /// it still does so.
+    /// On land, how often the robot has made way in this entry because the reference was out of sight, and for how many more
+    /// seconds it will.
     retreats: u8,
     retreat_s: f64,
     /// The dots seen since the window stopped or began to slide.
@@ -256,7 +252,7 @@ pub struct State<M = Progress> {
     before: Tracks,
 }
 
-/// A navigator and its guide, which is a custom map unless stated otherwise.
+/// A navigator and its guide, by default a custom map.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Navigator<G = CustomMap> {
     settings: Settings,
@@ -324,22 +320,22 @@ impl<G: Guide> Navigator<G> {
         }
     }
 
-    /// Returns the initial state of a journey that follows another one. The estimate of the heading is kept, as is what the guide
-    /// keeps.
+    /// Returns the initial state of a journey that follows another one. It keeps the estimated heading and whatever the guide
+    /// carries over.
     pub fn start_after(&self, last: &State<G::Memory>) -> State<G::Memory> {
         let arrived = (last.outcome() == Some(Outcome::Arrived)).then_some(&last.memory);
         State { heading: last.heading, ..self.start_with(self.guide.begin_after(arrived)) }
     }
 
-    /// Performs one step, given what the window shows now and the time since the last step. For the first step, that time is 0.
+    /// Performs one step, given the current view and the time since the last step, which is 0 for the first.
     pub fn step(&self, state: &mut State<G::Memory>, view: View<'_>, elapsed_s: f64) -> Output {
         let mut turned = ArrayVec::new();
         steps::step(self, state, self.in_map_axes(state, view, &mut turned), elapsed_s);
         self.output(state)
     }
 
-    /// Performs one step after the journey, in which the window moves over the attained landmark. The output has an outcome
-    /// once the window is there or, on land, if the robot loses sight of the landmark on the way.
+    /// Performs one step after the journey, while the window moves over the attained landmark. The output has an outcome once the
+    /// window is there or, on land, if the robot loses sight of the landmark.
     pub fn hover(&self, state: &mut State<G::Memory>, view: View<'_>, elapsed_s: f64) -> Output {
         let mut turned = ArrayVec::new();
         let view = self.in_map_axes(state, view, &mut turned);
@@ -379,7 +375,7 @@ impl<G: Guide> Navigator<G> {
 }
 
 impl<M> State<M> {
-    /// Returns what the guide remembers.
+    /// Returns the guide's memory.
     pub fn memory(&self) -> &M {
         &self.memory
     }
@@ -389,13 +385,13 @@ impl<M> State<M> {
         self.moves_by(Point::default());
     }
 
-    /// Records that the window moves at a different velocity until the next step, because something is in its path. The
-    /// velocity is in the window's own axes.
+    /// Records a different velocity of the window until the next step, used if something is in its path. The velocity is in the
+    /// window's own axes.
     pub fn moves_by(&mut self, velocity: Point) {
         self.velocity = velocity.turned(self.heading.turned_rad);
     }
 
-    /// Returns how the journey ended, or `None` if it has not.
+    /// Returns the outcome of the journey, or `None` if it has not ended.
     pub fn outcome(&self) -> Option<Outcome> {
         match self.phase {
             Phase::Finished { outcome } => Some(outcome),

@@ -1,14 +1,14 @@
 //! Finds the best path from landmark to landmark (Park and Kender 1995, 5.1 to 5.4).
 //!
-//! The costs of a path are its distance D, its unreliability −ln R, its number of entries M, its sensing cost S and its time T.
-//! A path minimises either a weighted sum of these costs or the ratio D/R. The ratio of a whole path is not a sum over its
-//! parts. However, since ln D − ln R is concave, its minimum lies on the convex hull of all points (D, −ln R), and searches
-//! with several weights find it exactly.
+//! The costs of a path are its distance D, its unreliability −ln R, its number of entries M, its sensing cost S and its time T. A
+//! path minimises either a weighted sum of these costs or the ratio D/R. Although the ratio of a whole path is not a sum over its
+//! parts, ln D − ln R is concave, so its minimum lies on the convex hull of all points (D, −ln R), and searches with several
+//! weights find it exactly.
 //!
 //! **Measures.** Between *landmarks*, D is the distance from dot to dot. Between *windows* (5.4), D is the distance that the
 //! window's centre travels, and each landmark is represented by four nodes, one for each corner.
 //!
-//! Ties go to the path with fewer entries, then to the smaller node numbers.
+//! Ties go to the path with fewer entries, then to the one with smaller node numbers.
 
 mod search;
 
@@ -81,9 +81,9 @@ impl Objective {
     }
 }
 
-/// Number of views that a seek needs: the one in which the word means a landmark.
+/// Number of views needed for a seek, in which the word refers to a landmark.
 const VIEWS: f64 = 1.0;
-/// Number of views that a trajectory needs: one for the word, one for the line through the pair, and one for the landmark that
+/// Number of views needed for a trajectory: one for the word, one for the line through the pair, and one for the landmark that
 /// comes into view.
 const VIEWS_OF_A_SLIDE: f64 = 3.0;
 
@@ -92,9 +92,8 @@ fn view_s(settings: &Settings) -> f64 {
     f64::from(settings.looks) * STEP_S
 }
 
-/// Returns how much longer it takes to reach a position and stop there than it would at full speed, in seconds. Within
-/// speed/gain of the position, the window slows down in proportion to the remaining distance until that is within the
-/// tolerance.
+/// Returns the additional time for reaching a position and stopping there, compared with full speed, in seconds. Within speed/gain
+/// of the position, the window slows down in proportion to the remaining distance until that is within the tolerance.
 fn stop_s(settings: &Settings) -> f64 {
     let &Settings { speed, gain, tolerance, .. } = settings;
     ((speed / (gain * tolerance)).ln() - 1.0).max(0.0) / gain
@@ -105,12 +104,12 @@ fn stop_s(settings: &Settings) -> f64 {
 pub struct Start {
     /// Position of the window's centre.
     pub centre: Point,
-    /// The dot closest to the centre, which is the landmark that `*` means.
+    /// The dot closest to the centre, which is the landmark that `*` refers to.
     pub landmark: DotId,
 }
 
 impl Start {
-    /// Creates a start with the window's centre at this position. Rejects a view without a dot.
+    /// Creates a start with the window's centre at the given position. Rejects a view without a dot.
     pub fn at(plane: &Plane, window: Window, centre: Point) -> Result<Self, Error> {
         let eye = Eye { at: centre, walls: plane.walls() };
         Self::nearest(plane, window, centre, |dot| match window.land {
@@ -147,8 +146,8 @@ impl Start {
         Ok(Self { centre: plane.dot(dot), landmark })
     }
 
-    /// Returns the end of a path as the start of the next one: the window is over the last landmark or, on land, the robot is
-    /// beside it.
+    /// Returns the end of a path as the start of the next one, with the window over the last landmark or, on land, the robot beside
+    /// it.
     pub fn behind(atlas: &Atlas, path: &Path) -> Self {
         let (from, landmark) = match path.legs.last() {
             Some(leg) => (atlas.centre(leg.from, leg.transition.corner), leg.transition.to),
@@ -188,7 +187,7 @@ pub struct Path {
     pub unreliability: f64,
 }
 
-/// Returns −ln R of several legs together.
+/// Returns the total −ln R of several legs.
 pub(crate) fn unreliability(legs: &[Leg]) -> f64 {
     // An empty sum of floats would be minus zero.
     legs.iter().fold(0.0, |sum, leg| sum + leg.unreliability)
@@ -205,7 +204,7 @@ impl Path {
         self.distance * self.unreliability.exp()
     }
 
-    /// Returns the number of map entries M (5.3). This includes the first entry, which names the landmark under the window.
+    /// Returns the number of map entries M (5.3), including the first entry, which names the landmark under the window.
     pub fn entries(&self) -> usize {
         self.legs.len() + 1
     }
@@ -214,9 +213,8 @@ impl Path {
         self.legs.iter().filter(|leg| leg.transition.movement != Movement::Seek).count()
     }
 
-    /// Returns the sensing cost S (5.3), which is the number of views that the navigator needs for its
-    /// decisions: one for each entry and two more for each trajectory. The paper only refers to an earlier
-    /// work for this cost, so the definition is ours.
+    /// Returns the sensing cost S (5.3), which is the number of views that the navigator needs for its decisions: one for each
+    /// entry and two more for each trajectory. For this cost, the paper only refers to earlier work, so the definition is ours.
     pub fn sensing(&self) -> f64 {
         VIEWS * self.entries() as f64 + (VIEWS_OF_A_SLIDE - VIEWS) * self.slides() as f64
     }
@@ -268,10 +266,10 @@ pub fn best(
     path.ok_or_else(|| search::unreachable(atlas, start.landmark, goal))
 }
 
-/// Maximum number of searches for the least ratio.
+/// Maximum number of searches for the smallest ratio.
 const MOST_SEARCHES: usize = 64;
 
-/// Returns the path with the least D/R, among the corners of the convex hull of all points (D, −ln R).
+/// Returns the path with the smallest D/R among the corners of the convex hull of all points (D, −ln R).
 fn least_ratio(find: impl Fn(Weights) -> Option<Path>) -> Option<Path> {
     let weights = |distance, unreliability| Weights { distance, unreliability, ..Weights::NONE };
     let ends = [find(weights(1.0, 1e-6))?, find(weights(1e-9, 1.0))?];

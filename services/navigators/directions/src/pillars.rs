@@ -4,9 +4,8 @@
 //! of it is farther away, a circle with the landmark's radius is fitted to it by the Gauss-Newton method. If a straight line
 //! fits better, the object is flat.
 //!
-//! An object next to something nearer may be anything: in a building, what shows through a gap is mostly a part of a wall. It is
-//! therefore ignored, although it may be a landmark that is partly hidden. [`crate::sight`] says the same of what the map-maker
-//! expects to be seen.
+//! An object next to a nearer one is ignored, although it may be a partly hidden landmark, because in a building it is usually a
+//! part of a wall seen through a gap. The map-maker makes the same assumption ([`crate::sight`]).
 
 use arrayvec::ArrayVec;
 use sketchnav_schemas::geometry::{Base, Pose};
@@ -26,8 +25,8 @@ const DAMPING: f64 = 0.02;
 /// Minimum and maximum apparent width of a landmark, as multiples of its true width. One beam more or less is allowed as well.
 const NARROWEST: f64 = 0.7;
 const WIDEST: f64 = 1.25;
-/// By how much a line may fit better than a circle, as a sum of squares in variances of a range. A landmark at the end of the
-/// robot's range has few returns, which a line happens to fit better now and then.
+/// Maximum margin by which a line may fit better than a circle, as a sum of squares in variances of a range. It is above 0 because
+/// a landmark at the end of the robot's range has few returns, and a line occasionally fits them better by chance.
 const FLAT: f64 = 6.0;
 /// Largest misfit of a circle in standard deviations of the misfit, and additional misfit as a share of the radius.
 const MISFIT: f64 = 3.0;
@@ -93,7 +92,7 @@ impl Finder {
         lost <= MOST_LOST + 1 && (range - next_range).abs() <= self.jump_m()
     }
 
-    /// Returns the position of the landmark that these returns come from, or `None` if they don't come from one.
+    /// Returns the position of the landmark from which these returns come, or `None` if they don't come from one.
     fn landmark(&self, returns: &[Return], begin: usize, end: usize, scan: &LaserScan) -> Option<Point> {
         let at = |index: usize| returns[index % returns.len()];
         let count = end + 1 - begin;

@@ -1,5 +1,4 @@
-//! Turns a path into a custom map, with its costs and the errors that it can recover from (Park and Kender 1995, 5.5, figure
-//! 30).
+//! Converts a path to a custom map, with its costs and the errors that it can recover from (Park and Kender 1995, 5.5, figure 30).
 
 use std::fmt;
 
@@ -32,7 +31,7 @@ pub struct Plan {
     pub checks: Vec<Check>,
     /// The custom map of the path.
     pub map: CustomMap,
-    /// The landmarks that the map means, one for each entry: the landmark at which the next entry begins or, for the last
+    /// The landmarks that the map refers to, one for each entry: the landmark at which the next entry begins or, for the last
     /// entry, the goal.
     pub landmarks: Vec<DotId>,
     /// The probability of arrival, if it was estimated.
@@ -48,21 +47,11 @@ pub struct Weakest {
     pub entry: u16,
     /// Number of journeys that failed there.
     pub failures: u32,
-    /// Number of all journeys.
+    /// Total number of journeys.
     pub journeys: u32,
 }
 
 impl Plan {
-    /// Describes the probability of arrival and the entry that is most likely to fail, or returns `None` if they were not
-    /// estimated.
-    pub fn stated(&self) -> Option<String> {
-        let percent = 100.0 * self.probability?;
-        let weakest = self.weakest.map_or(String::new(), |Weakest { entry, failures, journeys }| {
-            format!("; most failures at entry {}: {failures} of {journeys} simulated journeys", entry + 1)
-        });
-        Some(format!("probability of arrival {percent:.1} %{weakest}"))
-    }
-
     /// Creates the map of a path. Its first entry is `*`, for the landmark under the window.
     pub fn new(atlas: &Atlas, path: Path, verify: Verify) -> Result<Self, Error> {
         Self::choosing(atlas, path, |_, check| match verify {
@@ -93,7 +82,7 @@ impl Plan {
             place: path.legs.first().map(|leg| leg.transition.corner),
         };
         let entry = |(leg, &check): (&Leg, &Check)| {
-            // There is nothing to prove about a confusable landmark, because any of them will do.
+            // Confusable landmarks are not verified, because any of them will do.
             let is_definite = leg.transition.word != Descriptor::Confusable;
             // To verify a landmark, the navigator has to go around it.
             let can_be_verified = is_definite && atlas.is_free_around(leg.transition.to);
@@ -113,7 +102,7 @@ impl Plan {
         self.path.sensing() + (Corner::ALL.len() * verified) as f64
     }
 
-    /// Returns the landmarks that the map means, one for each entry.
+    /// Returns the landmarks that the map refers to, one for each entry.
     pub fn landmarks(&self) -> Vec<DotId> {
         self.landmarks.clone()
     }
@@ -182,8 +171,8 @@ fn command(entry: &Entry) -> String {
     format!("{kind}{}", entry.trajectory.map_or(entry.word.word(), Direction::word)).to_uppercase()
 }
 
-/// Prints, for each entry, the landmark at which it begins, what it seeks, and for each sign the landmark and the entry where
-/// the journey continues.
+/// Prints, for each entry, the landmark at which it begins, the landmark that it seeks, and for each sign the landmark and the
+/// entry at which the journey continues.
 fn graph(f: &mut fmt::Formatter<'_>, Plan { map, landmarks, probability, .. }: &Plan) -> fmt::Result {
     writeln!(f, "{:>7} {:>7} {:<10}  LEADS TO", "ENTRY", "FROM", "CMD")?;
     let goal = landmarks.last().copied().unwrap_or_default();

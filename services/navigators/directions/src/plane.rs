@@ -41,7 +41,7 @@ struct Grid {
 }
 
 impl Plane {
-    /// Creates a plane of these dots. Rejects an empty list, invalid coordinates, and two dots with the same position.
+    /// Creates a plane from its dots. Rejects an empty list, invalid coordinates, and two dots with the same position.
     pub fn new(dots: Vec<Point>) -> Result<Self, Error> {
         if dots.is_empty() {
             return Err(Error::NoDots);
@@ -63,7 +63,7 @@ impl Plane {
         Self { walls, ..self }
     }
 
-    /// Returns the same dots, with markers by which a robot tells their kinds.
+    /// Returns the same dots with markers, which show their kinds to a robot.
     pub fn marked(self, markers: Option<Arc<Markers>>) -> Self {
         Self { markers, ..self }
     }
@@ -73,12 +73,12 @@ impl Plane {
         self.markers.as_ref()
     }
 
-    /// Returns the kind of a dot, if a marker says it.
+    /// Returns the kind of a dot, if it has a marker.
     pub fn kind(&self, dot: DotId) -> Option<LandmarkKind> {
         self.markers.as_ref()?.kind(dot)
     }
 
-    /// Returns the kind of a dot if a camera may see it from a robot to which the dot lies at this position.
+    /// Returns the kind of a dot if a robot's camera may see it. `at` is the dot's position relative to the robot.
     pub fn shown(&self, dot: DotId, at: Point) -> Option<Shown> {
         self.markers.as_ref()?.shown(dot, at)
     }
@@ -143,7 +143,7 @@ impl Grid {
         let (south_west, north_east) = bounds(dots);
         let extent = north_east - south_west;
         let count = dots.len() as f64;
-        // About one dot per cell, and never many more cells than dots, however narrow the plane is.
+        // There is about one dot per cell, and never many more cells than dots, however narrow the plane is.
         let cell = (extent.x * extent.y / count).sqrt().max(extent.x.max(extent.y) / count);
         let cell = if cell > 0.0 { cell } else { 1.0 };
         let columns = (extent.x / cell) as usize + 1;

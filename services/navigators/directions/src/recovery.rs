@@ -1,7 +1,7 @@
 //! Determines which transitions are error-detectable and error-recoverable, and how to recover (Park and Kender 1995, 6.3).
 //!
-//! The navigator verifies a landmark by its quadrant occupancy count (QOC). A transition is *detectable* if no other dot that
-//! can be mistaken for the target has the target's count. It is *recoverable* (6.3.2) if
+//! The navigator verifies a landmark by its quadrant occupancy count (QOC). A transition is *detectable* if none of the dots that
+//! can be mistaken for the target has the same count. It is *recoverable* (6.3.2) if
 //! 1. it is detectable;
 //! 2. for each other count, there is a quadrant in which the target is visible from every mistakable dot with that count;
 //! 3. from each of these dots, the recoveries, applied repeatedly, lead to the target.
@@ -119,7 +119,7 @@ impl<'a> Recoveries<'a> {
         }
     }
 
-    /// Returns the distinct signs of these dots, sorted.
+    /// Returns the distinct signs of some dots, sorted.
     fn signs(&self, dots: &[DotId]) -> Vec<Sign> {
         let mut signs: Vec<_> = dots.iter().map(|&dot| self.sign(dot)).collect();
         signs.sort_unstable();
@@ -196,7 +196,7 @@ impl<'a> Recoveries<'a> {
         candidates.dots.contains(&target)
     }
 
-    /// Returns the dot that a recovery leads to from this dot.
+    /// Returns the dot to which a recovery leads from another.
     pub fn next(&self, dot: DotId, recovery: Recovery) -> Option<DotId> {
         let mut candidates = Candidates::default();
         candidates.find(self.plane, self.window, dot, recovery.corner);

@@ -1,4 +1,4 @@
-//! Computes how reliable a transition is, by models fitted to simulations (Park and Kender 1995, equations 1 and 2).
+//! Computes the reliability of a transition from models fitted to simulations (Park and Kender 1995, equations 1 and 2).
 //!
 //! **Equation 1** is for landmarks: `R(n, σ) = (Aσ + B)/n − Cσ + D` (6.1.2), where n is the number of candidates and σ is the
 //! position error in units of the window's side. The paper gives no coefficients. The ones below are fitted by
@@ -39,7 +39,7 @@ impl LandmarkModel {
         [sigma / n, 1.0 / n, -sigma, 1.0]
     }
 
-    /// Returns the probability of identifying the isolated landmark among this many candidates. σ is in window sides.
+    /// Returns the probability of identifying the isolated landmark among several candidates. `sigma` is in window sides.
     pub fn reliability(self, candidates: u16, sigma: f64) -> f64 {
         if sigma <= 0.0 {
             return 1.0;
@@ -121,7 +121,7 @@ fn normal_quantile(probability: f64) -> f64 {
     if probability < 0.5 { -quantile } else { quantile }
 }
 
-/// Both models, with the errors to apply them to.
+/// Both models, and the errors to which they are applied.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reliability {
     /// Equation 1.
@@ -133,7 +133,7 @@ pub struct Reliability {
 }
 
 impl Reliability {
-    /// Returns the fitted models with these errors.
+    /// Returns the fitted models with the given errors.
     pub fn fitted(noise: Noise) -> Self {
         Self { landmarks: LandmarkModel::FITTED, trajectories: TrajectoryModel::FITTED, noise }
     }

@@ -1,13 +1,13 @@
 //! Determines which landmarks a robot on land sees: those within its range that no others hide (Park and Kender 1995, 8).
 //!
-//! A landmark counts as seen only if its whole width is in sight. What shows of something behind a nearer edge may be a part of
-//! anything ([`crate::pillars`]). Walls hide landmarks too.
+//! A landmark counts as seen only if its whole width is in sight, because an object that is partly hidden by a nearer edge cannot
+//! be identified ([`crate::pillars`]). Walls hide landmarks too.
 
 use crate::geometry::{Land, Point};
 use crate::walls::Walls;
 
-/// Angle by which everything nearer must be clear of a landmark's edges, in radians. Between them, at least one beam of the laser
-/// must reach what is behind. The beams of most lasers are 0.25° to 0.5° apart.
+/// Minimum angle between a landmark's edges and anything nearer, in radians. At least one beam of the laser has to pass between
+/// them. The beams of most lasers are 0.25° to 0.5° apart.
 const CLEAR_RAD: f64 = 0.009;
 
 /// Half of the angle that a cylinder subtends at the eye, in radians.
@@ -24,7 +24,7 @@ pub struct Eye<'a> {
     pub walls: &'a Walls,
 }
 
-/// Returns true if the eye sees a landmark among all others. All positions are relative to the eye.
+/// Returns true if a landmark is visible from the eye, given all other landmarks. All positions are relative to the eye.
 pub fn is_seen(land: Land, eye: Eye<'_>, landmark: Point, mut others: impl Iterator<Item = Point>) -> bool {
     let distance = landmark.norm();
     if distance > land.range {
@@ -60,7 +60,8 @@ mod tests {
         assert!(!seen(5.0, 0.0, &[(2.0, 0.0)]), "right behind");
         assert!(seen(2.0, 0.0, &[(5.0, 0.0)]), "in front of it");
         assert!(seen(5.0, 0.0, &[(-2.0, 0.0)]), "on the other side");
-        // At 2 m the nearer landmark extends 0.075 rad to each side; at 5 m the more distant one extends 0.03 rad, and is to be clear by 0.009 rad.
+        // The nearer landmark, at 2 m, extends 0.075 rad to each side. The other one, at 5 m, extends 0.03 rad and needs a gap of
+        // 0.009 rad.
         assert!(seen(5.0, 0.0, &[(2.0, 0.24)]) && !seen(5.0, 0.0, &[(2.0, 0.22)]));
         assert!(!seen(5.0, 0.0, &[(2.0, 0.18), (2.0, -0.18)]), "a slit between two");
     }

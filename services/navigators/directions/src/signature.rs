@@ -1,6 +1,6 @@
-//! The surroundings of a landmark, given by which of its quadrants hold other dots (Park and Kender 1995, 6.3.1).
+//! The surroundings of a landmark, described by the other dots in its quadrants (Park and Kender 1995, 6.3.1).
 //!
-//! A navigator above the plane counts the occupied quadrants. A navigator on land describes its surroundings by a *panorama*,
+//! A navigator above the plane counts the occupied quadrants, while a navigator on land describes its surroundings by a *panorama*,
 //! one word for each of the four quadrants in order (8).
 
 use std::fmt;
@@ -56,7 +56,7 @@ impl Signature {
         Corner::ALL.into_iter().map(|quadrant| self.dots(quadrant).abs_diff(other.dots(quadrant))).sum()
     }
 
-    /// Parses a panorama of four words, as it is written in custom maps.
+    /// Parses a panorama of four words, in the notation of custom maps.
     pub fn of_words(text: &str) -> Option<Self> {
         let mut signature = Self::default();
         let mut words = text.split('+');

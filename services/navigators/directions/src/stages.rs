@@ -4,12 +4,11 @@
 //!   mission's parameters and robot.
 //! - [`sketcher`] is the map-maker, which sees the whole plane as the global camera does ([`survey`]) and
 //!   writes the custom maps.
-//! - [`localizer`] describes what is in view.
-//! - [`planner`] is the navigator, which receives nothing but the custom map and the description. On land,
-//!   [`guard`] keeps the robot away from everything that isn't a landmark.
+//! - [`localizer`] describes the view.
+//! - [`planner`] is the navigator, which receives only the custom map and the description. On land, [`guard`] keeps the robot away
+//!   from everything that isn't a landmark.
 //! - [`belief`] is the method without a map: the messages of its map-maker and its navigator.
-//! - [`mod@reference`] infers from a journey which landmark of the map the navigator takes the current one to
-//!   be.
+//! - [`mod@reference`] infers from a journey which landmark of the map the navigator believes it is at.
 //! - [`lookout`] draws a journey for the page, and [`account`] reports on a run.
 //!
 //! The messages of the stages are in [`messages`](crate::messages).

@@ -32,7 +32,7 @@ pub enum Cost {
     Unreliability,
 }
 
-/// A survey of which landmarks can be attained from which on a plane.
+/// A survey of a plane, showing which landmarks can be attained from which.
 #[derive(Debug)]
 pub struct Survey<'a> {
     atlas: &'a Atlas,
@@ -81,7 +81,7 @@ impl<'a> Survey<'a> {
         format!("from{head}{rows}\n")
     }
 
-    /// Returns the landmarks, each with the number of landmarks from which it is attained, best first (5.1).
+    /// Returns all landmarks with the number of landmarks from which each is attained, best first (5.1).
     pub fn best_landmarks(&self) -> Vec<(DotId, u32)> {
         let mut landmarks: Vec<_> = (0..).zip(self.transitions.attained_from()).collect();
         landmarks.sort_by_key(|&(dot, from)| (std::cmp::Reverse(from), dot));
@@ -113,7 +113,7 @@ mod tests {
     use crate::transitions::Kinds;
     use crate::traversal::Noise;
 
-    /// Figure 13 in miniature: A, B and C see each other, as do D and E; a trajectory leads only from D and E to C.
+    /// Figure 13 in miniature: A, B and C see each other, as do D and E. The only trajectories lead from D and E to C.
     fn atlas() -> Atlas {
         let plane = plane(&[(0.0, 0.0), (6.0, 3.0), (8.0, 9.0), (40.0, 9.0), (47.0, 9.5)]);
         let model = Reliability::fitted(Noise::of_sigma(0.1));

@@ -10,7 +10,7 @@ use crate::geometry::Point;
 use crate::markers::{LandmarkKind, Marker, Markers};
 use crate::plane::Plane;
 
-/// Returns a configuration with this many cases from a fixed seed, and without files of failed cases.
+/// Returns a configuration for the given number of cases from a fixed seed, without files for failed cases.
 pub fn config(cases: u32) -> Config {
     Config {
         cases,
@@ -21,12 +21,13 @@ pub fn config(cases: u32) -> Config {
     }
 }
 
-/// Creates a plane of dots at these positions.
+/// Creates a plane of dots at the given positions.
 pub fn plane(pairs: &[(f64, f64)]) -> Plane {
     Plane::new(pairs.iter().map(|&(x, y)| Point::new(x, y)).collect()).unwrap()
 }
 
-/// Returns a camera that looks all around as far as 6 m, and misses this share of the markers right before it.
+/// Returns a camera with a full field of view and a range of 6 m, which misses the given fraction of the markers right in front of
+/// it.
 pub fn camera(miss: f64) -> MarkerCamera {
     MarkerCamera {
         model: "omnidirectional".to_owned(),
@@ -46,7 +47,7 @@ pub fn camera(miss: f64) -> MarkerCamera {
     }
 }
 
-/// Creates a plane of dots with these kinds. Each dot that has one carries a marker to each side.
+/// Creates a plane of dots with the given kinds. Each dot with a kind has a marker on either side.
 pub fn plane_of_kinds(camera: MarkerCamera, dots: &[(f64, f64, &str)]) -> Plane {
     let places = dots.iter().map(|&(x, y, _)| Point::new(x, y));
     let around = |(x, y, kind): &(f64, f64, &str)| {

@@ -1,8 +1,8 @@
 //! Trajectories, in which the window slides along the line through two landmarks until a third one comes into view (Park and
 //! Kender 1995, 4.4 to 4.6).
 //!
-//! The window is first centred on the pair (figure 10), and the dots that it shows then do not count as new. Dots are searched
-//! strip by strip, so a slide examines little more than the area that the window sweeps over.
+//! The window is first centred on the pair (figure 10), and dots already visible then do not count as new. The search proceeds
+//! strip by strip, so it examines little more than the area that the window sweeps over.
 
 use crate::geometry::{Point, Window};
 use crate::plane::{DotId, Plane};
@@ -21,7 +21,7 @@ pub struct Slide {
 pub struct Landing {
     /// The first dot that comes into the window.
     pub dot: DotId,
-    /// Distance that the window has slid by then.
+    /// Distance slid until the dot comes in.
     pub distance: f64,
 }
 
@@ -38,12 +38,12 @@ impl Slide {
         Self { from: self.from + Point::new(-self.along.y, self.along.x) * by, ..self }
     }
 
-    /// Returns the same slide, started this far ahead.
+    /// Returns the same slide, starting farther ahead by a distance.
     pub fn moved_along(self, by: f64) -> Self {
         Self { from: self.from + self.along * by, ..self }
     }
 
-    /// Returns the distances slid when a point enters the window and when it leaves, or `None` if it never does.
+    /// Returns the distances slid until a point enters the window and until it leaves, or `None` if it never enters.
     pub fn span(self, window: Window, point: Point) -> Option<(f64, f64)> {
         let relative = point - self.from;
         let half = window.side / 2.0;
@@ -53,7 +53,7 @@ impl Slide {
         (enters <= leaves).then_some((enters, leaves))
     }
 
-    /// Returns the distance slid when a point enters the window, or `None` if it never does or is in the window from the
+    /// Returns the distance slid until a point enters the window, or `None` if it never does or is in the window from the
     /// beginning.
     pub fn meets(self, window: Window, point: Point) -> Option<f64> {
         self.span(window, point).map(|(enters, _)| enters).filter(|&enters| enters > 0.0)
@@ -65,7 +65,7 @@ impl Slide {
         let reach = self.leaves(plane, window)?;
         let mut begin = 0.0;
         while begin < reach {
-            // Each strip is as long as all previous ones together, so that an empty plane is crossed in few strips.
+            // Each strip is as long as all previous ones together, so an empty plane is crossed in few strips.
             let end = f64::max(2.0 * begin, begin + window.side);
             if let Some(landing) = self.lands_within(plane, window, begin, end) {
                 return Some(landing);
@@ -159,7 +159,7 @@ mod tests {
         assert_eq!(landing.dot, 3);
     }
 
-    /// The camera's error shifts the window, so at first it may not show what the map says it shows, or show more.
+    /// The camera's error shifts the window, which may therefore show fewer dots at first than the map says, or more.
     #[test]
     fn a_slide_that_begins_elsewhere_attains_what_lies_at_the_edge_of_its_window() {
         let world = plane(&[(50.0, 50.0), (54.0, 50.0), (56.9, 52.0), (70.0, 50.0)]);

@@ -1,7 +1,8 @@
-//! The transition matrix: which landmark is attained directly from which, and how (Park and Kender 1995, 5.1).
+//! The transition matrix, which lists the landmarks that are attained directly from each landmark, and how (Park and Kender 1995,
+//! 5.1).
 //!
-//! The matrix is sparse: each landmark has a list of its transitions. A landmark has four corners, each corner has at most one
-//! target for each word, and each pair of reference and target has up to two trajectories.
+//! The matrix is sparse and stored as a list of transitions for each landmark. For each of the four corners, a word has at most one
+//! target, and each pair of reference and target has up to two trajectories.
 
 use std::ops::Range;
 
@@ -15,7 +16,7 @@ use crate::plane::{DotId, Plane};
 use crate::sight::{Eye, is_seen};
 use crate::trajectory::Slide;
 
-/// The movement by which the navigator reaches the target of a transition.
+/// How the navigator moves to the target of a transition.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Movement {
     /// The navigator seeks a landmark that it sees, so the transition lies within a parkway.
@@ -29,9 +30,9 @@ pub enum Movement {
 /// A transition from one landmark to another.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Transition {
-    /// The landmark that is attained.
+    /// The landmark attained.
     pub to: DotId,
-    /// The landmark that the word means: the target itself, or the second of a trajectory's pair.
+    /// The landmark that the word refers to: the target itself, or the second of a trajectory's pair.
     pub seen: DotId,
     /// Distance that the window slides, in the plane's unit, or 0 for a transition within a parkway.
     pub slide: f32,
@@ -39,7 +40,7 @@ pub struct Transition {
     pub candidates: u16,
     /// The corner of the window where the reference lies.
     pub corner: Corner,
-    /// The word by which the navigator finds `seen`.
+    /// The word that refers to `seen`.
     pub word: Descriptor,
     /// Whether the word only chooses from landmarks of the same kind as `seen`.
     pub by_kind: bool,
@@ -57,9 +58,9 @@ pub struct Transitions {
 /// The kinds of transitions that a map-maker looks for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Kinds<'a> {
-    /// The words to use. [`Descriptor::Any`] means each landmark by its bearing, which takes a robot that knows its heading. On
-    /// land, that includes landmarks outside the quadrant. Among walls, [`Descriptor::Same`] leads from one side of a landmark to
-    /// another. A word that isn't in [`Descriptor::DEFINITE`] yields no other transitions.
+    /// The words to use. [`Descriptor::Any`] refers to any landmark by its bearing, for which the robot has to know its heading. On
+    /// land, this includes landmarks outside the quadrant. Among walls, [`Descriptor::Same`] leads from one side of a landmark to
+    /// another. Apart from these two, only words in [`Descriptor::DEFINITE`] yield transitions.
     pub words: &'a [Descriptor],
     /// Whether to look for trajectories as well.
     pub trajectories: bool,
@@ -81,7 +82,7 @@ pub struct Candidates {
     pub dots: Vec<DotId>,
     /// Positions of the dots, relative to the landmark.
     pub places: Vec<Point>,
-    /// On land, the dots in sight outside the quadrant. Only a bearing means one of them.
+    /// On land, the dots in sight outside the quadrant. Only a bearing can refer to one of them.
     pub beside: Vec<DotId>,
     /// The dots, in the quadrant or outside, whose kind the robot may see.
     pub marked: Vec<(DotId, LandmarkKind)>,
@@ -122,7 +123,7 @@ impl Candidates {
         }
     }
 
-    /// Returns the dot that a word means, or `None` for words whose landmark isn't known beforehand.
+    /// Returns the dot that a word refers to, or `None` for words whose landmark isn't known beforehand.
     pub fn pick(&self, word: Descriptor) -> Option<DotId> {
         Descriptor::DEFINITE
             .contains(&word)
@@ -160,14 +161,15 @@ impl Transitions {
         let mut begins = Vec::with_capacity(plane.len() + 1);
         let mut entries = Vec::new();
         let mut candidates = Candidates::default();
-        // In an open field, a robot reaches every side of a landmark from wherever it comes.
+        // In an open field, a robot can reach every side of a landmark from any direction.
         let turns = kinds.words.contains(&Descriptor::Same) && !plane.walls().is_empty();
         begins.push(0);
         for from in 0..plane.len() as DotId {
             for corner in Corner::ALL {
                 candidates.find(plane, window, from, corner);
                 let words = kinds.words.iter();
-                // Of equally probable transitions, a path takes the first: people find the way more easily by kinds.
+                // A path uses the first of several equally probable transitions, and kinds make a route easier for people to
+                // follow.
                 for kind in candidates.kinds() {
                     let own = candidates.of_kind(kind);
                     let seeks = words.clone().flat_map(|&word| seeks(&own, corner, word));
@@ -234,8 +236,8 @@ impl Transitions {
         kept
     }
 
-    /// Returns, for each landmark, the number of landmarks from which it is attained directly. A good landmark is attained from
-    /// many others (5.1).
+    /// Returns the number of landmarks from which each landmark is attained directly. A good landmark is attained from many others
+    /// (5.1).
     pub fn attained_from(&self) -> Vec<u32> {
         let mut counts = vec![0; self.landmarks()];
         let mut last = vec![DotId::MAX; self.landmarks()];
@@ -267,13 +269,13 @@ impl Transitions {
     }
 }
 
-/// Returns the transition to the landmark that a word means or, by their bearings, to all of them.
+/// Returns the transition to the landmark that a word refers to or, by their bearings, to all of them.
 fn seeks(
     candidates: &Candidates,
     corner: Corner,
     word: Descriptor,
 ) -> impl Iterator<Item = Transition> + use<'_> {
-    // The cast can't overflow: a word means nothing among more than [`MOST_CANDIDATES`] dots.
+    // The cast can't overflow, since no word refers to any of more than [`MOST_CANDIDATES`] dots.
     let count = candidates.dots.len() as u16;
     let by_bearing =
         word == Descriptor::Any && candidates.dots.len() + candidates.beside.len() <= MOST_CANDIDATES;
@@ -306,7 +308,7 @@ fn around(landmark: DotId, corner: Corner) -> Transition {
     }
 }
 
-/// Returns the trajectories along the line of the reference and the landmark that is seen, forwards and backwards.
+/// Returns the trajectories along the line through the reference and the visible landmark, forwards and backwards.
 fn trajectories(
     plane: &Plane,
     window: Window,
@@ -354,7 +356,7 @@ mod tests {
         Window::new(10.0, 0.0).unwrap()
     }
 
-    /// A miniature of figure 13: A, B and C see each other, as do D and E, and a trajectory leads only from D and E to C.
+    /// Figure 13 in miniature: A, B and C see each other, as do D and E. The only trajectories lead from D and E to C.
     fn figure_13() -> Plane {
         plane(&[(0.0, 0.0), (6.0, 3.0), (8.0, 9.0), (40.0, 9.0), (47.0, 9.5)])
     }
@@ -363,7 +365,7 @@ mod tests {
     fn parkways_apart_are_components_and_trajectories_join_them_one_way() {
         let world = figure_13();
         let parkways = Transitions::new(&world, window(), Kinds::ISOLATED).components();
-        // B lies between A and C, and for neither of them is it the isolated landmark.
+        // B lies between A and C, so it is not the isolated landmark for either of them.
         assert_eq!(parkways.count(), 3);
         assert!(parkways.joins(0, 2) && parkways.joins(3, 4) && !parkways.joins(2, 3));
         let all = Transitions::new(&world, window(), Kinds::PAPER);
@@ -383,7 +385,8 @@ mod tests {
         assert!((of_d[1].slide - 30.5).abs() < 0.2, "{}", of_d[1].slide);
     }
 
-    /// Of the two doors, the farther one is out of the camera's sight. The stairs are the only ones, and the machine is behind.
+    /// Of the two doors, the camera cannot see the farther one. There is only one flight of stairs, and the machine is behind the
+    /// robot.
     #[test]
     fn by_its_kind_a_word_chooses_from_fewer_landmarks() {
         let land = Land { radius: 0.15, range: 8.0, stand_off: 0.8, clearance: 0.5 };

@@ -1,4 +1,4 @@
-//! Simulates a helicopter, or a robot on land, that follows a custom map, for Monte Carlo estimates and for tests.
+//! Simulates a helicopter or a robot on land that follows a custom map, for Monte Carlo estimates and for tests.
 //!
 //! The window hangs over the plane and follows commands. Its position and heading have random errors, which grow with the
 //! square root of the distance travelled. The camera sees each dot with a position error, misses some dots, and sees some that
@@ -22,7 +22,7 @@ use crate::walls::Walls;
 
 /// The time between two steps, in seconds.
 pub const STEP_S: f64 = 0.1;
-/// The time between two steps on land, in seconds. It is longer because a robot's journey takes minutes.
+/// The time between two steps on land, in seconds. It is longer to save time, because a robot's journey takes minutes.
 pub const LAND_STEP_S: f64 = 0.5;
 /// Angles at which a robot on land tries other directions if its own leads into a wall, in radians.
 const ASIDE_RAD: [f64; 7] = [0.0, 0.4, -0.4, 0.9, -0.9, 1.5, -1.5];
@@ -98,7 +98,7 @@ pub struct Helicopter {
 }
 
 impl Helicopter {
-    /// Returns what the camera sees in `view`, relative to the window's centre and along its axes.
+    /// Returns the dots that the camera sees in `view`, relative to the window's centre and along its axes.
     pub fn look(&self, plane: &Plane, window: Window, noise: Noise, rng: &mut Pcg64Mcg, view: &mut Seen) {
         view.clear();
         let half = window.side / 2.0 + window.margin;
@@ -166,7 +166,7 @@ fn arrivals(rng: &mut Pcg64Mcg, mean: f64) -> u32 {
     count
 }
 
-/// The outcome of a journey as the judge sees it, which is one of the six kinds of 7.2.6.
+/// The outcome of a journey as determined by the judge, one of the six kinds of 7.2.6.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum Kind {
     /// Success 1: at the goal by the right path, without a recovery.
@@ -188,7 +188,7 @@ impl Kind {
     pub const ALL: [Self; 6] =
         [Self::Direct, Self::Recovered, Self::Unaware, Self::CannotLocate, Self::Lost, Self::Astray];
 
-    /// Returns the name of this kind, for people.
+    /// Returns the display name.
     pub const fn word(self) -> &'static str {
         match self {
             Self::Direct => "direct",
@@ -213,9 +213,9 @@ pub struct Report {
     pub kind: Kind,
     /// The dots that the navigator accepted as right, one for each entry that it finished.
     pub attained: Vec<DotId>,
-    /// The dots that the navigator believed to have attained.
+    /// The dots that the navigator believed it had attained.
     pub meant: Vec<DotId>,
-    /// Numbers of the entries that it finished with them, starting at 0.
+    /// Numbers of the entries that it finished with these dots, from 0.
     pub entries: Vec<u16>,
     /// The entry at which the journey ended or, if it failed, at which it first took a wrong dot.
     pub last_entry: u16,

@@ -1,5 +1,5 @@
-//! The obstacles of a floor other than its landmarks, namely walls between their doors, and furniture. They hide landmarks and
-//! block the robot.
+//! Walls and furniture, the obstacles of a floor other than its landmarks. They hide landmarks and block the robot. Doors are gaps
+//! in walls.
 //!
 //! All lengths are in the plane's unit, and every obstacle consists of lines with a thickness.
 
@@ -18,8 +18,7 @@ struct Piece {
     half: f64,
 }
 
-/// A straight path with what is closer to it than a limit. Most pieces of a floor are far from it, which their bounding boxes
-/// show.
+/// A straight path, with the limit up to which pieces count as close. Bounding boxes rule out most pieces of a floor quickly.
 #[derive(Debug, Clone, Copy)]
 struct Strip {
     ends: [Point; 2],
@@ -31,7 +30,7 @@ struct Strip {
 pub struct Body {
     /// Radius of the body.
     pub radius: f64,
-    /// Distance that the robot's centre keeps from walls whenever it has a choice.
+    /// Distance that the robot's centre keeps from walls whenever possible.
     pub keeps: f64,
     /// Minimum distance in range between a landmark and anything else close to its edge. If they are closer, the laser merges
     /// both into one object, which isn't recognised as a landmark.
@@ -49,7 +48,7 @@ pub struct Walls {
 }
 
 impl Walls {
-    /// Creates walls along lines with this thickness.
+    /// Creates walls along lines with the given thickness.
     pub fn new(lines: impl IntoIterator<Item = [Point; 2]>, thickness: f64, body: Body) -> Self {
         let half = thickness / 2.0;
         let pieces: Vec<_> = lines.into_iter().map(|ends| Piece { ends, half }).collect();
@@ -80,7 +79,7 @@ impl Walls {
         self.pieces.iter().map(|piece| piece.ends)
     }
 
-    /// Returns true if a wall is closer to the straight path than the robot keeps.
+    /// Returns true if a wall is too close to a straight path.
     pub fn bar(&self, from: Point, to: Point) -> bool {
         let strip = Strip { ends: [from, to], limit: self.body.keeps };
         self.edges.iter().any(|edge| strip.contains(edge))
@@ -100,11 +99,11 @@ impl Walls {
             .any(|edge| strip.contains(edge) && edge.squared_distance(to) <= edge.squared_distance(from))
     }
 
-    /// Returns true if walls hide any part of a landmark, or the laser merges it with one. `landmark` is relative to the eye, and
-    /// subtends `half_rad` to each side.
+    /// Returns true if walls hide any part of a landmark, or if the laser merges it with one. `landmark` is relative to the eye,
+    /// and subtends `half_rad` to each side.
     pub fn hide(&self, eye: Point, landmark: Point, half_rad: f64) -> bool {
         let distance = landmark.norm();
-        // Only what is as near as the landmark, or merges with it, and lies within the angle that it subtends.
+        // Considers only what is as near as the landmark, or merges with it, within the angle that it subtends.
         let reach = (distance + self.body.merges) / half_rad.cos().max(0.1);
         let strip = Strip { ends: [eye, eye + landmark * (reach / distance)], limit: reach * half_rad.sin() };
         let near = self.edges.iter().filter(|edge| strip.contains(edge));

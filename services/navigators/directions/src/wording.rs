@@ -1,8 +1,8 @@
 //! The words `New` and `Confusable`, which depend on what comes before or after in the path (Park and Kender 1995, 5.6).
 //!
-//! Whether a landmark is *new* depends on what the window showed when the reference was chosen. Whether landmarks are
-//! *confusable* depends on where the path leads from each of them. Neither word can therefore belong to a transition on its
-//! own. Instead, they replace other words in a path that has already been found.
+//! Whether a landmark is *new* depends on what the window showed when the reference was chosen. Whether landmarks are *confusable*
+//! depends on where the path leads from each of them. Neither word can therefore be a property of a single transition. Instead,
+//! they replace other words in a path that has already been found.
 
 use crate::description::{Descriptor, Vocabulary};
 use crate::path::{Atlas, Leg, Path, unreliability};
@@ -12,13 +12,13 @@ use crate::transitions::{Candidates, Movement};
 /// Returns the path with `New` and `Confusable` wherever they apply and the navigator understands them. Dots within `slack` of
 /// the edge of the earlier view are neither certainly new nor certainly old.
 ///
-/// A new landmark is the only candidate, and among confusable landmarks there is no wrong one. By equation 1,
-/// both are therefore as certain as a single candidate.
+/// A new landmark is the only candidate, and any of the confusable landmarks is right. By equation 1, both are therefore as certain
+/// as a single candidate.
 pub fn reworded(atlas: &Atlas, path: &Path, vocabulary: Vocabulary, slack: f64) -> Path {
     let mut reworded = path.clone();
     for index in (0..path.legs.len()).rev() {
         let leg = &path.legs[index];
-        // Whether a landmark is new or confusable is considered among landmarks of any kind.
+        // Landmarks of all kinds count when deciding whether one is new or confusable.
         if leg.transition.by_kind {
             continue;
         }
@@ -72,8 +72,8 @@ fn is_new(atlas: &Atlas, before: &Leg, leg: &Leg, slack: f64) -> bool {
 /// Returns true if the next leg leads to the same landmark from each of several candidates.
 fn are_confusable(atlas: &Atlas, leg: &Leg, next: &Leg) -> bool {
     let (onward, now) = (next.transition, candidates(atlas, leg));
-    // From each candidate, the same landmark lies at another bearing. The reference itself cannot be
-    // confused with another landmark.
+    // The bearing to the same landmark differs from candidate to candidate, and the reference itself cannot be confused with
+    // another landmark.
     if onward.word == Descriptor::Any || leg.transition.word == Descriptor::Same {
         return false;
     }
@@ -199,8 +199,8 @@ mod tests {
         assert_eq!(reworded(&atlas, &path, knows, 0.5), path);
     }
 
-    /// Counts over the plans that are followed directly in their original words: how often each of the two words occurs, how
-    /// many plans there are, and how many of them are followed directly in the new words.
+    /// Counts over the plans that are followed directly in their original words: occurrences of each of the two words, the number
+    /// of plans, and the number of those that are also followed directly in the new words.
     struct Agreement {
         new: usize,
         confusable: usize,

@@ -1,18 +1,18 @@
 //! Estimates the robot's pose in the drawing. This is our own method, which the navigator uses by default
 //! instead of exact matches.
 //!
-//! The hidden state is a pose in the drawing, the local stretch of the drawing along each axis, and where each drawn
-//! object really is. It is tracked by a Rao-Blackwellised particle filter (Montemerlo, Thrun, Koller and Wegbreit
-//! 2002): hypotheses of pose and stretch, each with a Gaussian estimate of the [`Shift`](crate::shift::Shift) of each
-//! object near it, which the echoes assigned to that object update. Each hypothesis samples its own assignment. If an
-//! echo could come from one of two objects, or from one that was not drawn, it comes from each of them in some
-//! hypotheses. Once an object's place is known, the echoes of its neighbour no longer fit it.
+//! The hidden state consists of a pose in the drawing, the local stretch of the drawing along each axis, and the true position of
+//! each drawn object. It is tracked by a Rao-Blackwellised particle filter (Montemerlo, Thrun, Koller and Wegbreit 2002):
+//! hypotheses of pose and stretch, each with a Gaussian estimate of the [`Shift`](crate::shift::Shift) of each object near it,
+//! which the echoes assigned to that object update. Since each hypothesis samples its own assignment, an echo that could come from
+//! one of two objects, or from one that was not drawn, is assigned to each of them in some hypotheses. Once an object's place is
+//! known, the echoes of its neighbour no longer fit it.
 //!
 //! People differ in how carefully they draw. Each hypothesis therefore also has a care, a factor on how far objects and route
 //! are out of place, and those whose care fits the sketch prevail.
 //!
-//! A beam that passes where an object should be speaks against a hypothesis. What is occluded costs nothing, because a beam
-//! ends where it returns.
+//! A beam that passes where an object should be speaks against a hypothesis. Occluded objects have no cost, because a beam ends
+//! where it returns.
 //!
 //! An update does not allocate. The random generator is part of the state.
 
@@ -60,7 +60,7 @@ pub struct Believing {
     /// Number of independent observations that an echo counts as. It is small because successive echoes of the same spot repeat
     /// their errors.
     pub independent: f64,
-    /// As `independent`, for what an echo says of the shift of its object.
+    /// As `independent`, but for the information of an echo about the shift of its object.
     pub learned: f64,
     /// As `independent`, for a marker.
     pub marked: f64,
@@ -173,7 +173,7 @@ pub struct Beam {
     pub range_m: f64,
 }
 
-/// What a robot sees at an update.
+/// A robot's view at an update.
 #[derive(Debug, Clone, Copy)]
 pub struct Sight<'a> {
     /// Beams of its range sensor, at most [`BEAMS`].
@@ -207,7 +207,7 @@ pub struct Belief {
     spare: Vec<Hypothesis>,
     chance: Pcg64Mcg,
     fit: f64,
-    /// How far the robot has moved and turned since the last update, in metres and radians.
+    /// Distance and angle by which the robot has moved and turned since the last update, in metres and radians.
     since: f64,
 }
 
@@ -273,7 +273,7 @@ impl Belief {
         self.since >= self.settings.step
     }
 
-    /// Weights the hypotheses by what the robot sees, and resamples them if necessary.
+    /// Weights the hypotheses by the robot's view, and resamples them if necessary.
     pub fn seen(&mut self, sight: &Sight<'_>, outlines: &Outlines) {
         self.since = 0.0;
         let within = Within { outlines: outlines.all(), settings: self.settings };
@@ -372,7 +372,7 @@ mod tests {
         Landmark { name: String::new(), outline: corners.to_vec() }
     }
 
-    /// Returns a sketch of squares with these lower left corners.
+    /// Returns a sketch of squares with the given lower left corners.
     fn sketch(squares: &[[f64; 2]]) -> Sketch {
         let landmarks = squares.iter().map(|[x, y]| square(*x, *y)).collect();
         Sketch { landmarks, route: vec![at(0.0, 0.0), at(10.0, 0.0)], metres_per_pixel: 1.0 }
@@ -380,7 +380,7 @@ mod tests {
 
     const SQUARES: [[f64; 2]; 2] = [[3.0, 1.0], [6.0, -2.5]];
 
-    /// Returns what a robot sees in a scene that is larger by the factor `stretch`, from a pose in the scene's own unit.
+    /// Returns a robot's view of a scene that is larger by the factor `stretch`, from a pose in the scene's own unit.
     fn see(scene: &Sketch, from: Point<Drawn>, heading_rad: f64, stretch: f64) -> [Beam; 16] {
         std::array::from_fn(|i| {
             let angle_rad = i as f64 * FRAC_PI_8;

@@ -8,9 +8,9 @@
 //! strength of the avoidance, and F₁ = atan2(β, α) is the direction to avoid. There are two readings of μ:
 //! see [`Attenuation`].
 //!
-//! We read formula 4.27, F₂ = d S₁ r / c + p t, with d = −F₁ in degrees, so that the robot turns away from
-//! what it avoids. The weights of figure 4.25 are lost. According to the text, they are greatest in front,
-//! smaller at the sides, and zero in the rear (see [`WEIGHTS`]).
+//! We read formula 4.27, F₂ = d S₁ r / c + p t, with d = −F₁ in degrees, so that the robot turns away from obstacles. The
+//! weights of figure 4.25 are lost. According to the text, they are greatest in front, smaller at the sides, and zero in the rear
+//! (see [`WEIGHTS`]).
 
 use std::f64::consts::FRAC_PI_8;
 
@@ -211,7 +211,7 @@ impl Behaviour {
     }
 }
 
-/// Returns how much is near on one side of the front half. `side` is 1 for left and −1 for right.
+/// Returns the weighted nearness of obstacles on one side of the front half. `side` is 1 for left and −1 for right.
 fn nearness(sectors: &Sectors, settings: &Controlling, side: i8) -> f64 {
     let near = (1..=4).map(|off| {
         let x = (i32::from(side) * off).rem_euclid(i32::from(DIRECTIONS)) as usize;

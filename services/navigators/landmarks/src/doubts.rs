@@ -23,7 +23,7 @@ const BEND: DrawnMetres = DrawnMetres(1.0);
 const TURN_RAD: f64 = FRAC_PI_4;
 /// Number of directions in which views are compared.
 const DIRECTIONS: usize = 36;
-/// Two places look alike if what is seen from them differs by less than this on average, as a share of the range.
+/// Average difference between the views from two places below which they look alike, as a share of the range.
 const ALIKE: f64 = 0.06;
 /// Least part of the directions in which something is seen from a place that is compared.
 const SEEN: f64 = 0.25;
@@ -34,7 +34,7 @@ const UNSURE: f64 = 0.5;
 const APART: DrawnMetres = DrawnMetres(2.0);
 /// Number of states that a smoother route has to save before it is proposed.
 const SAVED: usize = 2;
-/// How often each point of a route moves halfway to the middle of its neighbours when it is smoothed.
+/// Number of times that each point of a route moves halfway to the middle of its neighbours when it is smoothed.
 const SMOOTHINGS: usize = 12;
 /// Distance that a smoothed route keeps from objects, unless the drawn one was nearer.
 const BESIDE: DrawnMetres = DrawnMetres(0.5);
@@ -131,7 +131,7 @@ pub fn of(
     }
 }
 
-/// Returns the doubts about a sketch that is driven by a belief, with sensors of this range.
+/// Returns the doubts about a sketch that is driven by a belief, with sensors of the given range.
 fn of_sketch(sketch: &Sketch, reach_m: f64) -> Vec<Doubt> {
     let line = Line::of(sketch);
     let turns = line.turns();
@@ -166,6 +166,7 @@ fn holds(state: &State, where_this_holds: &State, features: Features) -> bool {
             proximity_m: relation.proximity_m.map_or(0.0, |range| range.middle()),
             width: relation.width.map_or(0.0, |range| range.middle()),
             beams: [0, 0],
+            landmark: relation.landmark,
         })
         .collect();
     RecentMatches::default().matches(state, &seen, features)
@@ -199,7 +200,7 @@ fn alike(sketch: &Sketch, line: &Line, turns: &[DrawnMetres], reach_m: f64) -> V
     turns.iter().filter_map(of_turn).collect()
 }
 
-/// Returns how far a robot with this pose sees in each direction, from 0 to 1 for the range of its sensors.
+/// Returns the free distance that a robot at the given pose sees in each direction, from 0 to 1 for the range of its sensors.
 fn view(sketch: &Sketch, at: Point<Drawn>, heading: f64, reach_m: f64) -> [f64; DIRECTIONS] {
     std::array::from_fn(|i| {
         let direction = heading + TAU * i as f64 / DIRECTIONS as f64;
@@ -332,6 +333,7 @@ mod tests {
                 place: Place::Direction(direction),
                 proximity_m: None,
                 width: None,
+                landmark: None,
             }],
             command: Command::Forward,
             after: None,

@@ -9,7 +9,7 @@ use crate::route::Command;
 /// A position in a drawing, in pixels of its canvas, with x to the right and y up.
 pub type Pixel = Point<geometry::Sketch>;
 
-/// Why input is rejected. Each message names the place of the fault, what was expected and what was found.
+/// The reason why input is rejected. Each message names the place of the fault, what was expected and what was found.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Error {
     /// A number in a drawing or a parameter is out of range.
@@ -25,8 +25,8 @@ pub enum Error {
     /// The file does not contain strokes in JSON.
     #[error("expected strokes in JSON: {0}")]
     Json(String),
-    /// A label in a mission belongs to no object of the sketch, or to several.
-    #[error("navigator.markers.{label}: expected one object with this label in the sketch, found {found}{}", nearest.as_ref().map_or(String::new(), |word| format!("; did you mean {word:?}?")))]
+    /// A label in a mission belongs to no object of the sketch or of the words, or to several.
+    #[error("navigator.markers.{label}: expected one object with this label in the sketch or the words, found {found}{}", nearest.as_ref().map_or(String::new(), |word| format!("; did you mean {word:?}?")))]
     Label {
         /// The label in the mission.
         label: String,
@@ -164,7 +164,7 @@ impl std::fmt::Display for WordPlace {
     }
 }
 
-/// Why a landmarks mission cannot be driven.
+/// The reason why a landmarks mission cannot be driven.
 #[derive(Debug, thiserror::Error)]
 pub enum LandmarksError {
     /// A key of the mission is invalid.
@@ -204,7 +204,7 @@ pub enum LandmarksError {
         key: &'static str,
         /// Name of the file.
         file: String,
-        /// Why reading failed.
+        /// The reason why reading failed.
         reason: String,
     },
     /// A sketch or a route in words is invalid.

@@ -69,7 +69,7 @@ pub fn read(bytes: &[u8]) -> Result<Drawing, Error> {
     read_with_route(bytes, None)
 }
 
-/// Reads a sketch file as [`read`] does, but with this route, whose points are columns and rows, in place of the file's own.
+/// Reads a sketch file as [`read`] does, but with the given route, whose points are columns and rows, in place of the file's own.
 ///
 /// # Errors
 /// Same as [`read`].
@@ -99,7 +99,7 @@ pub fn read_with_route(bytes: &[u8], route: Option<&[[f64; 2]]>) -> Result<Drawi
     Ok(Drawing { canvas: page.canvas, strokes, labels })
 }
 
-/// Writes a sketch on a canvas of this width and height, in pixels.
+/// Writes a sketch on a canvas of the given width and height, in pixels.
 pub fn write(sketch: &Sketch, canvas: [f64; 2]) -> String {
     let place = |at: &Point<Drawn>| {
         let at = sketch.pixel(*at);

@@ -28,9 +28,9 @@ pub struct Following {
     pub features: Features,
     /// Parameters of the controllers.
     pub control: Controlling,
-    /// How long to wait for a state before the robot counts as lost.
+    /// Time to wait for a state before the robot counts as lost.
     pub patience: Patience,
-    /// How often and how soon states are matched.
+    /// Rate of matching states, and the minimum motion between two matches.
     pub rhythm: Rhythm,
 }
 
@@ -61,7 +61,7 @@ impl Following {
     }
 }
 
-/// How often and how soon states are matched.
+/// Rate of matching states, and the minimum motion between two matches.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Rhythm {

@@ -6,7 +6,7 @@
 //! front of it.
 //!
 //! If its observations no longer fit the drawing, or if it does not find its goal, the robot drives back by its odometry to a
-//! place where it was sure ([`crate::retreat`]) and tries again. If it has done that often enough, it is lost.
+//! place where it was sure ([`crate::retreat`]) and tries again. After a limited number of such attempts, it is lost.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Point, wrap_angle};
@@ -42,7 +42,8 @@ pub struct Guiding {
     /// Maximum ratio of the distance covered to the length of the drawn route. If it is exceeded, the robot
     /// is lost.
     pub most_way: f64,
-    /// How often a robot that would be lost drives back to a place where it was sure. With a pad, it asks the person instead.
+    /// Maximum number of times that a robot that would be lost drives back to a place where it was sure. With a pad, it asks the
+    /// person instead.
     pub returns: u32,
 }
 
@@ -106,7 +107,7 @@ pub struct State {
     outcome: Option<Outcome>,
     /// The robot's path, on which it drives back.
     trail: Trail,
-    /// How often the robot has driven back, and why it last did.
+    /// Number of times that the robot has driven back, and the reason for the last time.
     returns: u32,
     why: Option<Outcome>,
     /// Number of places where the robot was sure, as last heard.
@@ -171,7 +172,7 @@ impl Guide {
     /// Resumes driving after a person has taken the lost robot to a point on its route. The distance covered
     /// on the way there does not count.
     pub fn look_again(&mut self) {
-        if self.state.outcome.is_some_and(|outcome| outcome != Outcome::Arrived) {
+        if self.is_lost() {
             self.state.gone = self.state.along;
             self.state.outcome = None;
             self.state.returns = 0;
@@ -191,6 +192,11 @@ impl Guide {
         self.state.outcome.is_some()
     }
 
+    /// Returns true if the drive has ended because the robot is lost or has not found its goal.
+    pub fn is_lost(&self) -> bool {
+        self.state.outcome.is_some_and(|outcome| outcome != Outcome::Arrived)
+    }
+
     /// Returns the position of the robot along the drawn route.
     pub const fn along(&self) -> DrawnMetres {
         self.state.along
@@ -206,8 +212,8 @@ impl Guide {
         self.state.trail.is_going_back()
     }
 
-    /// Returns what the route does at the robot's position, for people to see. The route counts as turning if
-    /// it bends by more than 20° within the next drawn metre.
+    /// Describes the route at the robot's position, for people. The route counts as turning if it bends by more than 20° within
+    /// the next drawn metre.
     pub fn command(&self) -> Command {
         if self.state.outcome.is_some() {
             return Command::Stop;
@@ -383,7 +389,7 @@ mod tests {
         }
     }
 
-    /// Returns a certain estimate at this position, facing along x, in a drawing to scale.
+    /// Returns a certain estimate at the given position, facing along x, in a drawing to scale.
     fn sure(at: Point<Drawn>) -> Estimate {
         Estimate { at, ..STANDING.estimate }
     }
@@ -546,8 +552,8 @@ mod tests {
         assert!((before - DrawnMetres(0.1)..=before).contains(&along), "{along:?}");
     }
 
-    /// The look-ahead is a driven distance, but it used to be added to a drawn one without conversion. In a sketch at half the
-    /// scale, the robot looked twice as far ahead and cut its corners.
+    /// Regression test: the look-ahead, a driven distance, was added to a drawn distance without conversion. In a sketch at half
+    /// the scale, the robot looked twice as far ahead and cut its corners.
     #[test]
     fn a_robot_looks_equally_far_ahead_at_any_scale_of_the_drawing() {
         let turn = |stretch: f64| {

@@ -1,5 +1,5 @@
 //! A hypothesis of a [`crate::belief`]: a pose in the drawing, the stretch there, and the shifts of the objects near it. It is
-//! compared with what the robot sees.
+//! compared with the robot's view.
 
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
@@ -139,7 +139,7 @@ pub struct Likely {
     pub fits: f64,
 }
 
-/// The objects with which a hypothesis compares what the robot sees.
+/// The objects that a hypothesis compares with the robot's view.
 pub struct Within<'a> {
     /// Outlines of all objects.
     pub outlines: &'a [Outline],
@@ -277,7 +277,7 @@ mod tests {
     use crate::outlines::Outlines;
     use crate::sketch::{Landmark, Sketch};
 
-    /// Returns the outlines of squares of 1 m with these lower left corners.
+    /// Returns the outlines of squares of 1 m with the given lower left corners.
     fn squares(corners: &[[f64; 2]]) -> Outlines {
         let outline =
             |x: f64, y: f64| [[x, y], [x + 1.0, y], [x + 1.0, y + 1.0], [x, y + 1.0]].map(Point::from).into();

@@ -1,4 +1,4 @@
-//! What the sketcher sends to the other stages: the sketch, the landmark states, or both.
+//! The sketcher's instructions for the other stages: the sketch, the landmark states, or both.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ use crate::extraction::{self, extract};
 use crate::language;
 use crate::mission::{Given, LandmarksMission, Method};
 use crate::route::Route;
-use crate::sketch::{Landmark, Sketch};
+use crate::sketch::Sketch;
 use crate::{file, plane};
 
 /// A route as the other stages receive it.
@@ -25,17 +25,17 @@ pub struct Instructions {
     /// Width and height of the canvas, in pixels, or `None` if the route was given in words.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub canvas: Option<[f64; 2]>,
-    /// The markers on objects of the sketch, sorted by number.
+    /// The markers on landmarks, sorted by number.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub markers: Vec<Marked>,
 }
 
-/// A marker on an object of the sketch.
+/// A marker on a landmark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Marked {
     /// Number of the marker.
     pub marker: u32,
-    /// Index of the object among the landmarks of the sketch.
+    /// Index of the landmark in the sketch or, if the route is in words, among the objects that they mention.
     pub landmark: usize,
 }
 
@@ -54,13 +54,11 @@ impl Instructions {
     ) -> Result<Self, Error> {
         let Given::Drawing(_, reading) = &mission.given else {
             let text = std::str::from_utf8(bytes).map_err(|error| Error::Text { at: error.valid_up_to() })?;
-            // Printing what was read makes sure that the printed route is the one that is driven.
-            return Ok(Self {
-                sketch: None,
-                words: language::print(&language::read(text)?),
-                canvas: None,
-                markers: Vec::new(),
-            });
+            // Printing the parsed route ensures that the printed route is the one that is driven.
+            let words = language::print(&language::read(text)?);
+            let objects = language::read(&words)?.objects;
+            let markers = marked(&mission.markers, &objects.iter().map(String::as_str).collect::<Vec<_>>())?;
+            return Ok(Self { sketch: None, words, canvas: None, markers });
         };
         let drawing = file::read_with_route(bytes, mission.route.as_deref())?;
         let sketch = Sketch::read(&drawing, reading)?;
@@ -71,7 +69,8 @@ impl Instructions {
             }
             Err(error) => return Err(error),
         };
-        let markers = marked(&mission.markers, &sketch)?;
+        let names: Vec<_> = sketch.landmarks.iter().map(|landmark| landmark.name.as_str()).collect();
+        let markers = marked(&mission.markers, &names)?;
         Ok(Self { sketch: Some(sketch), words, canvas: Some(drawing.canvas), markers })
     }
 
@@ -91,13 +90,32 @@ impl Instructions {
         serde_json::to_vec(self).map_err(|error| LandmarksError::Instructions(error.to_string()))
     }
 
-    /// Returns the landmark states, or `None` if there are none.
+    /// Returns the landmark states, or `None` if there are none. Their relations name the landmarks that carry markers.
     ///
     /// # Errors
     /// [`Error::Word`] and [`Error::States`], neither of which occurs for words written by
     /// [`Instructions::of`].
     pub fn route(&self) -> Result<Option<Route>, Error> {
-        if self.words.is_empty() { Ok(None) } else { language::read(&self.words).map(Some) }
+        if self.words.is_empty() {
+            return Ok(None);
+        }
+        let mut route = language::read(&self.words)?;
+        let landmarks: Vec<_> =
+            (0..route.objects.len()).map(|object| self.landmark(&route, object)).collect();
+        for relation in route.states.iter_mut().flat_map(|state| &mut state.relations) {
+            relation.landmark = landmarks[relation.object];
+        }
+        Ok(Some(route))
+    }
+
+    /// Returns the index of the landmark that is this object of the route, or `None` if it carries no markers.
+    fn landmark(&self, route: &Route, object: usize) -> Option<usize> {
+        let name = |landmark: usize| match &self.sketch {
+            Some(sketch) => Some(language::spoken(&sketch.landmarks.get(landmark)?.name)),
+            None => route.objects.get(landmark).cloned(),
+        };
+        let is_it = |landmark: &usize| name(*landmark).as_ref() == Some(&route.objects[object]);
+        self.markers.iter().map(|marked| marked.landmark).find(is_it)
     }
 
     /// Returns the length of the route as drawn or as stated in words, or 0 if it is unknown.
@@ -110,15 +128,15 @@ impl Instructions {
     }
 }
 
-/// Finds the objects that a mission's markers are on, by the labels of the objects.
-fn marked(markers: &BTreeMap<String, Vec<u32>>, sketch: &Sketch) -> Result<Vec<Marked>, Error> {
+/// Finds the landmarks that a mission's markers are on, given the names of all landmarks.
+fn marked(markers: &BTreeMap<String, Vec<u32>>, names: &[&str]) -> Result<Vec<Marked>, Error> {
     let mut all = Vec::new();
     for (label, numbers) in markers {
-        let has_label = |(_, landmark): &(usize, &Landmark)| landmark.name == *label;
-        let mut found = sketch.landmarks.iter().enumerate().filter(has_label).map(|(i, _)| i);
+        let has_label = |(_, name): &(usize, &&str)| **name == label;
+        let mut found = names.iter().enumerate().filter(has_label).map(|(i, _)| i);
         let (first, others) = (found.next(), found.count());
         let Some(landmark) = first.filter(|_| others == 0) else {
-            let known = sketch.landmarks.iter().map(|landmark| landmark.name.as_str());
+            let known = names.iter().copied();
             let nearest = first.is_none().then(|| nearest(label, known)).flatten().map(str::to_owned);
             let found = others + usize::from(first.is_some());
             return Err(Error::Label { label: label.clone(), found, nearest });
@@ -135,17 +153,15 @@ mod tests {
 
     #[test]
     fn labels_name_one_object_each() {
-        let landmark = |name: &str| Landmark { name: name.into(), outline: Vec::new() };
-        let landmarks = ["desk", "tree", "tree"].map(landmark).into();
-        let sketch = Sketch { landmarks, route: Vec::new(), metres_per_pixel: 1.0 };
-        let of = |label: &str| marked(&BTreeMap::from([(label.to_owned(), vec![8, 3])]), &sketch);
+        let names = ["desk", "tree", "tree"];
+        let of = |label: &str| marked(&BTreeMap::from([(label.to_owned(), vec![8, 3])]), &names);
         let on_desk = |marker| Marked { marker, landmark: 0 };
         assert_eq!(of("desk").unwrap(), [on_desk(3), on_desk(8)]);
         for (label, words) in [
             ("desc", "found 0; did you mean \"desk\"?"),
             (
                 "cupboard",
-                "navigator.markers.cupboard: expected one object with this label in the sketch, found 0",
+                "navigator.markers.cupboard: expected one object with this label in the sketch or the words, found 0",
             ),
             ("tree", "found 2"),
         ] {

@@ -26,7 +26,7 @@ pub mod print;
 pub mod read;
 mod words;
 
-pub use print::{print, table};
+pub use print::{print, spoken, table};
 pub use read::read;
 
 #[cfg(test)]

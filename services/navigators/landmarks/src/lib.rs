@@ -13,6 +13,7 @@ pub mod follower;
 pub mod guide;
 mod hypothesis;
 pub mod instructions;
+pub mod labels;
 pub mod language;
 pub mod live;
 pub mod localizer;

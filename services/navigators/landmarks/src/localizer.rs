@@ -1,5 +1,4 @@
-//! The localizer stage for landmarks, which publishes once per tick what the robot sees and its estimated
-//! pose in the sketch.
+//! The localizer stage for landmarks, which publishes the robot's view and its estimated pose in the sketch once per tick.
 
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
@@ -12,11 +11,12 @@ use sketchnav_stage::{Denied, Incoming, Instant, Outbox, Stage, StageError};
 
 use crate::error::LandmarksError;
 use crate::instructions::{Instructions, Marked};
+use crate::labels::Labels;
 use crate::locator::{Located, Locating, Locator};
 use crate::messages::{LANDMARK_ROUTE, LANDMARK_VIEW, LandmarkView};
-use crate::mission::Parameters;
+use crate::mission::{LandmarksMission, Method, Parameters};
 use crate::motion::Motion;
-use crate::perception::{Perceiving, Perception};
+use crate::perception::{Perceiving, Perception, Seen};
 use crate::ring::{Ring, RingSensor};
 use crate::sketch::Sketch;
 use crate::view;
@@ -26,6 +26,7 @@ const STREAM: &str = "landmarks/belief";
 
 /// Localizer of a run.
 pub struct Localizer {
+    method: Method,
     locating: Locating,
     seed: u64,
     ring: Ring,
@@ -33,12 +34,14 @@ pub struct Localizer {
     motion: Motion,
     /// Number of the route that was received, or 0 before the first.
     route: u64,
-    /// Whether people draw the route while the mission runs. The robot then reports what it sees before there is a route.
+    /// Whether people draw the route while the mission runs. The robot then reports its view before there is a route.
     is_drawn: bool,
     sketch: Option<Sketch>,
     locator: Option<Locator>,
     /// The markers on objects, sorted by number.
     markers: Vec<Marked>,
+    /// Recognizes objects by these markers, if the robot drives by landmark states.
+    labels: Option<Labels>,
 }
 
 /// State of the localizer, as read back from a checkpoint.
@@ -47,6 +50,7 @@ pub struct State {
     route: u64,
     motion: Motion,
     located: Option<Located>,
+    labels: Option<Labels>,
 }
 
 /// Borrowed counterpart of [`State`], with the same fields, from which a checkpoint is written.
@@ -55,6 +59,7 @@ struct StateView<'a> {
     route: u64,
     motion: &'a Motion,
     located: Option<&'a Located>,
+    labels: Option<&'a Labels>,
 }
 
 impl Localizer {
@@ -63,6 +68,7 @@ impl Localizer {
     /// # Errors
     /// [`LandmarksError`], which names the key or the sensor, if the robot or a parameter is unsuitable.
     pub fn new(run: &RunConfig) -> Result<Self, LandmarksError> {
+        let method = LandmarksMission::of(&run.mission)?.method;
         let parameters = Parameters::of(&run.mission)?.localizer;
         let ring = Ring::of(&run.robot)?;
         let settings = Perceiving {
@@ -75,6 +81,7 @@ impl Localizer {
             .map_err(|cause| LandmarksError::Input { file: "parameters.localizer".into(), cause })?;
         let (locating, motion) = (parameters.locating(), Motion::default());
         Ok(Self {
+            method,
             locating,
             seed: run.seed,
             ring,
@@ -85,23 +92,39 @@ impl Localizer {
             sketch: None,
             locator: None,
             markers: Vec::new(),
+            labels: None,
         })
     }
 
-    /// Adds the markers in view that are on objects of the sketch.
+    /// Processes the markers in view that are on landmarks.
     fn see_markers(&mut self, view: &MarkerView) {
-        let Some(locator) = &mut self.locator else { return };
-        let markers = &self.markers;
-        locator.see_markers(view.markers().iter().filter_map(|seen| {
+        let Self { markers, locator, labels, .. } = self;
+        let markers = &*markers;
+        let known = view.markers().iter().filter_map(|seen| {
             let i = markers.binary_search_by_key(&seen.id, |known| known.marker).ok()?;
-            let place = Point::from([seen.x_m, seen.y_m].map(f64::from));
-            Some((markers[i].landmark, place))
-        }));
+            Some((i, Point::from([seen.x_m, seen.y_m].map(f64::from))))
+        });
+        if let Some(labels) = labels {
+            known.clone().for_each(|(i, place)| labels.see(i, place));
+        }
+        if let Some(locator) = locator {
+            locator.see_markers(known.map(|(i, place)| (markers[i].landmark, place)));
+        }
+    }
+
+    /// Returns the objects in view, each with the landmark that it has been recognized as.
+    fn objects(&self) -> impl Iterator<Item = Seen> {
+        let (sectors, settings) = (self.ring.sectors(), self.perception.settings());
+        self.perception.last_seen().iter().map(move |seen| {
+            let known = self.labels.as_ref();
+            let landmark = known.and_then(|labels| labels.landmark(seen, &sectors, &self.markers, settings));
+            Seen { landmark, ..*seen }
+        })
     }
 
     fn write(&self, view: &mut LandmarkView) {
         view.sectors_m = self.ring.sectors();
-        view::write_objects(self.perception.last_seen(), view);
+        view::write_objects(self.objects(), view);
         match &self.locator {
             Some(locator) => {
                 view::write_estimate(&locator.estimate(), view);
@@ -120,9 +143,8 @@ impl Localizer {
     }
 }
 
-/// Passes the latest measurement of the ring's own sensor to the ring. Returns true if it arrived after the
-/// previous instant, which is not always the case, because the robot may have other sensors that publish more
-/// often.
+/// Passes the latest measurement of the ring's own sensor to the ring. Returns true if it has arrived since the previous instant.
+/// This is not always so, because other sensors of the robot may publish more often.
 fn sense(ring: &mut Ring, instant: &Instant<'_>) -> Result<bool, Denied> {
     match ring.sensor() {
         RingSensor::Sonar => {
@@ -137,7 +159,7 @@ fn sense(ring: &mut Ring, instant: &Instant<'_>) -> Result<bool, Denied> {
 }
 
 impl Stage for Localizer {
-    const FORM: &'static str = "landmarks localizer 6";
+    const FORM: &'static str = "landmarks localizer 7";
     type State = State;
 
     fn receive(&mut self, message: &Incoming<'_>) -> Result<(), StageError> {
@@ -145,6 +167,8 @@ impl Stage for Localizer {
             let instructions = Instructions::read(message.cells())?;
             let seed = seed::stream(self.seed, STREAM).random();
             self.markers = instructions.markers;
+            let has_labels = self.method == Method::Chronis2007 && !self.markers.is_empty();
+            self.labels = has_labels.then(|| Labels::new(self.markers.len()));
             let locate = |sketch: &Sketch| Locator::new(sketch, self.locating, seed);
             self.locator = instructions.sketch.as_ref().map(locate).transpose()?;
             (self.sketch, self.route) = (instructions.sketch, route.header.seq);
@@ -165,6 +189,9 @@ impl Stage for Localizer {
         let [moved_m, turned_rad] = self.motion.to(&odometry.pose());
         let is_fresh = sense(&mut self.ring, instant)?;
         self.perception.see(&self.ring.sectors())?;
+        if let Some(labels) = &mut self.labels {
+            labels.moved(moved_m, turned_rad);
+        }
         if let Some(view) = instant.fresh(MARKERS)?.filter(|_| !self.markers.is_empty()) {
             self.see_markers(view);
         }
@@ -185,16 +212,18 @@ impl Stage for Localizer {
             route: self.route,
             motion: &self.motion,
             located: self.locator.as_ref().map(Locator::located),
+            labels: self.labels.as_ref(),
         }
     }
 
     fn restore(&mut self, state: State) -> Result<(), StageError> {
         self.motion = state.motion;
         // If people draw, a newer route may have arrived instead.
-        if let (Some(locator), Some(located)) = (&mut self.locator, state.located)
-            && state.route == self.route
-        {
-            locator.restore(located);
+        if state.route == self.route {
+            if let (Some(locator), Some(located)) = (&mut self.locator, state.located) {
+                locator.restore(located);
+            }
+            self.labels = state.labels;
         }
         Ok(())
     }

@@ -12,8 +12,7 @@ use crate::error::Pixel;
 use crate::instructions::Instructions;
 use crate::memory::polar;
 use crate::messages::{
-    LANDMARK_PROGRESS, LANDMARK_ROUTE, LANDMARK_VIEW, LandmarkEvent, LandmarkProgress, LandmarkView,
-    RouteCommand,
+    LANDMARK_PROGRESS, LANDMARK_ROUTE, LANDMARK_VIEW, LandmarkProgress, LandmarkView, RouteCommand,
 };
 use crate::plane;
 use crate::route::Route;
@@ -30,11 +29,9 @@ const DOUBTFUL: f64 = 0.3;
 /// The latest messages about the route, ready to be drawn.
 pub struct Lookout {
     radius_m: f64,
-    /// Whether the robot drives by its position in the sketch, and can be told it.
+    /// Whether the robot drives by its position in the sketch, which a person can then set.
     is_by_position: bool,
     sketched: Option<Sketched>,
-    /// Position along the route at which the robot was lost, while it is.
-    lost_at_m: Option<f64>,
     walls: Option<Walls>,
     view: Option<Box<LandmarkView>>,
     progress: Option<Box<LandmarkProgress>>,
@@ -47,7 +44,6 @@ impl Lookout {
             radius_m: robot.radius_m,
             is_by_position,
             sketched: None,
-            lost_at_m: None,
             walls: None,
             view: None,
             progress: None,
@@ -63,15 +59,14 @@ impl lookout::Lookout for Lookout {
         {
             let sketched = Sketched::of(&instructions);
             let walls = painted(&sketched.outlines(), sketched.size_px.map(f64::from));
-            (self.walls, self.sketched, self.lost_at_m) = (Some(walls), Some(sketched), None);
+            // What was said before refers to another sketch.
+            (self.view, self.progress) = (None, None);
+            (self.walls, self.sketched) = (Some(walls), Some(sketched));
         }
         if let Some(view) = message.on(LANDMARK_VIEW)? {
             self.view = Some(Box::new(*view));
         }
         if let Some(progress) = message.on(LANDMARK_PROGRESS)? {
-            let is_lost = LandmarkEvent::from_code(progress.event) == Some(LandmarkEvent::Lost);
-            let stays = |at: &f64| (progress.along_m - at).abs() < f64::EPSILON;
-            self.lost_at_m = is_lost.then_some(progress.along_m).or(self.lost_at_m.filter(stays));
             self.progress = Some(Box::new(*progress));
         }
         Ok(())
@@ -87,7 +82,8 @@ impl lookout::Lookout for Lookout {
 
     /// Asks where the robot is if it drives by its position in a sketch and is lost. It may be anywhere.
     fn question(&self) -> Option<Vec<[f64; 2]>> {
-        (self.is_by_position && self.lost_at_m.is_some()).then(Vec::new)
+        let is_lost = self.progress.as_ref().is_some_and(|progress| progress.is_lost > 0);
+        (self.is_by_position && is_lost).then(Vec::new)
     }
 
     fn draw(&mut self, picture: &mut Picture) {
@@ -220,7 +216,7 @@ impl Sketched {
         (!self.line.is_empty()).then_some(line)
     }
 
-    /// Returns what the range sensors see: rings, and discs for objects that meet the relevant state.
+    /// Returns the view of the range sensors: rings, and discs for objects that meet the relevant state.
     fn objects(&self, view: &LandmarkView, progress: &LandmarkProgress, radius_m: f64) -> [Shape; 2] {
         let [mut seen, mut met] = [Vec::new(), Vec::new()];
         for (i, object) in view::objects(view).enumerate() {
@@ -257,6 +253,8 @@ impl Sketched {
 #[cfg(test)]
 mod tests {
     use bytemuck::Zeroable;
+    use sketchnav_schemas::codes::Process;
+    use sketchnav_stage::Access;
     use sketchnav_stage::lookout::Lookout as _;
 
     use super::*;
@@ -283,6 +281,24 @@ mod tests {
         let Walls { size_px, cells } = painted(&sketched.outlines(), [100.0, 40.0]);
         assert_eq!((size_px, cells.len()), ([1000, 400], 1000 * 400));
         assert!(cells[200 * 1000 + 400] == WALL && cells[200 * 1000 + 450] == 0);
+    }
+
+    /// The question used to follow from the one message about the moment at which the robot was lost. A pad that was restarted just
+    /// then never asked.
+    #[test]
+    fn a_robot_that_is_lost_asks_whichever_message_arrives_first() {
+        let mut lookout = Lookout::new(&robot(), true);
+        let access = Access::new(Process::Pad, crate::mission::KIND);
+        let mut tell = |is_lost, is_by_position| {
+            let progress = LandmarkProgress { is_lost, ..LandmarkProgress::zeroed() };
+            lookout.is_by_position = is_by_position;
+            let message = bytemuck::bytes_of(&progress);
+            lookout.receive(&Incoming::new(&access, LANDMARK_PROGRESS.spec, message, &[])).unwrap();
+            lookout.question()
+        };
+        assert_eq!(tell(1, true), Some(Vec::new()));
+        assert_eq!(tell(1, false), None, "landmark states have no position to be told");
+        assert_eq!(tell(0, true), None, "it has been told");
     }
 
     #[test]

@@ -71,7 +71,7 @@ pub struct Leg {
 }
 
 impl Leg {
-    /// Returns how long the leg takes if the drawing is to scale ("after scaling the sketched path", 4.8), in seconds.
+    /// Returns the duration of the leg if the drawing is to scale ("after scaling the sketched path", 4.8), in seconds.
     fn drawn_s(&self) -> Option<f64> {
         self.length.map(|length| Stretch::NONE.driven_m(length) / self.speed_mps)
     }
@@ -103,7 +103,7 @@ impl Waiting {
 mod tests {
     use super::*;
 
-    /// Returns a leg of this length, driven at 0.5 m/s.
+    /// Returns a leg of the given length, driven at 0.5 m/s.
     fn metres(length: f64) -> Leg {
         Leg { length: Some(DrawnMetres(length)), speed_mps: 0.5, least_s: 3.0 }
     }

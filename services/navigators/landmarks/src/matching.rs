@@ -40,7 +40,7 @@ impl RecentMatches {
     ///
     /// A relation is met if it holds now or, with temporal matching, if it held in each of the three
     /// preceding cycles. At least one must hold now. Objects that the state does not mention are ignored
-    /// (rule 5). The objects in view have no names, so each may be any of the state's objects.
+    /// (rule 5). An object in view may be any of the state's objects, unless the robot has recognized it by a marker.
     pub fn matches(&mut self, state: &State, seen: &[Seen], features: Features) -> bool {
         let mut now = 0;
         for (i, relation) in state.relations.iter().enumerate() {
@@ -61,18 +61,20 @@ impl RecentMatches {
 
 /// Returns true if a relation holds (rules 6 to 8).
 pub fn is_met(relation: &Relation, seen: &[Seen], features: Features) -> bool {
-    let is_at =
-        |place: Place| seen.iter().any(|seen| seen.place == place && has_size(relation, seen, features));
+    let is_at = |place: Place| {
+        seen.iter()
+            .any(|seen| seen.place == place && may_be(relation, seen) && has_size(relation, seen, features))
+    };
     match relation.place {
         Place::Direction(direction) => {
             let beside = |turn: u8| is_at(Place::Direction((direction + turn) % DIRECTIONS));
             is_at(relation.place) || features.neighbours && beside(1) && beside(DIRECTIONS - 1)
         }
-        Place::Surrounds(_) => seen.iter().any(|seen| seen.place == relation.place),
+        Place::Surrounds(_) => seen.iter().any(|seen| seen.place == relation.place && may_be(relation, seen)),
     }
 }
 
-/// Returns which objects make a state true, as pairs of the index of a relation in the state and the index of an object in
+/// Returns the objects that make a state true, as pairs of the index of a relation in the state and the index of an object in
 /// `seen`. Earlier cycles and neighbouring directions are not taken into account.
 pub fn witnesses<'a>(
     state: &'a State,
@@ -88,6 +90,12 @@ pub fn witnesses<'a>(
     })
 }
 
+/// Returns true unless the robot has recognized what it sees as another object than the relation is about. Sonars see a large object
+/// in several pieces, and a marker is only on one of them, so what has not been recognized may be any object.
+fn may_be(relation: &Relation, seen: &Seen) -> bool {
+    seen.landmark.is_none() || seen.landmark == relation.landmark
+}
+
 fn has_size(relation: &Relation, seen: &Seen, features: Features) -> bool {
     let proximity = relation.proximity_m.filter(|_| features.proximity);
     let width = relation.width.filter(|_| features.width);
@@ -101,7 +109,8 @@ mod tests {
     use crate::route::{Command, Kind, Range};
 
     fn relation(object: usize, direction: u8) -> Relation {
-        Relation { object, place: Place::Direction(direction), proximity_m: None, width: None }
+        let place = Place::Direction(direction);
+        Relation { object, place, proximity_m: None, width: None, landmark: None }
     }
 
     fn state(relations: &[Relation]) -> State {
@@ -109,7 +118,8 @@ mod tests {
     }
 
     fn seen(direction: u8) -> Seen {
-        Seen { place: Place::Direction(direction), proximity_m: 2.0, width: 30.0, beams: [0, 1] }
+        let place = Place::Direction(direction);
+        Seen { place, proximity_m: 2.0, width: 30.0, beams: [0, 1], landmark: None }
     }
 
     fn matches(state: &State, cycles: &[&[u8]]) -> bool {
@@ -156,6 +166,19 @@ mod tests {
         assert!(is_met(&wide, &[seen(4)], Features { width: false, ..all }));
         // The neighbours must be at the required distance, too.
         assert!(!is_met(&near, &[seen(3), seen(5)], all));
+    }
+
+    #[test]
+    fn an_object_that_was_recognized_is_no_other() {
+        let desk = Relation { landmark: Some(3), ..relation(0, 4) };
+        let is = |landmark, direction| Seen { landmark, ..seen(direction) };
+        let is_met = |relation, seen: &[Seen]| is_met(relation, seen, Features::default());
+        assert!(is_met(&desk, &[is(Some(3), 4)]), "the desk");
+        assert!(is_met(&desk, &[is(None, 4)]), "perhaps the desk");
+        assert!(!is_met(&desk, &[is(Some(1), 4)]), "another object");
+        assert!(is_met(&desk, &[is(Some(3), 3), is(Some(3), 5)]));
+        assert!(!is_met(&desk, &[is(Some(3), 3), is(Some(1), 5)]));
+        assert!(!is_met(&relation(0, 4), &[is(Some(1), 4)]), "an object without markers has none");
     }
 
     #[test]

@@ -1,5 +1,5 @@
-//! A local memory of objects, for people to see. Sensor returns are kept at their positions, by odometry, until the robot is far
-//! away. The belief does not use it: it learns from each return as it comes.
+//! A local memory of objects, for display. Sensor returns are kept at their positions, by odometry, until the robot is far away.
+//! The belief does not use this memory, because it learns from each return immediately.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Base, Odom, Point};

@@ -58,7 +58,7 @@ messages! {
     }
 
     /// What a robot sees of landmarks, and its estimated pose in the sketch.
-    pub struct LandmarkView version 2 in "base_link" valid if landmark_view {
+    pub struct LandmarkView version 3 in "base_link" valid if landmark_view {
         /// Pose of the robot by odometry, to which the rest of the message refers.
         pub odometry: PoseM,
         /// Estimated pose in the sketch, in drawn metres. Zero if there is no sketch.
@@ -87,7 +87,7 @@ messages! {
     }
 
     /// How far a robot has come along its route of landmark states.
-    pub struct LandmarkProgress version 1 in "" valid if landmark_progress {
+    pub struct LandmarkProgress version 2 in "" valid if landmark_progress {
         /// Position along the drawn route, in drawn metres.
         pub along_m: f64,
         /// Length of the drawn route, in drawn metres.
@@ -102,8 +102,8 @@ messages! {
         pub event: u32 as LandmarkEvent,
         /// Number of valid entries in `met`.
         pub met_count: u32 as Count,
-        /// Reserved, always zero.
-        pub reserved: u32 as Zero,
+        /// 1 while the robot is lost and waits for help or a new route, or else 0.
+        pub is_lost: u32,
         /// Relations that are met by what is seen, of the state that has just been matched or else of the next one.
         pub met: [MetRelation; 64] where met_count counts,
     }
@@ -119,8 +119,9 @@ parts! {
         pub first: u32,
         /// Number of directions that the object covers.
         pub count: u32,
-        /// Reserved, always zero.
-        pub reserved: u32,
+        /// 1 plus the index of the landmark that the object is, or 0 if the robot has not recognized it by a marker. Landmarks are
+        /// counted as in the sketch or, if the route is in words, as the words mention them.
+        pub landmark: u32,
         /// Mean distance from the robot's rim, in metres.
         pub proximity_m: f64,
         /// Width of the object's histogram of constant forces, from 0 to 180.
@@ -202,6 +203,7 @@ fn landmark_view(view: &LandmarkView) -> Checked {
 fn landmark_progress(progress: &LandmarkProgress) -> Checked {
     count("met_count", progress.met_count, MAX_MET_RELATIONS)?;
     near("along_m, length_m", [progress.along_m, progress.length_m])?;
+    ensure(progress.is_lost <= 1, "is_lost", "0 or 1", progress.is_lost)?;
     let is_state = progress.next <= progress.state_count;
     ensure(is_state, "next", "a state of the route", progress.next)?;
     let (command, event) = (progress.command, progress.event);
@@ -249,6 +251,7 @@ mod tests {
                 |progress| progress.next = 4,
                 |progress| progress.command = 4,
                 |progress| progress.event = 4,
+                |progress| progress.is_lost = 2,
                 |progress| progress.met_count = 65,
                 |progress| progress.along_m = f64::INFINITY,
             ],

@@ -8,7 +8,7 @@
 //! canvas_m = 20.32               # what the longer side of the canvas stands for, in metres
 //! # route = [[12, 80], [90, 75]]  # the route, as columns and rows, if it is not in the drawing
 //! # route_file = "route.txt"     # for chronis-2007, in place of a drawing: see `language`
-//! # [navigator.markers]          # for belief and a robot with a camera: which markers are on which labelled object
+//! # [navigator.markers]          # for a robot with a camera: which markers are on which labelled object
 //! # desk = [7, 8]
 //! ```
 //!
@@ -79,7 +79,7 @@ pub struct LandmarksMission {
     pub given: Given,
     /// The route on the canvas, as columns and rows, if it is not part of the drawing.
     pub route: Option<Vec<[f64; 2]>>,
-    /// Numbers of the markers on each object, by the label of the object in the sketch.
+    /// Numbers of the markers on each object, by the label of the object in the sketch or its name in the words.
     pub markers: BTreeMap<String, Vec<u32>>,
 }
 
@@ -134,13 +134,6 @@ impl LandmarksMission {
         }
         let markers: BTreeMap<_, _> =
             markers.into_iter().map(|(label, numbers)| (label, numbers.list())).collect();
-        if method != Method::Belief && !markers.is_empty() {
-            return wrong(
-                "markers",
-                "markers only with method \"belief\"",
-                "them with another method".into(),
-            );
-        }
         let mut owners = BTreeMap::new();
         for (label, numbers) in &markers {
             for number in numbers {
@@ -170,7 +163,9 @@ impl LandmarksMission {
                 Given::Drawing(file, Reading { canvas_m, step_m })
             }
             (None, Some(file)) if method == Method::Belief => {
-                let expected = "a drawing for method \"belief\"; words are driven by \"chronis-2007\"";
+                // Words tell in which direction objects are, but not by how much the robot turns, so they give no positions.
+                let expected = "navigator.drawing in its place, because method \"belief\" needs positions, \
+                                and words only give directions from the robot; with words, set method = \"chronis-2007\"";
                 return wrong("route_file", expected, format!("{file:?}"));
             }
             (None, Some(_)) if canvas_m.or(route_step_m).is_some() || route.is_some() => {
@@ -323,7 +318,7 @@ mod tests {
             ),
             (
                 ("drawing='s.json'", "route_file='r.txt'"),
-                "navigator.route_file: expected a drawing for method \"belief\"",
+                "navigator.route_file: expected navigator.drawing in its place, because method \"belief\" needs positions",
             ),
             (("drawing=", "canvas_m=0.0\ndrawing="), "navigator.canvas_m: expected 0.1 to 10000, found 0"),
             (
@@ -344,10 +339,6 @@ mod tests {
             (
                 ("drawing=", "markers={desk=3,box=[2,3]}\ndrawing="),
                 "navigator.markers.desk: expected markers of this object only, found marker 3 also on \"box\"",
-            ),
-            (
-                ("drawing=", "method='chronis-2007'\nmarkers={desk=3}\ndrawing="),
-                "navigator.markers: expected markers only with method \"belief\"",
             ),
             (
                 ("drawing=", "markers={desk='a'}\ndrawing="),

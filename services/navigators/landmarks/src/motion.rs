@@ -10,8 +10,8 @@ pub(crate) struct Motion {
 }
 
 impl Motion {
-    /// Returns how far the robot has moved since the last reading, in metres, negative if backwards, and how far it has turned,
-    /// in radians, positive to the left.
+    /// Returns the distance that the robot has moved since the last reading, in metres, negative if backwards, and the angle that
+    /// it has turned, in radians, positive to the left.
     pub(crate) fn to(&mut self, now: &Pose<Odom>) -> [f64; 2] {
         let last = self.last.replace(*now).unwrap_or(*now);
         let step = last.motion_to(now);

@@ -22,8 +22,7 @@ use crate::route::{INCH_M, Place};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Perceiving {
-    /// Diameter of the robot, in metres. The Nomad's is 20 inches. It is taken from the robot rather than
-    /// from a key of the mission.
+    /// Diameter of the robot, in metres (20 inches for the Nomad), from the robot file rather than a key of the mission.
     #[serde(skip)]
     pub robot_m: f64,
     /// Distance of the sensors from the robot's centre, in metres. The Nomad's sensors are on its rim. It is taken from the
@@ -81,6 +80,8 @@ pub struct Seen {
     pub width: f64,
     /// The first of the object's beams, counter-clockwise, and the number of its beams.
     pub beams: [u16; 2],
+    /// Index of the landmark that the object is, or `None` if the robot has not recognized it ([`crate::labels`]).
+    pub landmark: Option<usize>,
 }
 
 /// A ring of range sensors, and the objects in view.
@@ -231,7 +232,8 @@ impl Perception {
             let _ = self.pair.histogram_into(exponent, forces, &mut self.workspace);
         }
         if let Some((place, width)) = place(&self.forces[0], &self.forces[1], 0.0) {
-            self.seen.push(Seen { place, proximity_m, width, beams: [first as u16, length as u16] });
+            let beams = [first as u16, length as u16];
+            self.seen.push(Seen { place, proximity_m, width, beams, landmark: None });
         }
     }
 

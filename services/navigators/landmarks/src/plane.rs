@@ -67,7 +67,7 @@ pub fn edges<F>(outline: &[Point<F>]) -> impl Iterator<Item = [Point<F>; 2]> + C
     outline.iter().zip(next).map(|(from, to)| [*from, *to])
 }
 
-/// Returns how far along a segment its nearest point to `at` is, from 0 at the start to 1 at the end.
+/// Returns the position of the point of a segment nearest to `at`, from 0 at the start to 1 at the end.
 fn nearest_part<F>(at: Point<F>, [from, to]: [Point<F>; 2]) -> f64 {
     let (along, off) = (to.coords() - from.coords(), at.coords() - from.coords());
     let square = along.dot(&along);
@@ -104,7 +104,7 @@ pub fn distance_to_outline<F>(at: Point<F>, outline: &[Point<F>]) -> f64 {
     edges(outline).map(|edge| distance_to_segment(at, edge)).fold(f64::INFINITY, f64::min)
 }
 
-/// Returns where two segments cross, from 0 to 1 along each, or `None` if they do not cross or are parallel.
+/// Returns the position at which two segments cross, from 0 to 1 along each, or `None` if they do not cross or are parallel.
 pub fn crossing<F>([a, b]: [Point<F>; 2], [c, d]: [Point<F>; 2]) -> Option<(f64, f64)> {
     let [ab, cd, ac] = [(a, b), (c, d), (a, c)].map(|(from, to)| to.coords() - from.coords());
     let turn = ab.perp(&cd);
@@ -113,7 +113,7 @@ pub fn crossing<F>([a, b]: [Point<F>; 2], [c, d]: [Point<F>; 2]) -> Option<(f64,
     is_within.then_some((s, t))
 }
 
-/// Returns where an outline crosses itself: the indices of the two edges, and the point.
+/// Returns a self-intersection of an outline: the indices of the two edges, and the point.
 pub fn self_crossing<F>(outline: &[Point<F>]) -> Option<(usize, usize, Point<F>)> {
     let count = outline.len();
     for (i, one) in edges(outline).enumerate() {
@@ -165,7 +165,7 @@ pub fn outlines_meet<F>(one: &[Point<F>], other: &[Point<F>]) -> Option<Point<F>
     inside(one, other).or_else(|| inside(other, one))
 }
 
-/// Returns where a segment first meets an outline, or the start of the segment if that is inside.
+/// Returns the point where a segment first meets an outline, or the start of the segment if that is inside.
 pub fn enters<F>(from: Point<F>, to: Point<F>, outline: &[Point<F>]) -> Option<Point<F>> {
     if encloses(outline, from) {
         return Some(from);

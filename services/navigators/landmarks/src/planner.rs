@@ -77,7 +77,7 @@ struct Course {
     command: [f64; 2],
     /// Number of the state that the robot is waiting for.
     next: usize,
-    /// What has just happened, as a value of [`LandmarkEvent`].
+    /// The latest event, as a value of [`LandmarkEvent`].
     event: u32,
 }
 
@@ -131,7 +131,7 @@ impl Planner {
         let mut parameters = Parameters::of(&run.mission)?.planner;
         let limits = run.robot.limits;
         if !run.pad.is_absent() {
-            // A person who watches is asked at once.
+            // A person who is watching is asked at once.
             parameters.belief.returns = 0;
         }
         for control in [&mut parameters.states.control, &mut parameters.belief.control] {
@@ -192,7 +192,7 @@ impl Planner {
         self.stop();
     }
 
-    /// Lets a robot that is blocked drive back, if it drives by a belief and has not gone back often enough.
+    /// Makes a blocked robot drive back. Returns false if it drives by states, or has gone back as often as it may.
     fn turn_back(&mut self) -> bool {
         let Some(Driver::Belief { guide, .. }) = &mut self.driver else { return false };
         self.course.standing_s = 0.0;
@@ -233,11 +233,19 @@ impl Planner {
         self.agenda.find();
     }
 
-    /// Returns true if the robot has already driven to the end of the route, or as far as it could find its way.
+    /// Returns true if the robot has driven the route to its end, or as far as it could find its way.
     fn is_behind(&self) -> bool {
         match &self.driver {
             Some(Driver::Belief { guide, .. }) => guide.has_ended(),
             Some(Driver::States(follower)) => follower.next() >= follower.route().states.len(),
+            None => false,
+        }
+    }
+
+    fn is_lost(&self) -> bool {
+        match &self.driver {
+            Some(Driver::States(follower)) => follower.is_lost(),
+            Some(Driver::Belief { guide, .. }) => guide.is_lost(),
             None => false,
         }
     }
@@ -255,7 +263,7 @@ impl Planner {
         ];
     }
 
-    /// Returns what the route does at the robot's position.
+    /// Returns the command of the route at the robot's position.
     fn about(&self) -> Command {
         match &self.driver {
             Some(Driver::States(follower)) => follower.command(),
@@ -295,6 +303,7 @@ impl Planner {
         }
         .code();
         progress.event = self.course.event;
+        progress.is_lost = self.is_lost().into();
         if let Some(Driver::Belief { guide, .. }) = &self.driver {
             (progress.along_m, progress.length_m) = (guide.along().0, guide.length().0);
         }
@@ -321,7 +330,7 @@ enum End {
     Lost(Lost),
 }
 
-/// Why a robot is lost, in words for people.
+/// Display text for why a robot is lost.
 enum Lost {
     State(usize),
     NoGoal,
@@ -340,7 +349,7 @@ impl std::fmt::Display for Lost {
     }
 }
 
-/// What the robot is doing, in words for people.
+/// Display text of the robot's current activity.
 struct About {
     next: usize,
     command: Command,

@@ -76,7 +76,7 @@ impl Trail {
         self.back.is_some()
     }
 
-    /// Stays where the robot is, if it was on its way back.
+    /// Gives up the way back, if the robot is on one.
     pub const fn forget_way_back(&mut self) {
         self.back = None;
     }
@@ -97,13 +97,14 @@ impl Trail {
         }
     }
 
-    /// Begins the way back to the last place where the robot was sure, or if it has failed `before` already, to as many such
-    /// places before. Returns false if there is no place to go back to.
+    /// Begins the way back to the last place where the robot was sure or, if it has gone back `before` times already, to as many
+    /// such places earlier. A robot that is on its way back keeps to it, and does not return to where that way began. Returns false
+    /// if there is no place to go back to.
     pub fn turn_back(&mut self, before: u32) -> bool {
-        let sure = (0..self.crumbs.len()).rev().filter(|&i| self.crumbs[i].is_sure);
+        let next = self.back.map_or(self.crumbs.len().saturating_sub(1), |back| back.next);
+        let sure = (0..self.crumbs.len().min(next + 1)).rev().filter(|&i| self.crumbs[i].is_sure);
         let far = |i: &usize| self.crumbs[*i].robot.at.distance(&self.robot.at) > THERE_M + APART_M;
         let target = sure.filter(far).nth(before as usize).unwrap_or(0);
-        let next = self.crumbs.len().saturating_sub(1);
         let is_possible = next > target;
         self.back = is_possible.then_some(Back { target, next, begun_m: self.robot.gone_m });
         is_possible
@@ -184,6 +185,22 @@ mod tests {
         let Step::There(along) = drive_back(&mut trail) else { panic!("{trail:?}") };
         assert_eq!(along, DrawnMetres(0.0));
         assert!(!trail.turn_back(0), "it stands at the start");
+    }
+
+    /// A robot that was blocked on its way back used to begin again with the last crumb, and so drove forward first.
+    #[test]
+    fn a_robot_that_is_blocked_on_its_way_back_goes_on_from_there() {
+        let mut trail = driven();
+        assert!(trail.turn_back(0));
+        while trail.robot.at.distance(&Point::new(3.0, 1.0)) > 0.3 {
+            let Some(Step::Towards(off)) = trail.step() else { panic!("{trail:?}") };
+            trail.moved(0.05 * off.cos().max(0.0), off.clamp(-0.2, 0.2));
+        }
+        assert!(trail.turn_back(1));
+        let Some(Step::Towards(off)) = trail.step() else { panic!("{trail:?}") };
+        assert!(off.abs() < 0.5, "it is still on its way back, and does not turn round: {off}");
+        let Step::There(along) = drive_back(&mut trail) else { panic!("{trail:?}") };
+        assert_eq!(along, DrawnMetres(0.0), "it was sure nowhere before 2 m");
     }
 
     #[test]

@@ -125,12 +125,15 @@ pub struct Relation {
     pub proximity_m: Option<Range>,
     /// Required width of the object's histogram, from 0 to 180 for a full turn, or `None` for any width.
     pub width: Option<Range>,
+    /// Index of the object among the landmarks with markers ([`crate::instructions::Marked`]), or `None` if it has no markers.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub landmark: Option<usize>,
 }
 
 /// Maximum distance in a relation, in metres. It is the upper end of "at least 2 m away".
 pub const MOST_M: f64 = 10_000.0;
 
-/// Why a state is part of a route.
+/// The reason why a state is part of a route.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
@@ -147,7 +150,7 @@ pub enum Kind {
 /// A landmark state with its command.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct State {
-    /// Why the state is in the route.
+    /// The reason why the state is in the route.
     pub kind: Kind,
     /// What the robot must see. Relations of the same object follow each other.
     pub relations: Vec<Relation>,

@@ -1,4 +1,4 @@
-//! Where an object really is, relative to where it is drawn: a Gaussian estimate of its shift, size and turn,
+//! The true position of an object, relative to its drawn one: a Gaussian estimate of its shift, size and turn,
 //! updated by a Kalman filter (Thrun, Burgard and Fox 2005, table 3.3, for one measurement).
 //!
 //! People draw objects out of place, too large or too small, and turned. A point q of the drawn outline of an object

@@ -42,7 +42,7 @@ pub fn understand(
     Ok(instructions)
 }
 
-/// Returns the parameters of extraction for a robot of this size.
+/// Returns the parameters of extraction for a robot of the given size.
 pub(crate) fn extraction_of(parameters: &Parameters, robot: &Robot) -> extraction::Parameters {
     extraction::Parameters { robot_m: 2.0 * robot.radius_m, ..parameters.extraction.clone() }
 }
@@ -58,8 +58,8 @@ pub fn sketcher(run: &RunConfig, files: &Files<'_>) -> Result<Box<dyn Hosted>, S
     Ok(Box::new(Sketcher(Announced::of(&understand(&run.mission, &run.robot, files)?)?)))
 }
 
-/// Returns what a person should know about a sketch or a route in words before a robot drives by it. Empty if people draw while
-/// the mission runs.
+/// Returns the warnings about a sketch or a route in words that a person should read before a robot drives by it. Empty if people
+/// draw while the mission runs.
 ///
 /// # Errors
 /// See [`understand`], and [`LandmarksError::Instructions`] if the sketch has too many points to be sent.

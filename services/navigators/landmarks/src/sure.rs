@@ -79,7 +79,7 @@ impl SurePlaces {
         self.robot.moved(moved_m, turned_rad);
     }
 
-    /// Returns how many places there are. The number grows when the robot is sure, and falls when it is back at an earlier place.
+    /// Returns the number of places. The number grows when the robot is sure, and falls when it is back at an earlier place.
     pub const fn count(&self) -> usize {
         self.places.len()
     }
@@ -95,7 +95,7 @@ impl SurePlaces {
         }
     }
 
-    /// Returns what the robot believed when it was at this place before, if it was. What it has believed since is forgotten.
+    /// Returns the robot's belief at its previous visit to this place, if there was one. All later beliefs are forgotten.
     pub fn back(&mut self) -> Option<Estimate> {
         let robot = self.robot;
         let is_back = |place: &Place| {

@@ -6,7 +6,7 @@ use sketchnav_schemas::message::PoseM;
 
 use crate::belief::Estimate;
 use crate::drawn::{Drawn, DrawnMetres, Stretch};
-use crate::messages::{LandmarkEvent, LandmarkProgress, LandmarkView, MAX_SEEN_OBJECTS, SeenObject};
+use crate::messages::{LandmarkEvent, LandmarkProgress, LandmarkView, SeenObject};
 use crate::perception::Seen;
 use crate::route::{DIRECTIONS, Place, Route, State};
 
@@ -37,13 +37,14 @@ pub fn place(code: u32) -> Place {
 }
 
 /// Writes the objects seen into a message.
-pub fn write_objects(seen: &[Seen], view: &mut LandmarkView) {
-    let seen = &seen[..seen.len().min(MAX_SEEN_OBJECTS)];
-    view.object_count = seen.len() as u32;
+pub fn write_objects(seen: impl Iterator<Item = Seen>, view: &mut LandmarkView) {
+    view.object_count = 0;
     for (object, seen) in view.objects.iter_mut().zip(seen) {
+        let Seen { proximity_m, width, .. } = seen;
         let [first, count] = seen.beams.map(u32::from);
-        let (proximity_m, width) = (seen.proximity_m, seen.width);
-        *object = SeenObject { place: code(seen.place), first, count, reserved: 0, proximity_m, width };
+        let landmark = seen.landmark.map_or(0, |index| index as u32 + 1);
+        *object = SeenObject { place: code(seen.place), first, count, landmark, proximity_m, width };
+        view.object_count += 1;
     }
 }
 
@@ -54,11 +55,11 @@ pub fn objects(view: &LandmarkView) -> impl Iterator<Item = Seen> + '_ {
         proximity_m: object.proximity_m,
         width: object.width,
         beams: [object.first as u16, object.count as u16],
+        landmark: object.landmark.checked_sub(1).map(|index| index as usize),
     })
 }
 
-/// Returns the state that a message of progress is about: the one that was just matched or, if there is none,
-/// the next one.
+/// Returns the state that a message of progress refers to: the one that has just been matched or, if none has, the next one.
 pub fn state_of<'a>(route: &'a Route, progress: &LandmarkProgress) -> Option<&'a State> {
     let is_matched = progress.event == LandmarkEvent::Matched.code();
     route.states.get((progress.next as usize).saturating_sub(usize::from(is_matched)))
@@ -100,6 +101,7 @@ mod tests {
     use bytemuck::Zeroable;
 
     use super::*;
+    use crate::messages::MAX_SEEN_OBJECTS;
 
     #[test]
     fn places_survive_the_way() {
@@ -118,12 +120,13 @@ mod tests {
             proximity_m: 1.5,
             width: 20.0,
             beams: [14, 3],
+            landmark: None,
         };
-        let seen = [one(15), one(3)];
+        let seen = [one(15), Seen { landmark: Some(0), ..one(3) }];
         let mut view = LandmarkView::zeroed();
-        write_objects(&seen, &mut view);
+        write_objects(seen.into_iter(), &mut view);
         assert_eq!(objects(&view).collect::<Vec<_>>(), seen);
-        write_objects(&[one(0); 40], &mut view);
+        write_objects([one(0); 40].into_iter(), &mut view);
         assert_eq!(objects(&view).count(), MAX_SEEN_OBJECTS);
     }
 }

@@ -104,7 +104,7 @@ mod tests {
         .unwrap()
     }
 
-    /// Writes a mission for these marks in a drawing of this size and reads it back.
+    /// Writes a mission for these marks in a drawing of the given size and reads it back.
     fn written(size_px: [u32; 2], placing: &str, marks: &str) -> (Mission, SketchMission) {
         let [placing, marks] = [placing, marks].map(|marks| serde_json::from_str::<Marks>(marks).unwrap());
         let drawing = "my-room.json";

@@ -1,12 +1,12 @@
 //! Monte Carlo localization in a sketch, which estimates the pose and two local scales at once (Boniardi et al. 2015, III-A).
 //!
-//! The state of a particle is (x, y, θ, a, b), which is a pose in the drawing, in pixels, and the scales
-//! there, in pixels per metre, along the walls' direction and across it. An update propagates the particles
-//! by the scaled odometry (equation 6), weighs them by the scan (equations 7 and 8, or the beam model), and
-//! resamples them. Between updates, the estimate is dead-reckoned through its scales.
+//! The state of a particle is (x, y, θ, a, b): a pose in the drawing, in pixels, and the scales at that pose along and across the
+//! walls' direction, in pixels per metre. An update propagates the particles by the scaled odometry (equation 6), weighs them by
+//! the scan (equations 7 and 8, or the beam model), and resamples them. Between updates, the estimate is dead-reckoned through its
+//! scales.
 //!
-//! The filter has no access to clocks, files or the ground truth. It does not allocate after [`Filter::new`],
-//! and the same inputs give the same bits.
+//! The filter has no access to clocks, files or the ground truth, and does not allocate after [`Filter::new`]. Equal inputs result
+//! in equal bits.
 
 pub mod adaptive;
 pub mod beam_model;
@@ -64,12 +64,12 @@ use start::{believed, first_anisotropy};
 use weighing::{BeamModelOfScan, FieldOfScan, weigh};
 use workers::Workers;
 
-/// Amount by which the fit of a scan without valid beams is worse than the fit below which the robot counts as lost.
+/// Amount by which the fit of a scan without valid beams falls below the limit at which the robot counts as lost.
 const BLIND: f32 = 1.0;
 /// Standard deviation of the position that the search over the whole map finds, in metres.
 const FOUND_WITHIN_M: f32 = 0.1;
 
-/// The filter's estimate, after a scan, of where the robot is in the drawing.
+/// The filter's estimate of the robot's pose in the drawing after a scan.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Estimate {
     /// Pose at the mode of the particles. It is never a mean over several modes.
@@ -108,7 +108,7 @@ pub enum FilterError {
     },
 }
 
-/// All mutable state of the filter, which is what a checkpoint contains.
+/// All mutable state of the filter, as stored in checkpoints.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct State {
     particles: ParticleSet,
@@ -130,7 +130,7 @@ pub struct State {
     covariance: Vec<f64>,
     effective_sample_size: f64,
     confidence: Confidence,
-    /// Where a person has placed the robot. Takes effect with the next scan.
+    /// The start stated by a person, which takes effect with the next scan.
     told: Option<Start>,
     /// The state of the search over the whole map.
     search: Option<search::State>,
@@ -214,12 +214,12 @@ impl Filter {
         Ok(filter)
     }
 
-    /// Lends threads to the filter. They affect how long an update takes, but not its result.
+    /// Lends threads to the filter, which speed up updates without changing their results.
     pub fn set_workers(&mut self, workers: Workers) {
         self.workers = workers;
     }
 
-    /// Processes a scan and the odometry of the same time, and returns the estimated pose of the robot.
+    /// Processes a scan with the odometry at the same time, and returns the estimated pose of the robot.
     pub fn step(&mut self, odometry: &Pose<Odom>, scan: &LaserScan) -> Estimate {
         self.beams.select(scan, &self.mounting, self.parameters.beams);
         self.beam_model.read(&self.beams, self.state.drawing_error);
@@ -320,8 +320,7 @@ impl Filter {
         }
     }
 
-    /// Places the robot where a person says it is. At the next scan, all particles are drawn again around
-    /// that place.
+    /// Places the robot at a pose stated by a person. At the next scan, all particles are redrawn around it.
     ///
     /// # Errors
     /// [`FilterError::StartOutside`] if the place is outside the drawing, in which case the filter does not
@@ -414,7 +413,7 @@ impl Filter {
         }
     }
 
-    /// Finds the mode and judges the confidence in it. `last` is where the robot is now if the last estimate was right.
+    /// Finds the mode and judges the confidence in it. `last` is the robot's current pose according to the last estimate.
     fn locate(&mut self, last: Option<ScaledPose>) {
         let p = &self.parameters;
         let kernel = Kernel {
@@ -449,9 +448,8 @@ impl Filter {
         }
     }
 
-    /// Returns the mean log likelihood of a beam at a pose, by the beam model. A scan without any valid beam
-    /// fits nowhere, so a robot that sees nothing eventually counts as lost, however well it was localized
-    /// before.
+    /// Returns the mean log likelihood of a beam at a pose, by the beam model. A scan without any valid beam fits nowhere, so a
+    /// robot without readings eventually counts as lost, however well it was localized before.
     fn fit(&mut self, pose: &ScaledPose) -> f32 {
         if self.beams.is_empty() {
             return self.parameters.lost_below - BLIND;
@@ -493,10 +491,9 @@ impl Filter {
         }
     }
 
-    /// Draws the first particles. Their poses are around the start that the person marked, and their scales
-    /// around those that the first scan suggests. Later, the scales are pulled back to the drawing's mean.
-    /// Noise of the motion model is added once (Boniardi et al. 2015, IV: "sampled according to the state
-    /// model").
+    /// Draws the first particles around the start marked by the person and the scales suggested by the first scan. Later, the
+    /// scales are pulled back to the drawing's mean. Noise of the motion model is added once (Boniardi et al. 2015, IV: "sampled
+    /// according to the state model").
     fn begin(&mut self, odometry: &Pose<Odom>) {
         let (p, start) = (&self.parameters, &self.start);
         let first = start.scaled_pose(&self.grid, &self.frame, &self.beams, self.scale_guess_pxpm, p);
@@ -515,9 +512,8 @@ impl Filter {
         (self.state.odometry, self.state.updated_at, self.state.started) = (at, at, true);
     }
 
-    /// Draws all particles again around the place where a person says the robot is, as at the start. The
-    /// drawing's mean scales do not change. The scales at the place are those that this scan suggests if the
-    /// heading is known, and the mean scales otherwise.
+    /// Redraws all particles around a pose stated by a person, as at the start. The drawing's mean scales do not change. The scales
+    /// of the particles are those suggested by this scan if the heading is known, and the mean scales otherwise.
     fn begin_anew_at(&mut self, told: &Start, odometry: &Pose<Odom>) {
         let p = &self.parameters;
         let [a_pxpm, b_pxpm] = self.state.proportions.mean_ln_scales.map(f32::exp);
@@ -596,7 +592,7 @@ impl State {
     }
 }
 
-/// The representation of the drawing by which scans are weighed.
+/// The representation of the drawing for weighing scans.
 #[derive(Debug, Clone)]
 enum Weigher {
     /// The beam model's table of ranges.
@@ -614,7 +610,7 @@ impl Weigher {
         }
     }
 
-    /// Adapts to the drawing's scale. The width of the field's kernel is in metres, so the field depends on the scale.
+    /// Adapts to the drawing's scale, which affects the field because the width of its kernel is in metres.
     fn suit(&mut self, grid: &Grid, p: &Parameters, proportions: &Proportions) {
         if let Self::Field(field) = self {
             *field = Field::new(grid, p, proportions.mean_scale_pxpm());
@@ -627,8 +623,7 @@ mod tests {
     use super::*;
     use sketchnav_schemas::codes::{FREE, WALL};
 
-    /// Draws a building of 500 px, and hence 20 px/m. It has two rooms and a door of 8 px, where the usual width of a door would be
-    /// 14 px.
+    /// Draws a building of 500 px, and hence 20 px/m, with two rooms and a door of 8 px. The usual width of a door would be 14 px.
     fn two_rooms() -> SketchGrid {
         let is_wall = |x: usize, y: usize| {
             let outline = !(3..497).contains(&x) || !(3..297).contains(&y);
@@ -646,8 +641,8 @@ mod tests {
         (220..280).filter(|&x| !localizer.grid.is_wall(x as f32 + 0.5, 150.5)).count()
     }
 
-    /// The hysteresis of the estimate used to apply at the position and heading of the last update. Since the turn between two
-    /// updates (0.35 rad) is as wide as the kernel, the estimate could switch between two equal rivals whenever the robot turned.
+    /// Regression test: the hysteresis of the estimate applied at the pose of the last update. Since the turn between two updates
+    /// (0.35 rad) is as wide as the kernel, the estimate could switch between two equal rivals whenever the robot turned.
     #[test]
     fn a_turn_does_not_change_the_robots_mind() {
         let parameters =
@@ -659,7 +654,7 @@ mod tests {
         let mut scan = LaserScan { beam_count: 4, range_max_m: 5.6, ..bytemuck::Zeroable::zeroed() };
         scan.ranges_m[..4].fill(f32::INFINITY);
         localizer.step(&Pose::new(0.0, 0.0, 0.0), &scan);
-        // There are two places, the other one with 52 of 100 particles, and no reading that distinguishes them.
+        // There are two places, the second with 52 of 100 particles, and no reading that distinguishes them.
         let State { particles, mode, .. } = &mut localizer.state;
         for (i, x_px) in particles.x_px.iter_mut().enumerate() {
             *x_px = if i < 48 { 100.0 } else { 400.0 };

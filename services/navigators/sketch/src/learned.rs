@@ -122,7 +122,7 @@ struct MapText {
     rows: Vec<String>,
 }
 
-/// Why a file cannot be used as a learned map.
+/// The reason why a file cannot be used as a learned map.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum LearnedError {
     /// The file is something else, or damaged.

@@ -39,7 +39,7 @@ pub struct Lookout {
 }
 
 impl Lookout {
-    /// Creates a lookout for a drive of this robot.
+    /// Creates a lookout for a drive of a robot.
     pub fn new(robot: &Robot) -> Self {
         Self {
             robot: robot.clone(),
@@ -63,7 +63,7 @@ impl Lookout {
         (self.size_px, self.wall_direction_rad) = (Some(size_px), map.wall_direction_rad);
         self.walls = Some(Walls { size_px, cells: cells.to_vec() });
         if map.header.seq != self.sketch_seq {
-            // Everything known so far refers to the previous sketch.
+            // All messages so far refer to the previous sketch.
             (self.sketch_seq, self.in_flight) = (map.header.seq, IN_FLIGHT);
             (self.estimate, self.plan, self.particles, self.correspondence) = (None, None, None, None);
         }
@@ -167,7 +167,7 @@ fn particles(particles: &Particles) -> Vec<[f64; 2]> {
     thinned(particles.particles[..count].iter()).map(|p| [p.x_px.into(), p.y_px.into()]).collect()
 }
 
-/// Returns the parts of the drawn outline whose walls the robot has seen, and the parts beyond gaps in what it has seen.
+/// Returns the parts of the drawn outline whose walls the robot has seen, and the parts beyond gaps in its map.
 fn outline(found: &Correspondence) -> [Shape; 2] {
     let of = |kind: PartnerKind, color| {
         let samples = found.samples().iter().filter(|sample| sample.partner == kind.code());
@@ -179,7 +179,7 @@ fn outline(found: &Correspondence) -> [Shape; 2] {
     [of(PartnerKind::Wall, Color::Seen), of(PartnerKind::Gap, Color::Hidden)]
 }
 
-/// Returns the planned paths: through the drawing to the end of the task, and around the obstacles that the laser sees.
+/// Returns the planned paths, one through the drawing to the end of the task and one around the obstacles in the laser's view.
 fn ways(plan: &Plan) -> [Shape; 2] {
     let line = |points: &[[f32; 2]], count: u32, stroke| {
         let points = &points[..(count as usize).min(points.len())];

@@ -65,7 +65,8 @@ messages! {
         pub width_px: u32,
         /// Height of the grid, in pixels.
         pub height_px: u32,
-        /// Direction of the walls in (−π/4, π/4], in radians modulo a right angle (Boniardi et al. 2015, III-B).
+        /// Direction of the walls in (−π/4, π/4], in radians modulo a right angle (Boniardi et al. 2015, III-B). 0 if there are no
+        /// straight lines.
         pub wall_direction_rad: f64,
         /// Width of the pen's strokes, in pixels.
         pub pen_width_px: f64,

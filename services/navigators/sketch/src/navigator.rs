@@ -41,6 +41,7 @@ pub const NAVIGATOR: Navigator = Navigator {
     drawn: Some(crate::drawn::DRAWN),
     doubts: Some(|run, files| Ok(crate::sketcher::doubts(run, files)?)),
     canvas: Some(|run, files| Ok(crate::sketcher::canvas(run, files)?)),
+    place: Some(|run, files, name| Ok(crate::sketcher::place(run, files, name)?)),
     account: Some(|_| Box::new(crate::account::Account::default())),
     ..Navigator::new(
         crate::mission::KIND,

@@ -1,11 +1,11 @@
 //! The planner drives the robot to its goals in a drawing.
 //!
-//! The planner answers every estimate with a plan, if one is due, with one command and, last, with one status. In lockstep, the
-//! first estimate waits for the sketch, the route and the order to start. In real time, the robot stands still until these have
-//! arrived. Orders come from the supervisor and from the pad.
+//! The planner responds to every estimate with a plan if one is due, a command and, last, a status. In lockstep, the response to
+//! the first estimate waits for the sketch, the route and the order to start. In real time, the robot stands still until these have
+//! arrived. Orders come from the supervisor and the pad.
 //!
 //! The module `driving` computes velocities from estimates, and the [`Agenda`] is responsible for the order of tasks, people's
-//! orders and time limits. Memory is only allocated when a sketch or a route arrives.
+//! orders and time limits. Memory is only allocated when a sketch, a route or an order to go to a place arrives.
 
 mod arrival;
 mod driving;
@@ -21,9 +21,9 @@ use crate::mission::SketchMission;
 use serde::{Deserialize, Serialize};
 use sketchnav_motion::agenda::{Agenda, Due, Hold, Phase, Standing, TaskInfo};
 use sketchnav_schemas::channels::{ODOMETRY, SCAN, STATUS};
-use sketchnav_schemas::codes::{Process, TaskState, Tracking};
-use sketchnav_schemas::geometry::{Base, Pose};
-use sketchnav_schemas::message::{Here, MissionCommand, Odometry};
+use sketchnav_schemas::codes::{Order, Process, TaskState, Tracking};
+use sketchnav_schemas::geometry::{Base, Point, Pose, Sketch};
+use sketchnav_schemas::message::{MissionCommand, NamedPlace, Odometry};
 use sketchnav_schemas::mission::{Mission, MissionError};
 use sketchnav_schemas::robot::RobotError;
 use sketchnav_schemas::run::{Pad, RunConfig};
@@ -41,7 +41,7 @@ use crate::task::Task;
 /// An error that prevents the planner from working.
 #[derive(Debug, thiserror::Error)]
 pub enum PlannerError {
-    /// An error in the mission's part for this navigator.
+    /// An error in the mission keys of this navigator.
     #[error(transparent)]
     Mission(#[from] MissionError),
     /// The robot lacks the laser or the odometry.
@@ -58,11 +58,12 @@ pub enum PlannerError {
     Cells(#[from] CellsError),
 }
 
-/// Everything that changes from step to step, for a checkpoint. The sketch and the route are not included. `D` is the driver's
-/// state, or a view of it if the state is only to be written.
+/// The state that changes from step to step, for checkpoints, without the sketch and the route. `D` is the driver's state, or a
+/// view of it for writing.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct State<D = driving::State> {
     agenda: Standing,
+    place: Option<NamedPlace>,
     drawing: DrawingSeq,
     asking: Asking,
     driver: D,
@@ -73,11 +74,11 @@ pub struct State<D = driving::State> {
 struct Asking {
     /// Time for which the current question has been open, in seconds.
     for_s: f64,
-    /// Kind of the question that was sent last, as the code of a [`QuestionKind`].
+    /// Kind of the last question sent, as the code of a [`QuestionKind`].
     sent: u32,
 }
 
-/// The numbers of the last sketch and of the last route that have arrived, or 0 before the first.
+/// Sequence numbers of the latest sketch and the latest route, or 0 before the first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 struct DrawingSeq {
     sketch: u64,
@@ -91,16 +92,18 @@ pub struct Planner {
     wall_direction_rad: f64,
     pad: Pad,
     tasks: Option<Vec<Task>>,
-    /// Number of the sketch that the tasks refer to, if the route says so.
+    /// A place that a person gave as the goal by its name. It follows the last task on the agenda.
+    place: Option<NamedPlace>,
+    /// Sequence number of the sketch that the tasks refer to, if the route states it.
     tasks_sketch: u64,
     /// Width and height of the drawing, in pixels.
     size_px: [f64; 2],
     ask_patience_s: f64,
     asking: Asking,
-    /// Time, in nanoseconds, up to which people's reports of where the robot is are too old to use.
+    /// Time, in nanoseconds, up to which people's reports of the robot's place are too old to use.
     too_old_ns: Option<u64>,
     driver: Driver,
-    /// True if the driver drives in learned maps.
+    /// True if the robot drives in a learned map.
     is_learned: bool,
     run: RunConfig,
     agenda: Agenda,
@@ -108,7 +111,7 @@ pub struct Planner {
 }
 
 impl Planner {
-    /// Creates the planner of a run, with the run's robot and the parameters of its mission.
+    /// Creates the planner of a run for its robot and mission parameters.
     ///
     /// # Errors
     /// [`PlannerError`] if the mission's table `parameters.planner` is invalid or the robot lacks a sensor.
@@ -123,6 +126,7 @@ impl Planner {
             wall_direction_rad: 0.0,
             pad: run.pad,
             tasks: None,
+            place: None,
             tasks_sketch: 0,
             size_px: [0.0; 2],
             ask_patience_s: parameters.ask_patience_s,
@@ -136,7 +140,7 @@ impl Planner {
         })
     }
 
-    /// Accepts a drawing and its cells. If people draw during the run, a new drawing ends whatever is under way, and discards tasks
+    /// Accepts a drawing and its cells. If people draw during the run, a new drawing ends the task under way and discards all tasks
     /// that belong to the previous drawing.
     fn on_sketch(&mut self, map: &SketchMap, cells: &[u8]) -> Result<(), PlannerError> {
         let sketch = SketchGrid::of_map(map, cells)?;
@@ -150,7 +154,7 @@ impl Planner {
         let before = std::mem::replace(&mut self.drawing.sketch, map.header.seq);
         if self.pad.draws() && before != 0 && before != map.header.seq {
             self.driver.forget();
-            self.agenda.begin_again();
+            self.begin_again();
             if self.tasks_sketch != map.header.seq {
                 self.set_tasks(None);
             }
@@ -160,7 +164,7 @@ impl Planner {
     }
 
     /// Accepts the tasks of a route, unless the first task has begun. If people draw during the run, new tasks are accepted
-    /// whenever the robot does not drive.
+    /// whenever the robot is not driving.
     fn on_route(&mut self, route: &Route) {
         let is_open = match self.pad.draws() {
             true => !self.agenda.is_driving(),
@@ -171,21 +175,42 @@ impl Planner {
         }
         let before = std::mem::replace(&mut self.drawing.route, route.header.seq);
         if self.pad.draws() && before != 0 && before != route.header.seq {
-            self.agenda.begin_again();
+            self.begin_again();
         }
         self.set_tasks(Some(Task::of_route(route)));
         self.tasks_sketch = route.header.source_seq;
     }
 
     fn set_tasks(&mut self, tasks: Option<Vec<Task>>) {
-        self.agenda.set_tasks(tasks.iter().flatten().map(TaskInfo::from));
         self.tasks = tasks;
+        self.list_tasks();
     }
 
-    /// Handles a person's order. `held` says why the robot was held before the order, if it was.
+    fn set_place(&mut self, place: Option<NamedPlace>) {
+        self.place = place;
+        self.list_tasks();
+    }
+
+    /// Puts the tasks on the agenda, and the place after them.
+    fn list_tasks(&mut self) {
+        let place = self.place.as_ref().map(Task::from);
+        self.agenda.set_tasks(self.tasks.iter().flatten().chain(&place).map(TaskInfo::from));
+    }
+
+    fn begin_again(&mut self) {
+        self.agenda.begin_again();
+        self.set_place(None);
+    }
+
+    /// Handles a person's order. `held` is the reason why the robot was held before the order, if any.
     fn on_order(&mut self, order: &MissionCommand, held: Option<Hold>) {
+        match Order::from_code(order.order) {
+            Some(Order::Goal) => self.on_goal(order),
+            Some(Order::Start) if self.agenda.task() == 0 => self.set_place(None),
+            _ => {}
+        }
         let now_s = self.agenda.elapsed_s();
-        if let Some(here) = order.here().filter(|here| self.is_told(order, here)) {
+        if let Some(here) = order.here().filter(|here| self.is_told(order, &here.at)) {
             self.driver.tell(&here, now_s);
             self.agenda.find();
         } else if matches!(held, Some(Hold::Lost | Hold::Asks)) && self.agenda.held().is_none() {
@@ -193,14 +218,26 @@ impl Planner {
         }
     }
 
-    /// Returns true if the place that a person reports is in the drawing, and newer than what was known when the planner started.
-    fn is_told(&self, order: &MissionCommand, here: &Here) -> bool {
-        let is_old = self.too_old_ns.is_some_and(|old_ns| order.header.stamp_ns <= old_ns);
-        let [width, height] = self.size_px;
-        !is_old && (0.0..width).contains(&here.at.x) && (0.0..height).contains(&here.at.y)
+    /// Goes to the place of an order. If the order names a task instead, the agenda has already switched to it, and an earlier place
+    /// no longer follows the tasks.
+    fn on_goal(&mut self, order: &MissionCommand) {
+        let Some(count) = self.tasks.as_ref().map(Vec::len) else { return };
+        if let Some(place) = order.place().filter(|place| self.is_told(order, &place.at)) {
+            self.set_place(Some(place));
+            self.agenda.go_to(count);
+        } else if (order.task as usize) < count {
+            self.set_place(None);
+        }
     }
 
-    /// Returns which part of the drawing is missing, if any.
+    /// Returns true if the place reported by a person is in the drawing, and the report is newer than the start of the planner.
+    fn is_told(&self, order: &MissionCommand, at: &Point<Sketch>) -> bool {
+        let is_old = self.too_old_ns.is_some_and(|old_ns| order.header.stamp_ns <= old_ns);
+        let [width, height] = self.size_px;
+        !is_old && (0.0..width).contains(&at.x) && (0.0..height).contains(&at.y)
+    }
+
+    /// Returns the missing part of the drawing, if any.
     fn missing(&self) -> Option<Reason> {
         match (self.driver.has_sketch(), &self.tasks) {
             (false, _) => Some(Reason::NoSketch),
@@ -231,7 +268,7 @@ impl Planner {
         }
     }
 
-    /// Lets a question lapse that nobody has answered in time.
+    /// Ends a question that nobody has answered in time.
     fn await_answer(&mut self, dt_s: f64) {
         if self.agenda.held() != Some(Hold::Asks) {
             return;
@@ -244,7 +281,8 @@ impl Planner {
     }
 
     fn begin(&mut self, chart: &Chart) {
-        if let Some(task) = self.tasks.as_ref().and_then(|tasks| tasks.get(self.agenda.task())) {
+        let place = self.place.as_ref().map(Task::from);
+        if let Some(task) = self.tasks.iter().flatten().chain(&place).nth(self.agenda.task()) {
             self.driver.begin(task, chart);
         }
     }
@@ -314,7 +352,7 @@ impl Planner {
 }
 
 impl Stage for Planner {
-    const FORM: &'static str = "sketch planner 11";
+    const FORM: &'static str = "sketch planner 12";
     type State = State;
 
     fn receive(&mut self, message: &Incoming<'_>) -> Result<(), StageError> {
@@ -333,7 +371,8 @@ impl Stage for Planner {
         self.agenda.is_ready(self.missing().is_none())
     }
 
-    /// Before the first scan and odometry, an instant has no answer. This is safe because the world stops a robot without commands.
+    /// Before the first scan and odometry, there is no response to an instant. This is safe because the world stops a robot without
+    /// commands.
     fn step(&mut self, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError> {
         let (Some(estimate), Some(odometry), Some(_)) =
             (instant.newest(ESTIMATE)?, instant.newest(ODOMETRY)?, instant.newest(SCAN)?)
@@ -352,19 +391,20 @@ impl Stage for Planner {
 
     fn state(&self) -> impl Serialize {
         let (agenda, driver) = (self.agenda.standing(), self.driver.state());
-        State { agenda, drawing: self.drawing, asking: self.asking, driver }
+        State { agenda, place: self.place, drawing: self.drawing, asking: self.asking, driver }
     }
 
     /// The sketch and the route of the state must have arrived again. If people draw during the run, newer ones may have arrived
-    /// instead, and the planner then waits for the order to start.
+    /// instead. The planner then waits for the order to start.
     fn restore(&mut self, state: State) -> Result<(), StageError> {
         self.agenda.restore(state.agenda);
         self.asking = state.asking;
         if state.drawing == self.drawing || !self.pad.draws() {
+            self.set_place(state.place);
             self.driver.restore(state.driver);
             self.drawing = state.drawing;
         } else {
-            self.agenda.begin_again();
+            self.begin_again();
         }
         Ok(())
     }
@@ -375,7 +415,7 @@ impl Stage for Planner {
     }
 }
 
-/// Returns the parameters that a mission gives the planner.
+/// Returns the planner's parameters in a mission.
 ///
 /// # Errors
 /// [`PlannerError`] with the key of the mission.
@@ -383,11 +423,11 @@ pub fn parameters(mission: &Mission) -> Result<Parameters, PlannerError> {
     in_sketch(mission, SketchMission::of(mission)?.is_learned())
 }
 
-/// Returns the planner's parameters in a sketch of a run, which is a learned map or not.
+/// Returns the planner's parameters for a run, in a drawing or in a learned map.
 fn of_run(run: &RunConfig, is_learned: bool) -> Result<Parameters, PlannerError> {
     let mut parameters = in_sketch(&run.mission, is_learned)?;
     if run.pad.is_absent() {
-        // Without a pad, nobody could answer.
+        // Without a pad, nobody can answer.
         parameters.ask_margin = 0.0;
     }
     Ok(parameters)
@@ -400,8 +440,8 @@ fn in_sketch(mission: &Mission, is_learned: bool) -> Result<Parameters, PlannerE
     Ok(parameters)
 }
 
-/// Writes `points` to `out` and returns how many were written. Points are thinned evenly if there are too many, but the last one is
-/// always written. The rest of `out` is zero.
+/// Writes `points` to `out` and returns the number written. If there are too many, they are thinned evenly, always keeping the last
+/// one. The rest of `out` is zero.
 fn thin<const N: usize>(points: impl ExactSizeIterator<Item = [f32; 2]>, out: &mut [[f32; 2]; N]) -> usize {
     *out = [[0.0; 2]; N];
     let (len, count) = (points.len(), points.len().min(N));

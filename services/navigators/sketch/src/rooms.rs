@@ -1,12 +1,12 @@
 //! Locates a goal by treating the floor as regions joined by doors.
 //!
-//! The free space of the drawing, and of what the robot has seen, is divided into regions at its narrow passages (`partition`). The
-//! outline of a region is a sequence of walls, doors and gaps (`floor`). Regions of the two floors are aligned by dynamic
-//! programming, and a pair of doors costs as much as the regions beyond them (`joint`). The order of doors around a region is kept,
-//! lengths have little weight, and doors that were forgotten or are closed incur a cost. Alignments drawn at random determine where
-//! the goal lies and how certain that is (`answer`).
+//! The free space of the drawing and of the robot's map is divided into regions at narrow passages (`partition`). The outline of a
+//! region is a sequence of walls, doors and gaps (`floor`). Regions of the two floors are aligned by dynamic programming, and a
+//! pair of doors costs as much as the regions beyond them (`joint`). The order of doors around a region is preserved, lengths have
+//! little weight, and forgotten or closed doors incur a cost. Randomly drawn alignments determine the place of the goal and its
+//! certainty (`answer`).
 //!
-//! Everything here is a pure function of the drawing and the map. Memory is bounded by the size of the two and by a maximum for the
+//! All results are pure functions of the drawing and the map. Memory is bounded by the size of the two and by a maximum for the
 //! alignments.
 
 mod answer;
@@ -33,7 +33,7 @@ use crate::sketch::SketchGrid;
 use floor::{Frame, Ground};
 use partition::{Dividing, Partition};
 
-/// Cells around a floor that are solid.
+/// Width of the solid frame around a floor, in cells.
 const FRAME: usize = 2;
 /// Share of the clearance of the smaller of two regions below which the passage between them is narrow.
 const RATIO: f32 = 0.8;
@@ -47,9 +47,9 @@ const LEAST_DOORS: usize = 3;
 const AREAS_M2: [f64; 3] = [60.0, 300.0, 2500.0];
 /// Length of a piece of wall, in metres.
 const PIECE_M: f64 = 0.5;
-/// Area, in square metres, below which a region of a drawing, and of a map, is part of another.
+/// Area, in square metres, below which a region of a drawing, and of a map, is merged with another.
 const LEAST_ROOM_M2: [f64; 2] = [1.5, 1.2];
-/// Share of the drawing below which a region is part of another, and below which a hole is a speck.
+/// Share of the drawing below which a region is merged with another, and below which a hole is a speck.
 const LEAST_SHARES: [f64; 2] = [1e-3, 2e-4];
 /// Minimum area, in square metres, of a free-standing object that divides a region, in a drawing and in a map.
 const LEAST_HOLE_M2: [f64; 2] = [2.0, 4.0];
@@ -183,8 +183,8 @@ fn extent(region: &Region) -> usize {
     bounds[1].saturating_sub(bounds[0]).max(bounds[3].saturating_sub(bounds[2]))
 }
 
-/// Returns the number of a drawing's cells per metre. It follows from the median width of its doors, provided that its `area` in
-/// cells then has a plausible size.
+/// Returns the number of a drawing's cells per metre, from the median width of its doors, provided that its `area` in cells then
+/// has a plausible size.
 fn cells_per_m(partition: &Partition, area: f64) -> f64 {
     let mut widths: Vec<_> = floor::doors(partition).0.iter().map(|door| door.width).collect();
     widths.sort_by(f64::total_cmp);
@@ -193,8 +193,8 @@ fn cells_per_m(partition: &Partition, area: f64) -> f64 {
     by_doors.map_or(usual, |width| width / DOOR_M).clamp(most, least)
 }
 
-/// Returns the rotation nearest to `guess_rad` that makes the walls of a map parallel to those of a drawing. Each is given by its
-/// main direction and the degree to which walls agree with it.
+/// Returns the rotation nearest to `guess_rad` that makes the walls of a map parallel to those of a drawing. Both are given by
+/// their main direction and the degree to which their walls agree with it.
 fn parallel((drawn_rad, drawn): (f64, f64), (seen_rad, seen): (f64, f64), guess_rad: f64) -> f64 {
     const LEAST_COHERENCE: f64 = 0.3;
     let quarter = std::f64::consts::FRAC_PI_2;

@@ -8,7 +8,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::channels::{DRAWING, UNDERSTOOD};
 use sketchnav_schemas::codes::DrawingKind;
-use sketchnav_schemas::message::Header;
+use sketchnav_schemas::message::{Header, MAX_TASKS, NamedPlace, Text};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::doubts::{Canvas, Doubts};
 use sketchnav_stage::{Files, Hosted, Incoming, Outbox, Stage, StageError};
@@ -16,7 +16,8 @@ use sketchnav_stage::{Files, Hosted, Incoming, Outbox, Stage, StageError};
 use crate::learned::{DrawingFile, Learned};
 use crate::reading::desk::{self, Change, Desk};
 use crate::reading::{
-    self, DrawnMap, Intent, Options, Places, SketchError, fill_cells, fill_sketch, fill_understood, read,
+    self, DrawnMap, ImageTask, Intent, Options, Places, SketchError, fill_cells, fill_sketch,
+    fill_understood, read,
 };
 use crate::task::fill_route;
 
@@ -107,6 +108,27 @@ pub fn canvas(run: &RunConfig, files: &Files<'_>) -> Result<Option<Canvas>, Sket
     Ok(Some(Canvas { size_px, scale: drawing.scale }))
 }
 
+/// Finds a place that is named on a run's drawing or in its mission, and checks that the robot can get there.
+///
+/// # Errors
+/// [`SketchError`] if people draw while the mission runs, if there is no such place or several, or if the robot cannot get there.
+/// If there is none, the error lists the names of places and tasks.
+pub fn place(run: &RunConfig, files: &Files<'_>, name: &str) -> Result<NamedPlace, SketchError> {
+    if run.pad.draws() {
+        return Err(SketchError::NamesOnPad { name: name.to_owned() });
+    }
+    let options = Options::of_mission(&run.mission, run.seed)?;
+    let mission = SketchMission::of(&run.mission)?;
+    let given = Given::load(&mission, files)?;
+    let (drawing, mut intent) = given.read(&mission, &options)?;
+    let named = ImageTask::named(name, &mission, &drawing)?;
+    // As on the planner's agenda, the place follows the mission's tasks.
+    intent.tasks.truncate(MAX_TASKS - 1);
+    intent.tasks.push(named);
+    let (_, places) = given.place(&mission, drawing, &intent, &options)?;
+    Ok(NamedPlace { name: Text::new(name), at: places.tasks[intent.tasks.len() - 1].end() })
+}
+
 /// The contents of the files that a mission names.
 struct Given {
     drawing: Vec<u8>,
@@ -128,8 +150,19 @@ impl Given {
         options: &Options,
     ) -> Result<(DrawnMap, Places), SketchError> {
         let (drawing, intent) = self.read(mission, options)?;
+        self.place(mission, drawing, &intent, options)
+    }
+
+    /// Places tasks in the drawing or, if there is one, in the learned map.
+    fn place(
+        &self,
+        mission: &SketchMission,
+        drawing: DrawnMap,
+        intent: &Intent,
+        options: &Options,
+    ) -> Result<(DrawnMap, Places), SketchError> {
         if let Some((learned, file)) = self.learned(mission)? {
-            return learned.place(file, &intent, options);
+            return learned.place(file, intent, options);
         }
         let places = intent.place(&drawing, &options.settings)?;
         Ok((drawing, places))

@@ -2,9 +2,13 @@
 
 use sketchnav_motion::agenda::TaskInfo;
 use sketchnav_schemas::geometry::{Point, Sketch};
-use sketchnav_schemas::message::Text;
+use sketchnav_schemas::message::{NamedPlace, Text};
 
 use crate::messages::{Route, RouteTask};
+
+/// Time limit for a task from a person, in seconds of simulation time. It is generous because the person is watching and can abort
+/// the task.
+pub(crate) const PERSON_TIME_LIMIT_S: f64 = 1800.0;
 
 /// A task, which is a goal if it has a single point and a drawn route if it has more.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,6 +40,16 @@ impl Task {
     /// Returns the end position of the task, or the drawing's origin if the task has no points.
     pub fn end(&self) -> Point<Sketch> {
         self.points.last().copied().unwrap_or(Point::new(0.0, 0.0))
+    }
+}
+
+impl From<&NamedPlace> for Task {
+    fn from(place: &NamedPlace) -> Self {
+        Self {
+            name: place.name.as_str().to_owned(),
+            points: vec![place.at],
+            time_limit_s: PERSON_TIME_LIMIT_S,
+        }
     }
 }
 

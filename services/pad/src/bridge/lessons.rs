@@ -20,7 +20,7 @@ pub(super) struct Lessons {
     drove: bool,
     /// When the end of the last drive will have been recorded.
     due: Option<Duration>,
-    /// Number of changes that invalidate what is being learned.
+    /// Number of changes that invalidate the current lesson.
     changes: u64,
     offered: Option<Learned>,
     /// The learned map that the robot drives in.
@@ -87,7 +87,7 @@ impl Bridge<'_> {
         });
     }
 
-    /// Offers what was learned, unless something has happened since.
+    /// Offers the learned map, unless something has happened since.
     pub(super) fn offer(&mut self, number: u64, learned: Learned) {
         if number == self.lessons.changes {
             self.lessons.offered = Some(learned);

@@ -147,6 +147,7 @@ impl Bridge<'_> {
             body: body.unwrap_or_default().to_owned(),
             driver: self.sessions.driver().map(str::to_owned),
             wheel: unattended || self.sessions.driver().is_none(),
+            pleas: self.sessions.open_pleas().cloned().collect(),
             driver_may: self.allowed(true, now),
             watcher_may: self.allowed(false, now),
         };
@@ -189,7 +190,7 @@ impl Bridge<'_> {
         }
     }
 
-    /// Where the robot is on the canvas; in a drawing it leaves a trail.
+    /// The robot's position on the canvas. In a drawing, it leaves a trail.
     fn pose(&mut self, shown: &Shown, view: &View) -> Option<PoseView> {
         match view {
             View::Robot { .. } => Some(PoseView::in_the_middle(&self.run.robot, view)),

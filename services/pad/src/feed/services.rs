@@ -26,7 +26,7 @@ pub struct ServiceView {
     pub name: &'static str,
     /// Whether the process is up, as far as is known.
     pub up: bool,
-    /// How often it was restarted.
+    /// Number of restarts of the process.
     pub restarts: u32,
 }
 

@@ -7,7 +7,7 @@ const MAX_POINTS: usize = 2000;
 /// The distance between points at first, pixels of the canvas.
 const FIRST_STEP_PX: f64 = 2.0;
 
-/// Where the robot has been.
+/// The robot's past positions.
 #[derive(Debug, Clone)]
 pub struct Trail {
     points: VecDeque<[f64; 2]>,

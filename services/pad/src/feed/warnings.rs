@@ -1,4 +1,4 @@
-//! Warnings for people, in words.
+//! Warnings in words.
 
 use std::time::Duration;
 

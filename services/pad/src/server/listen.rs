@@ -1,9 +1,9 @@
 //! The listener, which accepts connections, gives each a time limit for its request, and limits how long it
 //! stays open.
 //!
-//! A connection carries one request. It is closed after the response, and none stays open to wait for another request. Both the
-//! head and the rest must arrive within time limits. A WebSocket has its own limits from then on. A connection that is closed
-//! before its head has arrived receives the reason (408, 431, 503).
+//! Each connection carries one request and is closed after the response. Both the head and the rest of the request must arrive
+//! within time limits. A WebSocket has its own limits from then on. A connection that is closed before its head has arrived
+//! receives the reason (408, 431, 503).
 
 use std::io::{Cursor, ErrorKind};
 use std::net::{IpAddr, SocketAddr};
@@ -120,7 +120,7 @@ async fn rings(bell: &mut oneshot::Receiver<()>) {
     }
 }
 
-/// Why a connection is closed before its request is complete.
+/// The reason why a connection is closed before its request is complete.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Dismissal {
     /// The request takes too long.
@@ -159,7 +159,7 @@ impl Dismissal {
     }
 }
 
-/// Returns what has arrived up to the end of the head, and anything after it.
+/// Returns the bytes received up to the end of the head, and any bytes after it.
 async fn head(reader: &mut (impl AsyncRead + Unpin)) -> Result<Vec<u8>, Dismissal> {
     let mut come = Vec::with_capacity(1024);
     loop {

@@ -29,7 +29,7 @@ const MAX_WORDS: usize = 32;
 const SILENT: Duration = Duration::from_secs(20);
 /// Number of a page's messages that are handled immediately, and per second after that. The rest wait on the page's link.
 const WORDS: [f64; 2] = [200.0, 60.0];
-/// How often the bridge is notified that data has arrived from a page.
+/// Interval at which the bridge is notified that data has arrived from a page.
 const HEARD_EVERY: Duration = Duration::from_millis(100);
 
 /// Serves a page until it disconnects.
@@ -153,8 +153,15 @@ impl Talk {
         self.last = Instant::now();
         let drives = picture.driver.as_deref() == Some(&self.session);
         let may = if drives { &picture.driver_may } else { &picture.watcher_may };
-        let own =
-            json!({ "n": self.sent, "drives": drives, "wheel": picture.wheel, "allowed": may }).to_string();
+        let mut own = json!({ "n": self.sent, "drives": drives, "wheel": picture.wheel, "allowed": may });
+        if picture.pleas.iter().any(|plea| plea.session == self.session) {
+            own["asks"] = true.into();
+        }
+        if drives && !picture.pleas.is_empty() {
+            let pleas = picture.pleas.iter().map(|plea| json!({ "page": plea.page, "name": plea.name }));
+            own["pleas"] = pleas.collect();
+        }
+        let own = own.to_string();
         let own = own.strip_prefix('{').and_then(|own| own.strip_suffix('}')).unwrap_or_default();
         let comma = if picture.body.is_empty() { "" } else { "," };
         format!("{{\"feed\":{{{own}{comma}{}}}}}", picture.body)
@@ -165,6 +172,22 @@ impl Talk {
 mod tests {
     use super::*;
     use crate::protocol::Step;
+    use crate::sessions::Plea;
+
+    #[test]
+    fn only_the_driver_sees_who_asks_for_the_wheel_and_nobody_sees_a_session() {
+        let plea = Plea { session: "secret".into(), page: 2, name: "Anna".into() };
+        let picture = Picture { driver: Some("driver".into()), pleas: vec![plea], ..Picture::default() };
+        let seen = |session: &str| {
+            let text = Talk::new(session.into()).feed(&picture);
+            assert!(!text.contains("secret"), "{text}");
+            let feed: serde_json::Value = serde_json::from_str(&text).unwrap();
+            [&feed["feed"]["pleas"], &feed["feed"]["asks"]].map(Clone::clone)
+        };
+        assert_eq!(seen("driver"), [json!([{ "page": 2, "name": "Anna" }]), json!(null)]);
+        assert_eq!(seen("secret"), [json!(null), json!(true)]);
+        assert_eq!(seen("another"), [json!(null), json!(null)]);
+    }
 
     #[test]
     fn no_more_than_two_pictures_are_on_the_way() {

@@ -93,7 +93,7 @@ impl Folder {
         Ok(Self { path: path.into(), facts })
     }
 
-    /// Where it is.
+    /// Returns the path of the folder.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -298,7 +298,7 @@ pub(super) mod tests {
     use super::super::record::tests::{answers, measures};
     use super::*;
 
-    /// A study of some mission.
+    /// A study of an arbitrary mission.
     pub fn facts() -> Facts {
         Facts {
             version: super::super::record::VERSION,

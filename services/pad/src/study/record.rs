@@ -124,7 +124,7 @@ pub trait Record: Serialize + DeserializeOwned {
     }
 }
 
-/// What is studied, which is the same for all participants.
+/// The subject of the study, which is the same for all participants.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Facts {
@@ -220,7 +220,7 @@ impl Record for Participant {
     }
 }
 
-/// What the page measures while a participant draws.
+/// The page's measurements while a participant draws.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Measures {
@@ -232,7 +232,7 @@ pub struct Measures {
     pub strokes: u32,
     /// Number of steps of the map that were undone.
     pub undone: u32,
-    /// How often the eraser changed the map.
+    /// Number of times that the eraser changed the map.
     pub erased: u32,
     /// Orientation of the screen at the first stroke.
     pub screen: Orientation,
@@ -268,7 +268,7 @@ pub struct Drive {
     pub path: String,
     /// The recording. The path is relative to the study's folder if the recording is in it.
     pub recording: String,
-    /// What the page has measured.
+    /// The page's measurements.
     pub measures: Measures,
 }
 
@@ -439,7 +439,7 @@ pub(super) mod tests {
     }
 
     prop_compose! {
-        /// Any participant who has finished.
+        /// A participant who has finished.
         pub fn any_kept()(
             code in "[a-z0-9][a-z0-9-]{0,20}", age in prop::option::of(AGES[0]..=AGES[1]), sheet in orientation(),
             measures in any_measures(), ratings in prop::collection::vec(1..=5_u8, STATEMENTS.len()),

@@ -10,11 +10,11 @@ use super::{Folder, StudyError};
 use crate::machine::Memory;
 use crate::protocol::{Refusal, Step};
 
-/// The series of files of what a participant has sent.
+/// Names of the series of files from a participant.
 const DRAWINGS: &str = "drawing";
 const PATHS: &str = "path";
 
-/// How far a participant has come.
+/// The progress of a participant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Stage {
@@ -34,7 +34,7 @@ pub enum Stage {
 pub enum Told {
     /// Who takes part.
     Begin(Begin),
-    /// What the page has measured, which is required before the drive.
+    /// The page's measurements, which are required before the drive.
     Measures(Measures),
     /// The answers, after the drive.
     Answers(Answers),
@@ -51,10 +51,10 @@ pub struct Begin {
     pub age: Option<u8>,
 }
 
-/// What a page shows of the study.
+/// The part of the study shown on a page.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct View {
-    /// How far the participant has come.
+    /// The progress of the participant.
     pub stage: Stage,
     /// The participant's code, starting with [`Stage::Draw`].
     pub code: Option<String>,
@@ -104,7 +104,7 @@ impl Sitting {
         self.now.as_ref().map_or(Stage::Welcome, |now| now.stage)
     }
 
-    /// What a page shows.
+    /// The content of a page.
     pub fn view(&self) -> View {
         View {
             stage: self.stage(),
@@ -159,10 +159,10 @@ impl Sitting {
         Ok(())
     }
 
-    /// Takes what the page has measured.
+    /// Stores the page's measurements.
     ///
     /// # Errors
-    /// Unless the participant draws.
+    /// [`Refusal`] unless the participant is drawing.
     pub fn measure(&mut self, measures: Measures) -> Result<(), Refusal> {
         measures.check().map_err(malformed)?;
         match &mut self.now {
@@ -178,7 +178,7 @@ impl Sitting {
     /// driven, once.
     ///
     /// # Errors
-    /// With what is required.
+    /// [`Refusal`], which states the requirement.
     pub fn check(&self, step: Step) -> Result<(), Refusal> {
         let holds = match step {
             Step::Sketch | Step::Path => self.stage() == Stage::Draw,
@@ -209,7 +209,7 @@ impl Sitting {
     /// Records that the drive begins.
     ///
     /// # Errors
-    /// An error if the drawing time or what is driven is not known, and [`Refusal::File`].
+    /// An error if the drawing time or the drive is not known, and [`Refusal::File`].
     pub fn drive(&mut self, recording: &str) -> Result<(), Refusal> {
         let Some(now) = self.now.as_mut().filter(|now| now.stage == Stage::Draw) else { return Ok(()) };
         let code = now.participant.code.as_str();

@@ -179,8 +179,8 @@ impl Inputs {
         self.ticks.as_ref().is_some_and(|ticks| ticks.taken < tick)
     }
 
-    /// Resumes after the messages that the process had taken before the kill. Instructions are delivered again, and the latest
-    /// reading of each sensor is taken once more, because it belongs to the instants that follow.
+    /// Resumes after the messages that the process had received before it was killed. Instructions are delivered again, and the
+    /// latest reading of each sensor is taken once more, because it belongs to the instants that follow.
     pub(super) fn resume(&mut self, positions: &Positions) {
         for (requests, &taken) in self.requests.iter_mut().zip(&positions.requests) {
             requests.taken = taken;

@@ -309,7 +309,7 @@ fn fill(scan: &mut LaserScan) {
     scan.ranges_m[100] = 2.5;
 }
 
-/// Returns where in a file an address is mapped: the file's device, inode and path, and the offset.
+/// Returns the mapping of an address: the file's device, inode and path, and the offset in it.
 fn place_in_file<T>(address: *const T) -> String {
     let address = address as usize;
     let maps = std::fs::read_to_string("/proc/self/maps").unwrap();

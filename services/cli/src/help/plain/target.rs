@@ -2,8 +2,8 @@
 
 use super::super::Page;
 
-/// Returns what is shown of a link's target: the topic of another page in brackets, a file or an address in parentheses, and
-/// nothing for a heading of the same page.
+/// Returns the text for a link's target: the topic of another page in brackets, a file or an address in parentheses, and nothing
+/// for a heading of the same page.
 pub fn of(url: &str, page: &Page) -> String {
     let file = url.split('#').next().unwrap_or_default();
     if url.contains("://") {

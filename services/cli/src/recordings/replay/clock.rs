@@ -22,7 +22,7 @@ impl Clock {
         Self { rate, anchor: None, is_paused, stepping_ns: None }
     }
 
-    /// Returns the time until a message with this timestamp is due, or `None` while paused.
+    /// Returns the time until a message with the given timestamp is due, or `None` while paused.
     pub fn until(&mut self, stamp_ns: u64) -> Option<Duration> {
         if self.stepping_ns == Some(stamp_ns) {
             return Some(Duration::ZERO);
@@ -50,7 +50,7 @@ impl Clock {
         self.is_paused = !self.is_paused;
     }
 
-    /// Makes all messages of the instant with this timestamp due, and none after it.
+    /// Makes all messages of the instant with the given timestamp due, and none after it.
     pub fn step(&mut self, stamp_ns: u64) {
         (self.is_paused, self.stepping_ns) = (true, Some(stamp_ns));
     }

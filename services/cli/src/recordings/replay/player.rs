@@ -298,7 +298,7 @@ struct Answer {
     reader: RawReader,
     /// The latest tick that the process has responded to.
     newest: u64,
-    /// How many ticks the process may lag behind.
+    /// Maximum lag of the process, in ticks.
     window: u64,
 }
 

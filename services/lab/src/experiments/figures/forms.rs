@@ -1,5 +1,4 @@
-//! Forms of markers, which determine how a figure is written, and what is shown of a whole experiment or of
-//! the table of a study.
+//! Forms of markers, which select the notation of a figure, and the part of a whole experiment or of a study's table to show.
 
 use std::fmt::Write as _;
 

@@ -1,7 +1,7 @@
 //! The `directions-buildings` suite drives journeys from pole to pole through buildings by a custom map, with a noisy laser, and on
 //! half of the journeys among people who walk around.
 //!
-//! The journeys among people are driven once more with markers on most of the poles, which show what these stand for.
+//! The journeys among people are repeated with markers on most of the poles, which show the kinds of the poles.
 //!
 //! The poles are placed so that a robot can find its way: one on either side of each door, and others where there is space. The
 //! map-maker is given the floor plan with its poles, but not the people.
@@ -32,7 +32,7 @@ use crate::experiments::ground::{Ground, length_m};
 use crate::experiments::suite::{Folders, Suite};
 use crate::experiments::trial::{Page, Trial};
 
-/// Number of journeys through each floor without people, and as many with them.
+/// Number of journeys through each floor without people, and again with people.
 const JOURNEYS: usize = 50;
 /// Number of pairs of poles that are tried to find those journeys.
 const TRIES: usize = 1000;
@@ -42,9 +42,9 @@ const LEAST_M: f64 = 8.0;
 const FROM_WALLS_M: f64 = 0.65;
 const APART_M: f64 = 2.4;
 const FROM_DOORS_M: f64 = 1.2;
-/// Place of a pole at a door, in metres: how far from the wall, and how far beside the middle of the door. A robot that stands in
-/// the corner of the pole is then opposite the door. The distance from the wall differs from door to door: if poles are in line, a
-/// robot whose heading is slightly off cannot tell in which quadrant they are. The pole may be moved slightly to fit.
+/// Place of a pole at a door, in metres: its distance from the wall, and from the middle of the door along the wall. A robot in the
+/// corner of the pole is then opposite the door. The distance from the wall differs from door to door, because if poles are in
+/// line, a robot whose heading is slightly off cannot tell in which quadrant they are. The pole may be moved slightly to fit.
 const BESIDE_DOORS_M: [f64; 2] = [1.1, 1.6];
 const ASIDE_M: f64 = 0.55;
 const MOVED_M: f64 = 0.15;
@@ -59,7 +59,7 @@ const CELL_M: f64 = 0.1;
 const PEOPLE: usize = 2;
 const WALKS_MPS: [f64; 2] = [0.6, 1.2];
 const AWAY_M: f64 = 1.5;
-/// What poles at doors stand for, and what the others stand for in turn. Every fourth of these has no marker.
+/// The kind of poles at doors, and the kinds of the others in turn. Every fourth of these has no marker.
 const AT_DOORS: &str = "door";
 const ELSEWHERE: [Option<&str>; 4] = [Some("stairs"), Some("machine"), Some("corner"), None];
 /// Number of markers around a pole.
@@ -112,7 +112,7 @@ struct Site<'a> {
     poles: Vec<[f64; 2]>,
     /// Number of these poles that stand at doors. They come first.
     at_doors: usize,
-    /// Where the robot fits, and where a person does.
+    /// The positions where the robot fits, and those where a person fits.
     ground: Ground,
     pavement: Ground,
 }
@@ -222,7 +222,7 @@ impl<'a> Site<'a> {
         journey.trial(self.folders)
     }
 
-    /// Returns what each pole stands for.
+    /// Returns the kind of each pole.
     fn kinds(&self) -> impl Iterator<Item = Option<&'static str>> {
         let others = ELSEWHERE.into_iter().cycle().take(self.poles.len() - self.at_doors);
         iter::repeat_n(Some(AT_DOORS), self.at_doors).chain(others)
@@ -238,7 +238,7 @@ impl<'a> Site<'a> {
         numbers
     }
 
-    /// Returns the floor with markers to all sides of each pole that stands for something.
+    /// Returns the floor with markers on all sides of each pole that has a kind.
     fn marked(&self) -> FloorPlan {
         let marker = |pole: usize, side: usize| {
             let facing_deg = 360.0 * side as f64 / AROUND as f64;
@@ -380,8 +380,8 @@ mod tests {
         }
     }
 
-    /// The map-maker plans with the landmarks that it expects the robot to see. Every seventh landmark that the robot found was
-    /// once a part of a wall behind a door, so that no plan could succeed.
+    /// The map-maker plans with the landmarks that it expects the robot to see. Regression test: every seventh landmark that the
+    /// robot found was a part of a wall behind a door, so no plan could succeed.
     #[test]
     fn the_robot_finds_the_poles_that_the_map_maker_expects_it_to_see_and_nothing_else() {
         let folders = Folders::of_checkout();
@@ -407,7 +407,7 @@ mod tests {
     }
 
     impl Counts {
-        /// Compares what is found in scans at random places with what the map-maker expects there.
+        /// Compares the landmarks found in scans at random places with those expected by the map-maker.
         fn add(&mut self, site: &Site<'_>) {
             let trial = site.journey(Way::nowhere(site.poles[0]), Vec::new(), None).unwrap();
             let finder = settings::finder(&trial.mission, &trial.robot).unwrap().unwrap();
@@ -432,7 +432,7 @@ mod tests {
             let eye = Eye { at, walls: atlas.plane.walls() };
             let dots: Vec<Point> = atlas.plane.dots().iter().map(|dot| *dot - at).collect();
             let is_near = |a: Point, b: Point| (a - b).norm() < 0.3;
-            // Whether a pole at the end of the robot's range is found is a matter of chance.
+            // A pole at the end of the robot's range may or may not be found.
             for dot in dots.iter().filter(|dot| (0.6..7.5).contains(&dot.norm())) {
                 let others = dots.iter().filter(|other| *other != dot).copied();
                 match (is_seen(land, eye, *dot, others), found.iter().any(|place| is_near(*place, *dot))) {

@@ -1,4 +1,4 @@
-//! Tables of journeys on land: whether as many arrive as the map-maker states, and how the others end.
+//! Tables of journeys on land: the share that arrives compared with the map-maker's probability, and the failures of the others.
 
 use sketchnav_schemas::statistics::{mean, wilson};
 
@@ -80,7 +80,7 @@ fn failures(outcomes: &[TaskOutcome]) -> Table {
     table(&["failure", "known", "journeys"], rows)
 }
 
-/// Returns true if the robot itself reports failures of this kind.
+/// Returns true if the robot reports failures of this kind itself.
 fn is_known(kind: Kind) -> bool {
     matches!(kind, Kind::Lost | Kind::Blocked | Kind::TimedOut)
 }

@@ -20,7 +20,7 @@ pub fn sections(base: &[Driven<'_>; 2], extended: &[Driven<'_>; 2]) -> Vec<Secti
     vec![turns(a, b), states_of_sketches(base, extended), steps_of_sketches(a), all_steps(a)]
 }
 
-/// A state that is driven to: its sketch and number, what is drawn, and how many of all runs matched it.
+/// A state to drive to: its sketch and number, its objects as drawn, and the number of runs that matched it.
 struct Reached<'a> {
     sketch: usize,
     state: usize,

@@ -156,7 +156,7 @@ fn guide_exactly(guided: &mut Trial) {
 mod tests {
     use super::*;
 
-    /// Loading the suite used to drive five missions, even if only its jobs were listed.
+    /// Regression test: loading the suite drove five missions, even if only its jobs were listed.
     #[test]
     fn loading_the_suite_of_isolated_states_drives_nothing() {
         let mut suite = suite(&Folders::of_checkout()).unwrap();
@@ -168,8 +168,8 @@ mod tests {
         assert_ne!(recipes[0].origin(), recipes[1].origin());
     }
 
-    /// A robot that believed its sonars and looked 1.2 m ahead used to cut its turns. Its routes were not the intended ones, so
-    /// states extracted from them were lost.
+    /// Regression test: a robot that trusted its sonars and looked 1.2 m ahead cut its turns. Its routes were not the intended
+    /// ones, so robots with states extracted from them got lost.
     #[test]
     fn driven_routes_are_accurate() {
         let scene = Scene::a();

@@ -14,7 +14,7 @@ use crate::experiments::variance::{FTest, f_test};
 /// Suffix of the names of trials without additional states.
 pub const BASE: &str = "/base";
 
-/// A reading of what a state requires of the objects after its first one.
+/// An interpretation of a state's conditions for objects after its first one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reading {
     /// Suffix of the names of the reading's trials, before [`BASE`].
@@ -31,8 +31,7 @@ pub const DIRECTION_ONLY: Reading =
 /// Placeholder for a number that does not exist.
 const NONE: &str = "–";
 
-/// Returns the measure P of a run, which is the share of states that were matched correctly, weighing earlier ones more
-/// (5.2.1).
+/// Returns the measure P of a run, the share of states matched correctly, with more weight on earlier ones (5.2.1).
 pub fn performance(correct: &[bool]) -> f64 {
     let m = correct.len();
     let weights = correct.iter().enumerate().filter(|(_, correct)| **correct).map(|(i, _)| m - i);
@@ -85,7 +84,7 @@ fn deviation(counts: &[usize]) -> f64 {
     variance(&counts).unwrap_or(0.0).sqrt()
 }
 
-/// The runs of a scene by states, with or without additional ones.
+/// The runs of a scene that were driven by states, with or without additional ones.
 pub struct Driven<'a> {
     /// Published results of the scene.
     pub scene: &'static Scene,

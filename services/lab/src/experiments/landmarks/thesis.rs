@@ -86,9 +86,9 @@ fn draw(scene: &Scene, degree: f64, seed: u64) -> Option<(String, Sketch)> {
     Some((file, sketch))
 }
 
-/// Returns the first sketch of a scene with these counts, trying seeds starting with this one. Sketches
-/// without an object in view at a turn are skipped. If no sketch has both counts, only the number of states
-/// decides: in scene A, five states are too few for a sketch without a wide turn.
+/// Returns the first sketch of a scene with the given counts, trying seeds starting with this one. Sketches without an object in
+/// view at a turn are skipped. If no sketch has both counts, only the number of states decides: in scene A, five states are too few
+/// for a sketch without a wide turn.
 fn sketch(scene: &Scene, degree: f64, seed: u64, wanted: Counts) -> Option<String> {
     let first = |fits: &dyn Fn(Counts) -> bool| {
         let mut drawings = (0..MOST_DRAWINGS).filter_map(|i| draw(scene, degree, seed + i));

@@ -2,8 +2,8 @@
 //! without errors.
 //!
 //! Both scenes of the thesis are lost. Here, each is rebuilt 30 times: once as in the other suites, and then with every object
-//! except the goal moved at random by up to the tolerance of the relations that the scenes were rebuilt from. The sketch is the
-//! scene itself, in whole pixels of a PDA, with the exact route. Failures are therefore not due to how people draw.
+//! except the goal moved at random by up to the tolerance of the relations in the text. The sketch is the scene itself, in whole
+//! pixels of a PDA, with the exact route, so failures are not caused by drawing errors.
 
 use rand::RngExt;
 use sketchnav_deform::scenes::sketch;
@@ -31,14 +31,14 @@ const BETWEEN_M: f64 = 0.4;
 /// Number of attempts to move an object. If all of them fail, the object stays where it is.
 const ATTEMPTS: usize = 100;
 
-/// One way to read what the text leaves open.
+/// An interpretation of what the text leaves open.
 #[derive(Debug, Clone, Copy)]
 struct Reading {
     /// Distance, in inches, between points of the route. The heading is averaged over five of them (4.3).
     step_in: f64,
     /// True if objects after the first only have their direction (table 4.1).
     is_by_direction: bool,
-    /// The robot is lost after this multiple of the estimated time (4.8).
+    /// Multiple of the estimated time after which the robot counts as lost (4.8).
     patience: f64,
     /// Maximum factor that the last leg may apply to the estimate (4.8).
     most_stretch: f64,

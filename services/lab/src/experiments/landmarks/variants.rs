@@ -26,7 +26,7 @@ pub const VARIANTS: [Variant; 4] = [
 ];
 
 impl Variant {
-    /// Returns how the names of the variant's lines differ from those of the first variant.
+    /// Returns the words that distinguish the variant's lines from those of the first variant.
     pub fn words(self) -> String {
         let base = if self.is_additional { "" } else { ", without additional states" };
         format!("{base}{}", if self.is_by_direction { ", others by direction" } else { "" })

@@ -1,4 +1,4 @@
-//! A table of the warnings about sketches before the start, and of what became of the drives.
+//! A table of the warnings about sketches before the start, and of the outcomes of the drives.
 
 use crate::experiments::outcome::TaskOutcome;
 use crate::experiments::section::Section;

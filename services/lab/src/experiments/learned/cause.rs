@@ -13,7 +13,7 @@ use crate::judge;
 /// Difference of distances in the map and in the true world, in metres, above which the map counts as drifted.
 const DRIFT_M: f64 = 1.0;
 
-/// The first of these that applies.
+/// The first cause that applies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Cause {
@@ -21,7 +21,7 @@ pub enum Cause {
     WrongArrival,
     /// The goal is elsewhere in the map, according to the correspondence with the drawing. The first drive did not arrive.
     WrongCorrespondence,
-    /// The goal's distance from where the task began differs by more than 1 m.
+    /// The goal's distance from the beginning of the task differs by more than 1 m.
     Drift,
     /// The robot was certain of a wrong place.
     WrongPlace,
@@ -56,8 +56,8 @@ impl Cause {
 }
 
 impl Lesson {
-    /// Returns why the robot failed at a task. `first` is the number of the task on the first drive, and `index` on this one. Returns
-    /// `None` if the task never began.
+    /// Returns the reason why the robot failed at a task. `first` is the number of the task on the first drive, and `index` on this
+    /// one. Returns `None` if the task never began.
     pub(super) fn cause(&self, driven: &Driven, task: &Task, [first, index]: [usize; 2]) -> Option<Cause> {
         let goal = self.goals[first]?;
         if !task.there.contains(goal[0], goal[1]) {

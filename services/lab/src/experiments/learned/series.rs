@@ -54,23 +54,23 @@ pub struct Series {
 pub struct First {
     trial: Trial,
     ground: Arc<Ground>,
-    /// Where people begin to walk, in metres.
+    /// Starting points of people, in metres.
     people: Vec<[f64; 2]>,
     /// The last drive. All drives of a series have the same seed, so that it is driven once.
     made: Mutex<Option<Arc<Made>>>,
 }
 
-/// The first drive, with its result and what was learned on it.
+/// The first drive, with its result and the map learned on it.
 #[derive(Debug)]
 struct Made {
     method: String,
     seed: u64,
     outcomes: Vec<TaskOutcome>,
-    /// What was learned, or `None` if nothing was.
+    /// The learned map, or `None` if nothing was learned.
     learned: Option<Lesson>,
 }
 
-/// What was learned.
+/// The result of learning.
 #[derive(Debug)]
 pub(super) struct Lesson {
     pub(super) learned: Learned,
@@ -80,7 +80,7 @@ pub(super) struct Lesson {
     pub(super) goals: Vec<Option<[f64; 2]>>,
 }
 
-/// What is known about a task of a series.
+/// Information about a task of a series.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct InSeries {
     /// Number of the drive, from 0.
@@ -89,9 +89,9 @@ pub struct InSeries {
     pub way_m: f64,
     /// True if the goal's true place was seen on the first drive.
     pub is_seen: bool,
-    /// True if the robot accepts the task in what was learned.
+    /// True if the robot accepts the task in the learned map.
     pub is_accepted: bool,
-    /// How the robot localized itself at the start. `None` except for the first task of a later drive.
+    /// The result of localization at the start. `None` except for the first task of a later drive.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub search: Option<Search>,
     /// Why the robot failed at the task, on a later drive.
@@ -99,7 +99,7 @@ pub struct InSeries {
     pub cause: Option<Cause>,
 }
 
-/// How a robot without a mark localized itself.
+/// The result of localization without a mark.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Search {
     /// The robot's estimate was right at the end of the task, and the search took this time, in seconds.
@@ -184,7 +184,7 @@ impl First {
         Self { trial, ground, people, made: Mutex::default() }
     }
 
-    /// Returns the first drive with this seed, and drives it unless the last one was the same.
+    /// Returns the first drive with the given seed, and drives it unless the last one was the same.
     fn made(&self, method: &str, seed: u64) -> Result<Arc<Made>, EvalError> {
         let mut kept = self.made.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(made) = kept.as_ref().filter(|made| made.method == method && made.seed == seed) {
@@ -199,7 +199,7 @@ impl First {
         Ok(kept.insert(made).clone())
     }
 
-    /// Returns what can be learned from a drive, or `None` if nothing can.
+    /// Returns the map learned from a drive, or `None` if nothing can be learned.
     fn learn(&self, driven: &Driven) -> Result<Option<Lesson>, EvalError> {
         let Some(Attended { learner, poses }) = &driven.lesson else { return Ok(None) };
         let mission = SketchMission::of(&driven.run.mission).map_err(sketchnav_sim::SimError::from)?;
@@ -245,7 +245,7 @@ impl First {
         tasks.iter().map(&mut way).collect()
     }
 
-    /// Adds what is known about the tasks of a drive to their outcomes. `driven` is the drive, unless it is the first.
+    /// Adds the information about the tasks of a drive to their outcomes. `driven` is the drive, unless it is the first.
     fn describe(
         &self,
         outcomes: &mut [TaskOutcome],
@@ -334,7 +334,7 @@ impl Lesson {
         truth.pose().position().distance(&Point::new(at[0], at[1]))
     }
 
-    /// Returns how the robot localized itself in the first task of a drive.
+    /// Returns the result of localization in the first task of a drive.
     fn search(&self, driven: &Driven) -> Search {
         let spans = judge::spans(driven.run.mission.task.len(), &driven.log.status);
         let Some(span) = spans.first().copied().flatten() else { return Search::Wrong };

@@ -17,7 +17,7 @@ struct Ended<'a> {
 }
 
 impl<'a> Ended<'a> {
-    /// Returns what identifies the task in all drives of its series.
+    /// Returns the key that identifies the task in all drives of its series.
     fn task(&self) -> (&'a str, &'a str, &'a str, u64) {
         let outcome = self.outcome;
         let of_series = outcome.id.rsplit_once('/').map_or("", |(series, _)| series);

@@ -181,7 +181,7 @@ fn scans(path: &Path) -> Result<Vec<CarmenScan>, CarmenError> {
     entries.collect()
 }
 
-/// Returns the floor of the map that the scans give when each is entered at its corrected pose.
+/// Returns the floor of the map built from the scans at their corrected poses.
 fn floor(scans: &[Scan], name: &str) -> Result<Floor, EvalError> {
     let in_map = |cause| EvalError::Mapping { log: name.to_owned(), cause };
     let parameters = mapping::Parameters { cell_m: MAP_CELL_M, extent_m: 400.0, ..Default::default() };

@@ -223,7 +223,7 @@ fn combinations(arrivals: &[Arrival<'_>]) -> Section {
     )
 }
 
-/// Returns how often arrivals are right, by the stated probability.
+/// Returns the share of right arrivals by their stated probability.
 fn bins(arrivals: &[Arrival<'_>]) -> Section {
     let (stated, _) = checked(&COMBINATIONS[COMBINATIONS.len() - 1], arrivals);
     let row = |bin: usize| {

@@ -85,7 +85,7 @@ impl<'a> View<'a> {
         Self { forces, heading_rad }
     }
 
-    /// Returns how true it is that the argument is in a direction. See [`degree_of_truth`].
+    /// Returns the degree to which the argument is in a direction. See [`degree_of_truth`].
     pub fn degree(&self, direction_rad: f64) -> Option<f64> {
         degree_of_truth(self.forces, self.heading_rad + direction_rad)
     }
@@ -97,7 +97,7 @@ impl<'a> View<'a> {
     }
 
     /// Like [`Self::assess`], but takes the lesser of the degrees by two histograms: `self`, of constant forces, and
-    /// `gravitational`. If gravitational forces are infinite, constant forces decide.
+    /// `gravitational`. If gravitational forces are infinite, only constant forces count.
     pub fn assess_with(&self, gravitational: &Self, directions: usize) -> Option<Assessment> {
         best(directions, |direction_rad| {
             let constant = self.degree(direction_rad)?;
@@ -142,9 +142,8 @@ fn best(directions: usize, degree: impl Fn(f64) -> Option<f64>) -> Option<Assess
     best
 }
 
-/// Returns how true it is that the argument is in a direction of the referent, from 0 to 1 (after Matsakis et al. 2001).
-/// The directions of the histogram are evenly spaced from 0. Returns `None` if a force is infinite or if no force is above
-/// 0.
+/// Returns the degree to which the argument is in a direction of the referent, from 0 to 1 (after Matsakis et al. 2001). The
+/// directions of the histogram are evenly spaced from 0. Returns `None` if a force is infinite or if no force is above 0.
 ///
 /// - Forces more than a right angle off `direction_rad` contradict it. On each side, the moments of these forces about the
 ///   right angle cancel the same amount of moments of the forces within, starting at the right angle and moving inwards.

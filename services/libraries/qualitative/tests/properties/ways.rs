@@ -84,7 +84,7 @@ fn crossed([a, b, c]: [Point; 3]) -> DoubleCross {
     DoubleCross::of(a, b, c, 1e-9)
 }
 
-/// Returns the relation of c, at this angle from straight ahead at b. `distance` says whether c is farther from b than the
+/// Returns the relation of c, at the given angle from straight ahead at b. `distance` says whether c is farther from b than the
 /// perpendicular at a is in that direction, nearer, or as far. It does not matter if c is ahead of b.
 fn at_angle(angle: f64, distance: Option<i32>) -> DoubleCross {
     let zone = match (angle.cos(), distance) {
@@ -102,9 +102,9 @@ fn at_angle(angle: f64, distance: Option<i32>) -> DoubleCross {
     DoubleCross::ALL[5 * side + zone]
 }
 
-/// Returns whether c and d exist at angles from straight ahead at b, c by the first and d by the last. `signs` compare the distance of
-/// c from b with that to the perpendicular at a, that of d with that to the perpendicular at c, and that of d with that to the one at
-/// a, where there are such.
+/// Returns whether c and d exist at angles from straight ahead at b, c by the first and d by the last. `signs` compare the distance
+/// of c from b with that to the perpendicular at a, that of d with that to the perpendicular at c, and that of d with that to the
+/// one at a, where there are such.
 fn lengths_exist([to_c, to_d]: [f64; 2], signs: [Option<i32>; 3]) -> bool {
     let [Some(c), Some(d), Some(last)] = signs else { return true };
     let at_c = 1.0 / (to_c.cos().abs() * (to_d - to_c).cos());

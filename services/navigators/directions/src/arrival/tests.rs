@@ -1,4 +1,4 @@
-//! Tests that journeys turn out as simulated.
+//! Tests that journeys end as simulated.
 
 use super::*;
 use crate::generate::uniform;
@@ -67,7 +67,8 @@ fn a_marker_that_is_missed_makes_its_landmark_one_of_no_kind() {
         estimates[seeks.next().unwrap() as usize].plain
     };
     assert!(of(0.0) > 0.99, "{}", of(0.0));
-    // One picture misses a marker at 4.1 m with a probability of 0.67, so three pictures miss both that face the robot with 0.09.
+    // A single picture misses a marker at 4.1 m with a probability of 0.67, so three pictures miss both markers that face the robot
+    // with a probability of 0.09.
     assert!((of(0.4) - 0.91).abs() < 0.03, "{}", of(0.4));
 }
 
@@ -121,7 +122,7 @@ fn the_stated_probability_is_kept_and_is_better_than_the_ratio_of_the_paper() {
     assert!(ours.probability() > theirs.probability() + 0.1, "{ours:?} {theirs:?}");
 }
 
-/// With 3,000 dots, planning took 15 s because every transition of the plane was simulated.
+/// Regression test: with 3,000 dots, planning took 15 s because every transition of the plane was simulated.
 #[test]
 fn on_a_large_plane_only_what_lies_near_good_paths_is_simulated() {
     let pilot = pilot(1.0);
@@ -150,7 +151,7 @@ fn the_dots_along_a_line_are_those_within_reach_of_it() {
         let share =
             ((at - ends[0]).dot(ends[1] - ends[0]) / (ends[1] - ends[0]).norm_squared()).clamp(0.0, 1.0);
         let aside = (at - (ends[0] + (ends[1] - ends[0]) * share)).norm();
-        // The reach is that of squares along the line, at most one window side apart.
+        // The line is covered by squares, at most one window side apart.
         assert!(aside > 140.0 || dots.binary_search(&dot).is_ok(), "{aside}");
         assert!(aside < 220.0 || dots.binary_search(&dot).is_err(), "{aside}");
     }

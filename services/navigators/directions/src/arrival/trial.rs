@@ -1,8 +1,8 @@
-//! Simulates transitions one by one, purely geometrically: which dot the navigator picks, where a slide ends, and what a
-//! verification counts.
+//! Simulates single transitions by geometry alone: which dot the navigator picks, where a slide ends, and what a verification
+//! counts.
 //!
-//! In each trial, every dot has one position, which deviates from the map-maker's by an error, and each look at the dot adds
-//! another error. Missed dots, false dots and the helicopter's movements within a parkway are only simulated in whole journeys.
+//! In each trial, a dot's position deviates from the map-maker's by one error, and each look at the dot adds another. Missed dots,
+//! false dots and the helicopter's movements within a parkway are only simulated in whole journeys.
 
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
@@ -47,10 +47,10 @@ impl Estimate {
     }
 }
 
-/// Number of times that the search along a slide is extended if it has met nothing, each time by a larger distance.
+/// Maximum number of strips searched along a slide, each longer than the one before.
 const STRIPS: u32 = 4;
 
-/// Estimates the transitions that begin at some landmarks, one after another. All others count as impossible.
+/// Estimates the transitions that begin at the given landmarks. All others count as impossible.
 pub fn estimates(
     atlas: &Atlas,
     pilot: &Pilot,
@@ -87,17 +87,17 @@ pub fn estimates(
 pub(crate) struct Trial<'a> {
     atlas: &'a Atlas,
     pilot: &'a Pilot,
-    /// Standard deviation of a position in a look, averaged over the navigator's views.
+    /// Standard deviation of a position, averaged over the views of one look.
     look: f64,
     rng: Pcg64Mcg,
-    /// Displacement of each dot, with the number of the trial in which it was drawn.
+    /// Displacement of each dot, and the number of the trial in which it was drawn.
     off: Vec<(u32, Point)>,
     trial: u32,
     /// Heading error in the current trial, in radians.
     heading_rad: f64,
     places: Vec<Point>,
     dots: Vec<DotId>,
-    /// The dots whose kind the navigator has seen.
+    /// The dots whose kind is known to the navigator.
     marked: Vec<DotId>,
 }
 
@@ -159,7 +159,7 @@ impl<'a> Trial<'a> {
         }
     }
 
-    /// Removes the dots that the robot doesn't see from beside a landmark, where it stands close to its intended position.
+    /// Removes the dots that are hidden from the robot while it stands beside a landmark, close to its intended position.
     fn hide(&mut self, land: Land, landmark: DotId, corner: Corner) {
         let beside = self.atlas.window.centre_from(corner).turned(self.heading_rad);
         let at = self.place(landmark) + beside + error(&mut self.rng, self.pilot.settings.tolerance / 2.0);
@@ -186,7 +186,7 @@ impl<'a> Trial<'a> {
         self.places.clear();
     }
 
-    /// Forgets the dots that the navigator has not seen to be of this kind.
+    /// Removes all dots that the navigator does not know to be of the given kind.
     fn keep_only(&mut self, kind: LandmarkKind) {
         let is_own = |dot: &DotId| self.marked.contains(dot) && self.atlas.plane.kind(*dot) == Some(kind);
         let own: Vec<usize> = (0..self.dots.len()).filter(|&index| is_own(&self.dots[index])).collect();
@@ -194,14 +194,14 @@ impl<'a> Trial<'a> {
         self.dots = own.iter().map(|&index| self.dots[index]).collect();
     }
 
-    /// Takes a look, and returns the dot that a word means.
+    /// Takes a look, and returns the dot that a word refers to.
     fn picks(&mut self, landmark: DotId, corner: Corner, word: Descriptor) -> Option<DotId> {
         self.look_around(landmark, corner);
         self.picked(corner, word)
     }
 
-    /// Takes a look, and returns the dot that the word of a transition means. It is known by its bearing if the word is `*`. The
-    /// reference itself cannot be confused with another dot.
+    /// Takes a look, and returns the dot that the word of a transition refers to. If the word is `*`, the dot is identified by its
+    /// bearing. The reference itself cannot be confused with another dot.
     fn seeks(&mut self, from: DotId, transition: &Transition) -> Option<DotId> {
         if transition.word == Descriptor::Same {
             return Some(from);
@@ -225,14 +225,14 @@ impl<'a> Trial<'a> {
         heading.pick(bearing_deg, &places, tolerance).map(|index| dots[index])
     }
 
-    /// Returns the dot that a word means in the last look.
+    /// Returns the dot that a word refers to in the last look.
     pub(crate) fn picked(&self, corner: Corner, word: Descriptor) -> Option<DotId> {
         let (side, slack) = (self.atlas.window.side, self.pilot.settings.slack());
         word.pick_in(&self.places, corner, side, slack).map(|index| self.dots[index])
     }
 
-    /// Returns the dot that a slide along the line through two dots attains, where the errors of all dots decide which one
-    /// enters the window first.
+    /// Returns the dot attained by a slide along the line through two dots. The errors of all dots determine which one enters the
+    /// window first.
     pub(crate) fn slides(&mut self, from: DotId, seen: DotId, movement: Movement) -> Option<DotId> {
         let (first, second) = (self.seen(from), self.seen(seen));
         let slide = Slide::of_pair(first, second, movement == Movement::Backward)?;
@@ -248,7 +248,7 @@ impl<'a> Trial<'a> {
         })
     }
 
-    /// Returns the dot that a slide meets first within a distance, among the dots near it.
+    /// Returns the first dot met by a slide within a distance.
     fn first_within(&mut self, slide: Slide, far: f64, reach: f64) -> Option<DotId> {
         let (plane, window) = (&self.atlas.plane, self.atlas.window);
         let end = slide.from + slide.along * far;
@@ -260,7 +260,7 @@ impl<'a> Trial<'a> {
         met.filter(|(distance, _)| *distance <= far).min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, dot)| dot)
     }
 
-    /// Returns the dot that a transition attains.
+    /// Returns the dot attained by a transition.
     fn attains(&mut self, from: DotId, transition: &Transition) -> Option<DotId> {
         let seen = self.seeks(from, transition)?;
         if transition.movement == Movement::Seek {
@@ -269,11 +269,11 @@ impl<'a> Trial<'a> {
         self.lands(from, seen, transition)
     }
 
-    /// Returns the dot that a slide with errors attains.
+    /// Returns the dot attained by a slide with errors.
     fn lands(&mut self, from: DotId, seen: DotId, transition: &Transition) -> Option<DotId> {
         let (first, second) = (self.seen(from), self.seen(seen));
         let slide = Slide::of_pair(first, second, transition.movement == Movement::Backward)?;
-        // The only remaining terms of equation 2 are the errors along the slide. The goal has an error of its own.
+        // The errors along the slide are the only remaining terms of equation 2, since the goal has an error of its own.
         let noise = self.pilot.noise;
         let way = Noise { sigma: 0.0, map_sigma: 0.0, ..noise };
         let pair = (second - first).norm();

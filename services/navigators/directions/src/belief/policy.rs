@@ -1,14 +1,13 @@
-//! The belief about the current landmark, and the decision where to go from it.
+//! The belief about the current landmark, and the decision where to go next.
 //!
-//! The belief is a Bayes filter over the landmarks of the chart. Each movement attains landmarks with the
-//! probabilities given by the model, and the surroundings seen there update these (Thrun, Burgard and Fox,
-//! *Probabilistic Robotics*, 2005, table 8.1).
+//! The belief is a Bayes filter over the landmarks of the chart. It is predicted through each movement with the probabilities of
+//! the model, and updated with the surroundings seen afterwards (Thrun, Burgard and Fox, *Probabilistic Robotics*, 2005, table
+//! 8.1).
 //!
-//! Decisions use *QMDP* with one step of look-ahead (Littman, Cassandra and Kaelbling, *Learning policies for
-//! partially observable environments*, 1995). Value iteration computes the value of each movement from each
-//! landmark as if the navigator always knew where it is. The value of a movement from a belief is that of the
-//! beliefs it may lead to, over all panoramas that may be seen there, and QMDP gives the values of those
-//! beliefs. The value of declaring that this is the goal is the probability that it is.
+//! Decisions use *QMDP* with one step of look-ahead (Littman, Cassandra and Kaelbling, *Learning policies for partially observable
+//! environments*, 1995). Value iteration computes the value of each movement from each landmark as if the navigator always knew
+//! where it is. The value of a movement from a belief is the expected value, by QMDP, of the beliefs that result from all panoramas
+//! that may be seen afterwards. The value of declaring that this is the goal is the probability that it is.
 
 use std::sync::Arc;
 
@@ -29,9 +28,9 @@ use crate::transitions::Movement;
 
 /// Factor by which the value of arrival is multiplied for each movement, which makes movements costly.
 const DISCOUNT: f64 = 0.94;
-/// Factor by which the value of a landmark is multiplied if a word has found nothing there.
+/// Factor by which the value of a landmark is multiplied if a word has no landmark there.
 const NOTHING: f64 = 0.8;
-/// Probability that a movement attains a landmark of which the model says nothing, any one of the chart.
+/// Probability that a movement attains any landmark of the chart, regardless of the model.
 const ASTRAY: f32 = 0.002;
 /// Landmarks less probable than this are neglected by the look-ahead.
 const RARE: f32 = 0.002;
@@ -43,13 +42,13 @@ const MOST_AFTER: usize = 48;
 const MOST_ACTIONS: usize = 36;
 /// Maximum number of movements of a journey.
 const LONGEST: usize = 60;
-/// Factor by which the value of a movement is multiplied each time that it was made from the same landmark.
-/// The errors of the map do not change, so a movement that has gone wrong once will probably go wrong again.
+/// Factor by which the value of a movement is multiplied each time that it was made from the same landmark. The errors of the map
+/// do not change, so a movement that went wrong once will probably go wrong again.
 const AGAIN: f32 = 0.8;
-/// If nothing is worth more than this, the navigator is lost.
+/// Value below which no movement is worthwhile and the navigator is lost.
 const HOPELESS: f32 = 1e-3;
 
-/// What each movement from a landmark is worth.
+/// The value of each movement from a landmark.
 type Worths = [f32; MOST_ACTIONS];
 
 /// The decisions on a journey to one landmark.
@@ -90,7 +89,7 @@ impl Belief {
         most_probable(&self.weights)
     }
 
-    /// Scales the probabilities so that their sum is 1. If it is 0, nothing is known.
+    /// Scales the probabilities to a sum of 1. If their sum is 0, all landmarks become equally probable.
     fn normalize(&mut self) {
         let sum: f32 = self.weights.iter().sum();
         let even = 1.0 / self.weights.len() as f32;
@@ -134,7 +133,7 @@ impl Policy {
         Ok(Self { model, prior, goal, worths })
     }
 
-    /// Returns the probabilities of the landmarks after a movement. What is left to 1 is outside the chart.
+    /// Returns the probabilities of the landmarks after a movement. If they add up to less than 1, the rest is outside the chart.
     fn predicted(&self, weights: &[f32], action: usize) -> [f32; MOST_LANDMARKS] {
         let mut after = [0.0; MOST_LANDMARKS];
         for (place, &weight) in weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
@@ -145,7 +144,7 @@ impl Policy {
         after
     }
 
-    /// Updates the belief by the surroundings of an attained landmark. Returns true if it is another one than expected.
+    /// Updates the belief with the surroundings of an attained landmark. Returns true if it is not the expected one.
     fn recognise(&self, belief: &mut Belief, seen: Signature) -> bool {
         let places = belief.weights.len();
         let mut after = [0.0; MOST_LANDMARKS];
@@ -164,7 +163,7 @@ impl Policy {
         belief.most_probable() != expected
     }
 
-    /// Decides where to go, or that this is the goal.
+    /// Decides on the next movement, or that this is the goal.
     fn decide(&self, belief: &Belief) -> Decision {
         if belief.made.is_full() {
             return Decision::Finish(Outcome::Lost);
@@ -173,7 +172,7 @@ impl Policy {
         let factors = self.factors(belief);
         let mut bounds = self.qmdp(belief);
         bounds.iter_mut().zip(factors).for_each(|(bound, factor)| *bound *= factor);
-        // What QMDP says is never less than what the look-ahead says.
+        // QMDP is an upper bound of the look-ahead.
         while let Some((action, _)) = greatest(&bounds).filter(|(_, bound)| *bound > best.0) {
             bounds[action] = 0.0;
             let worth = factors[action] * self.look_ahead(belief, action);
@@ -191,7 +190,8 @@ impl Policy {
         }
     }
 
-    /// Returns the factor of each movement's value: what was tried in vain has none, what was made before has less.
+    /// Returns the factor of each movement's value, which is 0 for movements tried in vain, and less than 1 for movements made
+    /// before.
     fn factors(&self, belief: &Belief) -> Worths {
         let mut factors =
             std::array::from_fn(|action| if belief.tried >> action & 1 == 1 { 0.0 } else { 1.0 });
@@ -201,7 +201,7 @@ impl Policy {
         factors
     }
 
-    /// Returns what each movement is worth if the navigator knew afterwards where it is.
+    /// Returns the value of each movement if the navigator knew afterwards where it is.
     fn qmdp(&self, belief: &Belief) -> Worths {
         let mut sums = [0.0; MOST_ACTIONS];
         for (worths, &weight) in self.worths.iter().zip(&belief.weights).filter(|(_, weight)| **weight > 0.0)
@@ -211,7 +211,7 @@ impl Policy {
         sums
     }
 
-    /// Returns what a movement is worth if the navigator sees the panorama afterwards, and then knows where it is.
+    /// Returns the value of a movement if the navigator sees the panorama afterwards, and then knows where it is.
     fn look_ahead(&self, belief: &Belief, action: usize) -> f32 {
         let after = self.predicted(&belief.weights, action);
         let mut to: ArrayVec<(usize, f32), MOST_AFTER> = ArrayVec::new();
@@ -222,7 +222,7 @@ impl Policy {
         DISCOUNT as f32 * (seen + NOTHING as f32 * self.worth_of_nothing(belief, action))
     }
 
-    /// Returns what it is worth to see a panorama at one of these landmarks, multiplied by the probability of both.
+    /// Returns the value of seeing a panorama at one of the landmarks, multiplied by the probability of both.
     fn worth_of_view(&self, to: &[(usize, f32)], code: usize) -> f32 {
         let joint: ArrayVec<(usize, f32), MOST_AFTER> =
             to.iter().map(|&(place, p)| (place, p * self.model.panoramas(place)[code])).collect();
@@ -232,7 +232,7 @@ impl Policy {
         self.worth_of(&joint)
     }
 
-    /// Returns what it is worth to find nothing, multiplied by its probability. The same movement would find nothing again.
+    /// Returns the value of finding nothing, multiplied by its probability, given that the same movement would find nothing again.
     fn worth_of_nothing(&self, belief: &Belief, action: usize) -> f32 {
         let mut sums = [0.0; MOST_ACTIONS];
         for (place, &weight) in belief.weights.iter().enumerate().filter(|(_, weight)| **weight > RARE) {
@@ -260,7 +260,8 @@ impl Policy {
     }
 }
 
-/// Adds a landmark with its probability. If there is no room, it replaces the least probable one, provided that is less probable.
+/// Adds a landmark with its probability. If there is no room, it replaces the least probable one, unless it is itself less
+/// probable.
 fn keep_likeliest<const N: usize>(kept: &mut ArrayVec<(usize, f32), N>, landmark: (usize, f32)) {
     if let Err(full) = kept.try_push(landmark)
         && let Some(least) = kept.iter_mut().min_by(|a, b| a.1.total_cmp(&b.1))
@@ -283,7 +284,7 @@ impl Guide for Policy {
         Belief { weights, action: None, tried: 0, made: ArrayVec::new(), accepted: 0, recoveries: 0 }
     }
 
-    /// A journey that arrived ended over the landmark at hand, which its belief is about. After any other one, the navigator may
+    /// After a journey that arrived, the window is over the landmark that its belief is about. After any other, the navigator may
     /// be anywhere.
     fn begin_after(&self, last: Option<&Belief>) -> Belief {
         let begun = self.begin();
@@ -328,7 +329,7 @@ impl Guide for Policy {
 
     fn enter(&self, belief: &mut Belief, action: u16) -> bool {
         let here = belief.most_probable() as u16;
-        // The journey ends before there are too many.
+        // The journey ends before the list is full.
         let _ = belief.made.try_push((here, action as u8));
         belief.action = Some(action as u8);
         true
@@ -360,7 +361,7 @@ impl Guide for Policy {
 mod tests {
     use super::*;
 
-    /// The likeliest landmark may have the highest number.
+    /// The most probable landmark may have the highest number.
     #[test]
     fn when_there_is_no_room_the_least_probable_landmark_goes() {
         let mut kept: ArrayVec<(usize, f32), 2> = ArrayVec::new();

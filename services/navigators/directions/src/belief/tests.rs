@@ -14,7 +14,7 @@ use crate::path::{Measure, Objective, best};
 use crate::signature::Signature;
 use crate::traversal::{Helicopter, Noise, STEP_S};
 
-/// Returns a world with this position error, and its navigator.
+/// Returns a world with the given position error, and its navigator.
 fn world(seed: u64, sigma: f64) -> (Atlas, Pilot) {
     let (window, noise) = (Window::new(100.0, 15.0).unwrap(), Noise::of_sigma(sigma));
     let kinds = Kinds { words: &crate::arrival::WORDS, trajectories: true };
@@ -30,7 +30,7 @@ fn charted(atlas: &Atlas, pilot: &Pilot, trials: u32, seed: u64) -> (Charted, Ar
     (charted, model, journey)
 }
 
-/// With errors of 5 mm, branching maps arrive on about three of four journeys.
+/// For comparison, with errors of 5 mm, branching maps arrive on about three of four journeys.
 #[test]
 fn a_belief_arrives_as_often_as_stated_and_knows_when_it_slips() {
     let (mut arrivals, mut recovered) = (0, 0);
@@ -49,7 +49,7 @@ fn a_belief_arrives_as_often_as_stated_and_knows_when_it_slips() {
 fn without_errors_every_journey_arrives_directly() {
     let (atlas, pilot) = world(700_000, 0.0);
     let (charted, model, journey) = charted(&atlas, &pilot, 4, 1);
-    // The start used to be unknown, because the probabilities were divided by an error of 0.
+    // Regression test: the start was unknown, because the probabilities were divided by an error of 0.
     let navigator = super::navigator(&charted.chart, &pilot, &model, journey).unwrap();
     let begins = navigator.guide().begin();
     assert_eq!(navigator.guide().begin_after(Some(&begins)), begins);
@@ -81,7 +81,7 @@ fn a_chart_has_a_bound_and_the_landmarks_nearest_to_a_path() {
     assert_eq!(charted.journey(start, 7).map(|journey| journey.start), Some(start.centre));
 }
 
-/// A goal that is not in the chart is an error, as it may come in a message.
+/// A goal outside the chart must be an error, because it may arrive in a message.
 #[test]
 fn a_goal_outside_the_chart_is_rejected() {
     let (atlas, pilot) = world(700_000, 1.0);
@@ -113,7 +113,7 @@ fn a_state_survives_a_checkpoint_at_every_step() {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
-    /// Whatever is seen or not found, a belief is a distribution, and the decision is a movement of the model or an end.
+    /// For any sequence of observations, a belief is a distribution, and the decision is a movement of the model or an end.
     #[test]
     fn a_belief_stays_a_distribution(views in prop::collection::vec(prop::option::of(any::<u8>()), 1..80)) {
         let (atlas, pilot) = world(700_002, 5.0);

@@ -1,8 +1,8 @@
-//! The map-maker's model of the navigator's mistakes: which dots a movement attains from each dot, and what
-//! the surroundings look like there.
+//! The map-maker's model of the navigator's mistakes: the dots that a movement may attain from each dot, and the appearance of
+//! their surroundings.
 //!
-//! Movements and looks are simulated one by one, purely geometrically. The dots are displaced in each trial, and each look has
-//! errors of its own.
+//! Movements and looks are simulated separately, by geometry alone. In each trial the dots are displaced, and each look adds its
+//! own errors.
 
 use sketchnav_schemas::seed::stream;
 
@@ -34,11 +34,11 @@ pub struct Outcome {
     /// The places attained, by their numbers in the model, with their probabilities. The difference between the sum of all
     /// probabilities and 1 is the probability of a landmark outside the model.
     pub to: Vec<(usize, f64)>,
-    /// The probability that there is no landmark for the word.
+    /// The probability that no landmark fits the word.
     pub nothing: f64,
 }
 
-/// The places of a map, and what can happen between them.
+/// The places of a map, and the possible outcomes of movements between them.
 #[derive(Debug)]
 pub struct Model {
     /// The dots of the model, in ascending order. A dot's number in the model is its index in this list.
@@ -51,7 +51,7 @@ pub struct Model {
 }
 
 impl Model {
-    /// Simulates this many trials of every action at every dot.
+    /// Simulates every action at every dot, with the given number of trials.
     pub fn new(
         atlas: &Atlas,
         pilot: &Pilot,
@@ -118,7 +118,7 @@ impl Model {
     }
 }
 
-/// Maximum number of further looks that are simulated, since still more of them would change nothing.
+/// Maximum number of simulated further looks. More would change nothing.
 const MOST_PATIENCE: u8 = 5;
 /// Stands for a landmark outside the model.
 const OUT: usize = usize::MAX;
@@ -138,9 +138,9 @@ fn actions(words: &[Descriptor], slides: bool) -> Vec<Action> {
 /// Counts of what happened in the trials.
 struct Counts {
     actions: usize,
-    /// For each place and action: what was attained, and how often. `None` stands for no landmark.
+    /// For each place and action, the landmarks attained and how often. `None` stands for no landmark.
     attained: Vec<Vec<(Option<usize>, u32)>>,
-    /// For each place and quadrant: how often it had no, one, two, and three or more dots.
+    /// For each place and quadrant, how often it had no, one, two, and three or more dots.
     quadrants: Vec<[[u32; 4]; 4]>,
 }
 

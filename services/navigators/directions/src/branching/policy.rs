@@ -1,12 +1,10 @@
-//! Searches for a finite-state controller of the navigator. The controller determines what to do at each
-//! place where the navigator believes itself to be, and which place to assume next, given the panorama of the
-//! attained landmark.
+//! Searches for a finite-state controller of the navigator. For each place at which the navigator may believe itself to be, the
+//! controller determines an action, and the place to assume next, given the panorama of the attained landmark.
 //!
-//! The navigator remembers nothing but the place where it believes itself to be. The map-maker knows where it may be in truth: the
-//! *belief* is the distribution of true places over all simulated journeys that reach this entry. Bounded policy iteration
-//! (after Poupart and Boutilier 2003) alternates between two steps. For the current controller, it computes the probability of
-//! arrival from each pair of believed and true places. For each belief, it then finds the action and the reading of panoramas
-//! that make arrival most probable.
+//! The navigator's only memory is the place at which it believes itself to be. The map-maker knows the *belief*, the distribution
+//! of true places over all simulated journeys that reach this entry. Bounded policy iteration (after Poupart and Boutilier 2003)
+//! alternates between two steps. For the current controller, it computes the probability of arrival from each pair of believed and
+//! true places. For each belief, it then finds the action and the reading of panoramas that make arrival most probable.
 
 use std::collections::BTreeMap;
 
@@ -17,7 +15,7 @@ use super::model::{Model, Outcome, PANORAMAS};
 pub struct Weights {
     /// Factor by which the value of arrival is multiplied for each entry, which makes entries costly.
     pub discount: f64,
-    /// Factor by which the value of a place is multiplied if its word has found nothing there.
+    /// Factor by which the value of a place is multiplied if its word has no landmark there.
     pub nothing: f64,
     /// Cost of moving to a place that the map doesn't contain yet, as a fraction of the place's value.
     pub new_place: f64,
@@ -25,7 +23,7 @@ pub struct Weights {
     pub least_visits: f64,
 }
 
-/// The navigator's action at a place, and its reading of the resulting view.
+/// The navigator's action at a place, and its interpretation of the resulting view.
 #[derive(Debug, Clone)]
 pub struct Node {
     /// Number of the action.
@@ -34,7 +32,7 @@ pub struct Node {
     pub reads: Box<[usize; PANORAMAS]>,
     /// The places that may be assumed, each with its panoramas.
     pub takes: Vec<(usize, Vec<u8>)>,
-    /// The place to assume for the current landmark if there is no landmark for the word.
+    /// The place to assume for the current landmark if no landmark fits the word.
     pub nothing: usize,
 }
 
@@ -123,8 +121,7 @@ impl<'a> Search<'a> {
         search
     }
 
-    /// Resets the values. Initially, nothing is known except that ending at the goal is right. Values
-    /// therefore grow from below, and going around in circles is worth nothing.
+    /// Resets the values. Initially, only the goal has a value, so values grow from below and cycles are worth nothing.
     fn begin(&mut self) {
         let Policy { nodes, goal, .. } = &mut self.policy;
         nodes.fill(None);
@@ -169,7 +166,7 @@ impl<'a> Search<'a> {
     /// Updates the value of a believed place for each true place, from the values of its successors.
     fn back_up(&mut self, place: usize) {
         let Some(node) = &self.policy.nodes[place] else { return };
-        // The places attained are the same from many places.
+        // Many places lead to the same places.
         let mut led: Vec<Option<f32>> = vec![None; self.values.len()];
         let worth = |at: usize| {
             let mut value = 0.0;
@@ -185,7 +182,7 @@ impl<'a> Search<'a> {
         self.joint[place] = (0..self.values.len()).map(worth).collect();
     }
 
-    /// Returns the value of a true place where the panorama decides which place is assumed next.
+    /// Returns the value of a true place, at which the panorama decides which place is assumed next.
     fn led(&self, node: &Node, to: usize) -> f32 {
         let panoramas = self.model.panoramas(to);
         let of =
@@ -196,7 +193,7 @@ impl<'a> Search<'a> {
         of.sum()
     }
 
-    /// Returns the distribution of true places when journeys visit this believed place.
+    /// Returns the distribution of true places over visits to a believed place.
     pub fn belief(&self, place: usize) -> Vec<(usize, f64)> {
         let visits = self.visits.of(place).max(f64::MIN_POSITIVE);
         self.visits.beliefs[place].iter().map(|&(at, v)| (at, v / visits)).filter(|b| b.1 > RARE).collect()
@@ -258,7 +255,7 @@ impl<'a> Search<'a> {
             value += f64::from(best.0);
             reads[seen] = best.1;
         }
-        // Something that the model considers impossible may still happen.
+        // Events that are impossible in the model may still happen.
         let stays = if after.nothing.is_empty() { &after.before } else { &after.nothing };
         let stay =
             |place: usize| -> f64 { stays.iter().map(|&(at, p)| p * f64::from(self.joint[place][at])).sum() };
@@ -278,7 +275,7 @@ impl<'a> Search<'a> {
 /// Where a node may lead: the assumed place, the true place and the probability.
 type Step = (usize, usize, f64);
 
-/// Returns where a node leads from a true place.
+/// Returns the possible next steps of a node from a true place.
 fn follow(model: &Model, node: &Node, at: usize) -> Vec<Step> {
     let mut next: Vec<Step> = Vec::new();
     for &(to, p) in &model.outcome(at, node.action).to {
@@ -310,7 +307,7 @@ fn grouped(reads: &[usize; PANORAMAS]) -> Vec<(usize, Vec<u8>)> {
     groups
 }
 
-/// Returns how often journeys with a controller visit each believed place, and which true places they are at.
+/// Returns the frequencies with which journeys with a controller visit each believed place, and the true places at these times.
 pub fn visits_of(model: &Model, policy: &Policy) -> Visits {
     let places = model.dots.len();
     let mut sums: Vec<Vec<(usize, f64)>> = vec![Vec::new(); places];
@@ -353,7 +350,7 @@ fn add(belief: &mut Vec<(usize, f64)>, at: usize, mass: f64) {
 pub struct After {
     /// The places attained, with their probabilities.
     pub to: Vec<(usize, f64)>,
-    /// The places where the navigator remains if there is no landmark for the word, with their probabilities.
+    /// The places where the navigator remains because no landmark fits the word, with their probabilities.
     pub nothing: Vec<(usize, f64)>,
     /// The places before the action, with their probabilities.
     pub before: Vec<(usize, f64)>,

@@ -10,21 +10,21 @@ use crate::plan::Plan;
 use crate::signature::Signature;
 use crate::transitions::Movement;
 
-/// Maximum number of panoramas of an entry. Together with the signs for any other view and for no landmark, this makes at most
-/// eight signs.
+/// Maximum number of panoramas of an entry. Including those for any other view and for no landmark, an entry has at most eight
+/// signs.
 const MOST_SIGNS: usize = 6;
 /// Number of panoramas that are tried as signs, starting with the most important ones.
 const SIGNS_TRIED: usize = 24;
 /// Minimum increase in the fraction of journeys that arrive for a sign to be added.
 const LEAST_GAIN: f64 = 0.001;
 
-/// An entry's reading of a landmark's surroundings.
+/// An entry's interpretation of a landmark's surroundings.
 struct Reading {
     /// The panoramas of the entry, each with the place to assume for similar panoramas.
     signs: Vec<(u8, usize)>,
     /// The place to assume for any other view.
     other: usize,
-    /// The place to assume for the current landmark if there is no landmark for the word.
+    /// The place to assume for the current landmark if no landmark fits the word.
     nothing: Option<usize>,
 }
 
@@ -155,7 +155,7 @@ impl Reading {
     }
 }
 
-/// Chooses a few signs that read almost as well as the controller does, by repeatedly adding the best one.
+/// Chooses a few signs that are almost as informative as the controller's, by repeatedly adding the best one.
 fn reading(model: &Model, search: &Search<'_>, place: usize) -> Option<Reading> {
     let node = search.policy.nodes[place].as_ref()?;
     let visits = search.visits.of(place);
@@ -237,7 +237,7 @@ impl Worths {
         self.of[choice].iter().sum()
     }
 
-    /// Returns the value of a reading with these signs and one place for all other views.
+    /// Returns the value of a reading with the given signs and one place for all other views.
     fn by(&self, signs: &[(u8, usize)], other: usize) -> f32 {
         let reading = Reading { signs: signs.to_vec(), other, nothing: None };
         (0..=u8::MAX).map(|seen| self.of[reading.takes(Signature::of_code(seen))][usize::from(seen)]).sum()

@@ -14,8 +14,8 @@ pub enum Node {
 }
 
 impl Node {
-    /// Returns the landmark of this node, given the landmarks that a map refers to, one for each entry. The first entry has none,
-    /// because it begins without a landmark.
+    /// Returns the landmark of this node, given the landmarks of a map, one for each entry. The first entry has none, because it
+    /// begins without a landmark.
     pub fn landmark<T>(self, landmarks: &[T]) -> Option<&T> {
         match self {
             Self::Entry(entry) => landmarks.get(entry.checked_sub(1)?),

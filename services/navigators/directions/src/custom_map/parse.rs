@@ -1,4 +1,4 @@
-//! Parses custom maps. An error gives the line, the column and the word, and what was expected there.
+//! Parses custom maps. Errors name the line and the column, what was expected there, and the word that was found.
 
 use std::str::FromStr;
 
@@ -20,7 +20,7 @@ pub(super) struct Token<'a> {
     pub column: usize,
 }
 
-/// A token of a map that was written in sentences, at the place of the words that it stands for.
+/// A token of a map in sentences, with the position of the words that it stands for.
 #[derive(Debug)]
 pub(super) struct Symbol {
     pub text: String,
@@ -75,7 +75,7 @@ pub(super) fn tokens(text: &str) -> Vec<Token<'_>> {
     found
 }
 
-/// The remaining tokens, followed by an endless row of empty ones.
+/// The remaining tokens, followed by any number of empty ones.
 struct Reader<'a> {
     tokens: Vec<Token<'a>>,
     next: usize,

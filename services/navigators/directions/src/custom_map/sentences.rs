@@ -5,8 +5,8 @@
 //! 2. Seek the most isolated landmark at a bearing of 053°. It is the goal.
 //! ```
 //!
-//! Sentences are translated into the symbols of a map, each with the place of the words that it stands for. Errors in a
-//! map therefore name the same line and column, whichever way it was written.
+//! Sentences are translated into the symbols of a map, and each symbol keeps the position of the words that it stands for. Errors
+//! therefore name lines and columns of the original text.
 
 use super::parse::{Symbol, Token, tokens};
 use super::words::{AROUND, DOTS, around_noun, corner_name};
@@ -71,7 +71,7 @@ struct Sentences<'a> {
 /// What an entry does with the right landmark, with the token that says so.
 #[derive(Debug, Clone, Copy)]
 enum End<'a> {
-    /// It is the goal, or the entry knows no right landmark.
+    /// It is the goal, or the entry has no right landmark.
     Stops,
     /// It is the goal, and is moved to a corner.
     MovesGoal(Token<'a>),

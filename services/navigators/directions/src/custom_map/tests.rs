@@ -13,7 +13,7 @@ fn error(text: &str) -> String {
     text.parse::<CustomMap>().unwrap_err().to_string()
 }
 
-/// Returns a signature with this many quadrants that have one dot each.
+/// Returns a signature with one dot in each of the first `count` quadrants.
 pub fn counting(count: usize) -> Signature {
     let mut signature = Signature::default();
     Corner::ALL.into_iter().take(count).for_each(|quadrant| signature.occupy(quadrant));
@@ -184,7 +184,7 @@ fn errors_name_line_column_and_word() {
     }
 }
 
-/// What a person says may be broken into lines and may have comments.
+/// Sentences may span several lines and contain comments.
 #[test]
 fn a_map_in_sentences_is_read() {
     let map = parsed(
@@ -358,7 +358,7 @@ fn branching_entry() -> impl Strategy<Value = Entry> {
     })
 }
 
-/// Maps of such entries. Where nothing leads to an entry, the one before it does.
+/// Generates maps of such entries. If nothing leads to an entry, the previous one is made to.
 fn branching_map() -> impl Strategy<Value = CustomMap> {
     prop::collection::vec(branching_entry(), 3..9).prop_map(|mut entries| {
         for after in 1..entries.len() {
@@ -369,7 +369,7 @@ fn branching_map() -> impl Strategy<Value = CustomMap> {
                 before.place = Some(Corner::Se);
             }
         }
-        // Without the branches of an entry, another one may not be led to any more.
+        // Without the branches of an entry, another entry may be unreachable.
         CustomMap::new(entries.clone()).unwrap_or_else(|_| {
             entries.iter_mut().for_each(|entry| (entry.verification, entry.place) = (None, Some(Corner::Se)));
             CustomMap::new(entries).unwrap()
@@ -412,7 +412,7 @@ proptest! {
         prop_assert_eq!(parsed(&text).sentences(), text);
     }
 
-    /// Some characters of a map in sentences are missing, or others stand in their place.
+    /// Some characters of a map in sentences are missing or replaced by others.
     #[test]
     fn damaged_sentences_are_read_or_rejected(
         map in branching_map(),
@@ -431,7 +431,7 @@ proptest! {
         }
     }
 
-    /// A slip of the pen in a branching map: some characters are missing, or others stand in their place.
+    /// Some characters of a branching map are missing or replaced by others.
     #[test]
     fn a_damaged_map_is_read_or_rejected(
         map in branching_map(),

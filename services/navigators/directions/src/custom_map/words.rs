@@ -49,7 +49,7 @@ fn sought(entry: &Entry, is_first: bool) -> String {
     }
 }
 
-/// Returns what a word says before and after the noun for its landmark.
+/// Returns the words before and after the noun for the landmark of a word.
 pub(super) const fn around_noun(word: Descriptor) -> [&'static str; 2] {
     match word {
         Descriptor::Obvious => ["the only", " in view"],
@@ -73,7 +73,7 @@ fn landmark(kind: Option<LandmarkKind>, word: Descriptor) -> String {
     format!("{before} {}{after}", noun(kind))
 }
 
-/// Describes what to do if the landmark has this sign.
+/// Describes what to do if the landmark has the given sign.
 fn clause(sign: Sign, way: Way) -> String {
     // If there is no landmark, the navigator continues from the one at which the entry began.
     let it = if sign == Sign::Nothing { "the last landmark" } else { "it" };

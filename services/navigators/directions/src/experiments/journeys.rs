@@ -1,5 +1,5 @@
-//! Journeys over random worlds, by a method that plans them. Each world is an experiment of its own, so that many of them can
-//! be divided among machines. [`super::success`] makes the tables.
+//! Journeys over random worlds, planned by a choice of methods. Each world is a separate experiment, so a study can be divided
+//! among machines. [`super::success`] makes the tables.
 
 use std::sync::Arc;
 
@@ -85,7 +85,7 @@ impl Setting {
     }
 }
 
-/// A method in a setting, which is a line of a table.
+/// A method in a setting: one line of a table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Case {
     /// Name of the line.
@@ -100,7 +100,7 @@ pub struct Case {
     pub journeys: u64,
 }
 
-/// What a method achieved in one world.
+/// The result of a method in one world.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Attempt {
@@ -120,7 +120,7 @@ pub enum Attempt {
 }
 
 impl Case {
-    /// Plans a journey in the world with this seed, and simulates it with random numbers that the plan hasn't used.
+    /// Plans a journey in the world with the given seed, and simulates it with random numbers not used by the plan.
     pub fn attempt(&self, seed: u64) -> Result<Attempt, Error> {
         let Some(world) = World::new(seed, &self.setting, self.setting.kinds(self.choice))? else {
             return Ok(Attempt::Unjoined);
@@ -132,7 +132,7 @@ impl Case {
     }
 }
 
-/// A world as it really is, and as the map-maker sees it.
+/// A true world, and the same world as the map-maker sees it.
 pub(super) struct World {
     truth: Plane,
     pub(super) atlas: Atlas,
@@ -149,7 +149,7 @@ impl World {
         let model = Reliability::fitted(setting.noise);
         let atlas = Atlas::new(seen, setting.window, kinds, model);
         let (start, goal) = (Start::over(&atlas.plane, 0)?, 1);
-        // The paper's transitions decide, so that all methods are tried on the same worlds.
+        // Worlds are selected by the paper's transitions, so that all methods are tried on the same ones.
         let isolated = Atlas::new(atlas.plane.clone(), setting.window, Kinds::PAPER, model);
         let is_joined = best(&isolated, start, goal, Measure::Windows, Objective::SHORTEST).is_ok();
         Ok(is_joined.then_some(Self { truth, atlas, start, goal }))
@@ -206,7 +206,7 @@ impl World {
         self.journeys(&navigator, (plan.path.start.centre, &plan.landmarks()), pilot.noise, journeys, seed)
     }
 
-    /// Simulates journeys over the true world, whose dots have the numbers of those that the map-maker sees.
+    /// Simulates journeys over the true world, in which dots have the same numbers as for the map-maker.
     fn journeys<G: Guide>(
         &self,
         navigator: &Navigator<G>,

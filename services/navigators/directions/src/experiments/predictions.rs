@@ -18,8 +18,8 @@ const TRIALS: u32 = 64;
 /// Number of journeys per path.
 const JOURNEYS: u64 = 5;
 
-/// Seeks are classified by their number of candidates, where the last class stands for this many or more. Trajectories form a
-/// class of their own.
+/// Number of candidates from which seeks belong to the last class. The other classes contain seeks with fewer candidates, one class
+/// for each number, and trajectories.
 const MOST: u16 = 5;
 const CLASSES: usize = MOST as usize + 1;
 

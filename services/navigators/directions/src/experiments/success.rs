@@ -1,7 +1,7 @@
 //! Tables of journeys over many worlds: figures 26 and 28, counts of the six kinds, and stated probabilities beside the journeys
 //! that arrive.
 //!
-//! A table is made from the attempts of all its cases in each world, in the order of the cases.
+//! The input of a table is the attempts of all its cases in each world, in the order of the cases.
 
 use sketchnav_schemas::statistics::mean;
 
@@ -13,14 +13,14 @@ use crate::geometry::Window;
 use crate::path::Objective;
 use crate::plan::Verify;
 
-/// The effort of the map-maker where many methods are compared.
+/// The effort of the map-maker in comparisons of many methods.
 const QUICK: Effort = Effort { trials: 64, trial_journeys: 64, journeys: 128 };
-/// Number of journeys over each world where methods are compared.
+/// Number of journeys over each world in comparisons of methods.
 const JOURNEYS: u64 = 5;
-/// Number of journeys over each world where stated probabilities are checked.
+/// Number of journeys over each world in checks of stated probabilities.
 const CHECKS: u64 = 40;
 
-/// Errors of positions in millimetres for which stated probabilities are checked.
+/// Position errors for which stated probabilities are checked, in millimetres.
 const SIGMAS: [f64; 5] = [1.0, 2.0, 3.0, 5.0, 8.0];
 
 /// Names of the methods whose stated probabilities are checked.
@@ -68,7 +68,7 @@ fn share_of(tally: &Tally) -> f64 {
     f64::from(tally.arrivals()) / f64::from(tally.journeys().max(1))
 }
 
-/// The methods that are compared, with their names.
+/// The methods to compare, with their names.
 fn methods() -> [(&'static str, Choice); 9] {
     let paper = |objective, verify| Choice::Paper(objective, verify);
     [
@@ -118,8 +118,8 @@ pub fn words_and_windows(sigma: f64) -> Result<Vec<Case>, Error> {
     Ok(cases)
 }
 
-/// Returns the cases whose stated probabilities are checked: the methods that plan maps by simulation, for five errors of
-/// positions, and one of them with all errors at once.
+/// Returns the cases for checks of stated probabilities: the methods that plan maps by simulation, for five position errors, and
+/// one of them with all errors at once.
 pub fn calibration(effort: Effort) -> Result<Vec<Case>, Error> {
     let mut cases = Vec::new();
     for (method, choice) in [(SIMULATED, Choice::Simulated(effort)), (BRANCHING, Choice::Branching(effort))] {

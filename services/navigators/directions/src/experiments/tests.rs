@@ -1,11 +1,10 @@
-//! Tests that the experiments reproduce the shapes of the paper's figures, on a smaller scale.
+//! Tests that the experiments reproduce the trends of the paper's figures, on a smaller scale.
 
 use super::*;
 use crate::arrival::{Effort, Tally};
 use crate::fit;
 
-/// Figure 7: with more dots, the number of parkways rises and falls again. The wider the window, the fewer dots there are at
-/// the peak.
+/// Figure 7: as dots are added, the number of parkways rises and then falls. The wider the window, the earlier the peak.
 #[test]
 fn parkways_rise_and_coalesce() {
     let populations = [25, 50, 100, 200, 400, 800];
@@ -78,7 +77,7 @@ fn some_transitions_are_recoverable_in_every_density() {
     }
 }
 
-/// Attempts the cases in each of some worlds, and returns what came of each case.
+/// Attempts all cases in each world, and returns the outcomes of each case.
 fn attempted(cases: &[Case], worlds: std::ops::Range<u64>) -> Vec<Success> {
     let attempts = |seed| cases.iter().map(|case| case.attempt(seed).unwrap()).collect();
     by_case(cases, &worlds.map(attempts).collect::<Vec<_>>()).into_iter().map(|(_, of)| of).collect()
@@ -105,8 +104,8 @@ fn the_most_reliable_path_avoids_clutter() {
     assert!(shortest.1[0] < sure.1[0] && shortest.1[1] > 1.5 * sure.1[1], "{table}");
 }
 
-/// Equation 1 used to assume that no dot crosses the edge of the window. It predicted that all seeks with two candidates at 3
-/// mm attain their target, and that 65 % of the shortest paths through clutter arrive, when only 21 % did.
+/// Regression test: equation 1 assumed that no dot crosses the edge of the window. It predicted that all seeks with two candidates
+/// at 3 mm attain their target, and that 65 % of the shortest paths through clutter arrive, when only 21 % did.
 #[test]
 fn equations_1_and_2_predict_what_is_driven() {
     let transitions = of_transitions(&[3.0], 0..4).unwrap();
@@ -146,7 +145,7 @@ fn obvious_landmarks_alone_plan_fewer_worlds() {
     assert!(all == same && obvious < all && isolated == all, "{planned:?}");
 }
 
-/// Two methods state a probability, and one does not.
+/// Two of the methods state a probability.
 #[test]
 fn each_journey_is_counted_once_among_the_stated_probabilities_of_its_method() {
     let tally = |arrived, lost| Tally { counts: [arrived, 0, 0, lost, 0, 0] };

@@ -1,5 +1,4 @@
-//! The custom map as a guide, which says at each entry what to do about wrong landmarks (Park and Kender
-//! 1995, 5.5, 6.3).
+//! The custom map as a guide. Each entry says what to do about wrong landmarks (Park and Kender 1995, 5.5, 6.3).
 
 use serde::{Deserialize, Serialize};
 
@@ -121,7 +120,7 @@ impl CustomMap {
             Response::Branch(Branch { corner, entry })
                 if progress.recoveries < most.saturating_mul(self.last_entry() + 1) =>
             {
-                // Continuing at the next entry is what happens for a right landmark too, so it doesn't count as a recovery.
+                // A branch to the next entry has the same effect as a right landmark, so it doesn't count as a recovery.
                 let turns = u16::from(entry != progress.entry + 1);
                 progress.recoveries = progress.recoveries.saturating_add(turns);
                 Decision::Adjust { corner, next: Next::Entry(entry) }

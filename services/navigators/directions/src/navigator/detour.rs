@@ -1,16 +1,16 @@
 //! Steers a robot on land around the landmarks in its path.
 //!
-//! The robot drives straight ahead or along the tangent to a circle around a landmark. Of all free directions, it takes the one
-//! closest to the direction of its destination.
+//! The robot drives either straight towards its destination or along the tangent to a circle around a landmark, whichever free
+//! direction is closest to that of the destination.
 
 use crate::geometry::Point;
 
-/// Distance ahead for which a direction must be free, as a multiple of the clearance.
+/// Distance over which a direction must be free, as a multiple of the clearance.
 const AHEAD: f64 = 4.0;
-/// Additional angle by which a tangent passes beside its circle, in radians.
+/// Angle between the driven direction and the tangent to the circle, in radians.
 const BESIDE_RAD: f64 = 0.02;
 
-/// Returns the direction to take, of length 1, or `None` if all directions are blocked.
+/// Returns the direction to take as a vector of length 1, or `None` if all directions are blocked.
 pub fn direction(displacement: Point, view: &[Point], clearance: f64) -> Option<Point> {
     let length = displacement.norm().min(AHEAD * clearance);
     let straight = displacement.direction()?;
@@ -75,7 +75,7 @@ mod tests {
     proptest! {
         #![proptest_config(config(64))]
 
-        /// Whatever landmarks stand around, the robot reaches a free position and keeps its clearance.
+        /// The robot reaches any free position and keeps its clearance, however the landmarks are arranged.
         #[test]
         fn it_arrives_and_keeps_its_distance(
             places in prop::collection::vec((-4.0..4.0_f64, -4.0..4.0_f64), 0..9),

@@ -1,9 +1,7 @@
-//! Guides, which determine what a navigator looks for and where it continues from each landmark that it
-//! attains.
+//! Guides, which decide what a navigator looks for and how it continues from each landmark.
 //!
-//! The navigator itself sees, moves and looks around, whereas a [`Guide`] makes the decisions. A custom map
-//! is a guide (see [`by_map`](super::by_map)), and so is a list of landmarks with a belief about the current
-//! one ([`crate::belief`]).
+//! The navigator itself moves and looks around, while a [`Guide`] makes the decisions. A custom map is a guide (see
+//! [`by_map`](super::by_map)), and so is a list of landmarks with a belief about the current one ([`crate::belief`]).
 
 use std::fmt::Debug;
 
@@ -34,32 +32,30 @@ pub trait Guide {
     /// Returns what to look for now.
     fn order(&self, memory: &Self::Memory) -> Order;
 
-    /// Decides what to do with the landmark that was attained, which has these surroundings. They are empty if the order did not
-    /// say to look around.
+    /// Decides what to do with the attained landmark, given its surroundings, which are empty if the order did not ask for them.
     fn attained(&self, memory: &mut Self::Memory, seen: Signature, settings: &Settings) -> Decision;
 
-    /// Decides what to do if there is no landmark for the word.
+    /// Decides what to do if no landmark fits the word.
     fn nothing(&self, memory: &mut Self::Memory, settings: &Settings) -> Decision;
 
-    /// Continues with the next order, which is that of [`Next::Entry`]. Returns false if the journey ends there.
+    /// Continues with the order of a [`Next::Entry`]. Returns false if the journey ends there.
     fn enter(&self, memory: &mut Self::Memory, entry: u16) -> bool;
 
-    /// Returns how far the journey is.
+    /// Returns the progress of the journey.
     fn counts(&self, memory: &Self::Memory) -> Counts;
 
     /// Returns the number of landmarks that the guide refers to. [`Counts::meant`] is less.
     fn landmarks(&self) -> usize;
 
-    /// Returns which of its landmarks is the goal.
+    /// Returns the number of the goal among the guide's landmarks.
     fn goal(&self) -> usize;
 
-    /// Returns true if the landmark that an entry attained is the one that the guide took it for.
+    /// Returns true if the guide identified the landmark attained by an entry correctly.
     fn is_right(&self, _entry: u16, attained: DotId, meant: DotId) -> bool {
         attained == meant
     }
 
-    /// Returns true if the attained landmarks are those that the guide took them for. `entries` are the entries that attained
-    /// them.
+    /// Returns true if the guide identified all attained landmarks correctly. `entries` are the entries that attained them.
     fn is_planned(&self, attained: &[DotId], meant: &[DotId], entries: &[u16]) -> bool;
 }
 
@@ -95,20 +91,20 @@ pub enum Decision {
 /// The next step once the reference lies in its corner.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, serde::Deserialize)]
 pub enum Next {
-    /// Seeks the landmark that the word of a recovery means.
+    /// Seeks the landmark named by a recovery.
     Seek(Descriptor),
     /// Continues with this order of the guide.
     Entry(u16),
 }
 
-/// How far a journey is.
+/// The progress of a journey.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Counts {
     /// Number of the current entry of a map or, without a map, of the current movement, from 0.
     pub entry: u16,
     /// Number of landmarks accepted.
     pub accepted: u16,
-    /// Number of the landmark that the last accepted one is assumed to be.
+    /// Number of the landmark that the guide believes the last accepted one to be.
     pub meant: u16,
     /// Number of recoveries.
     pub recoveries: u16,

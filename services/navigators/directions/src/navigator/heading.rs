@@ -1,9 +1,8 @@
-//! Corrects the heading of a robot by the bearings of landmarks in its map. This part is our own.
+//! Corrects the heading of a robot by the bearings of landmarks in its map. The paper has no counterpart of this.
 //!
-//! A robot that never turns on purpose keeps the heading error that it has at the start. The map states the bearing of a
-//! landmark from the reference. If the robot sees both, the difference between the bearing in the map and the one that it sees
-//! measures this error, which a one-dimensional Kalman filter estimates. If the difference is too large to be a heading error,
-//! the landmark must be the wrong one.
+//! A robot that never turns on purpose keeps its initial heading error. The map states the bearing of a landmark from the
+//! reference. If the robot sees both, the difference between the stated and the observed bearing is a measurement of the error for
+//! a one-dimensional Kalman filter. If the difference is too large to be a heading error, the landmark must be the wrong one.
 
 use std::f64::consts::PI;
 
@@ -25,27 +24,27 @@ pub fn bearing_deg(way: Point) -> u16 {
 /// An estimate of a heading.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Heading {
-    /// Angle by which the robot's axes are turned to the left of the map's axes, in radians.
+    /// Angle from the map's axes to the robot's axes, counter-clockwise, in radians.
     pub turned_rad: f64,
     variance: f64,
 }
 
-/// The difference of a bearing.
+/// The difference between a stated and an observed bearing.
 struct Off {
-    /// Angle from the bearing at which the landmark is seen to the stated one, to the left, in radians.
+    /// Angle from the observed to the stated bearing, counter-clockwise, in radians.
     angle_rad: f64,
-    /// Its variance, apart from that of the heading.
+    /// The variance of the angle, not counting that of the heading.
     noise: f64,
 }
 
 impl Heading {
-    /// Returns the heading of a robot whose initial error has this standard deviation, in radians.
+    /// Returns the heading of a robot whose initial error has the given standard deviation, in radians.
     pub fn of_sigma(sigma_rad: f64) -> Self {
         Self { turned_rad: 0.0, variance: sigma_rad * sigma_rad }
     }
 
-    /// Takes in the bearing of a landmark, which is seen at `way` from the reference, in the map's axes as currently estimated.
-    /// `sigma` is the position error. Returns the angle by which the estimate turns to the left.
+    /// Updates the estimate with the stated bearing of a landmark, which is observed at `way` from the reference in the map's axes
+    /// as currently estimated. `sigma` is the position error. Returns the change of the estimate, counter-clockwise.
     pub fn correct(&mut self, bearing_deg: u16, way: Point, sigma: f64) -> f64 {
         if self.variance <= 0.0 {
             return 0.0;
@@ -57,16 +56,16 @@ impl Heading {
         gain * angle_rad
     }
 
-    /// Returns the index of the landmark whose bearing is closest to this one, or `None` if the difference is too large for each
-    /// of them. The landmarks are seen at `ways` from the reference.
+    /// Returns the index of the landmark whose observed bearing is closest to a stated one, or `None` if none is close enough. The
+    /// landmarks are seen at `ways` from the reference.
     pub fn pick(&self, bearing_deg: u16, ways: &[Point], sigma: f64) -> Option<usize> {
         let off = |(index, &way)| Some((self.off(bearing_deg, way, sigma)?.angle_rad.abs(), index));
         let off = ways.iter().enumerate().filter_map(off);
         off.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, index)| index)
     }
 
-    /// Returns the difference between a bearing and the one at which a landmark is seen, or `None` if the landmark is too near to
-    /// tell or the difference is too large to be an error.
+    /// Returns the difference between the stated and the observed bearing of a landmark, or `None` if the landmark is too near or
+    /// the difference is too large for a heading error.
     fn off(&self, bearing_deg: u16, way: Point, sigma: f64) -> Option<Off> {
         let distance = way.norm();
         if distance <= sigma {

@@ -11,16 +11,16 @@ use crate::geometry::{Corner, Point};
 use crate::markers::{LandmarkKind, View};
 use crate::trajectory::Slide;
 
-/// Displacements of the places from which a robot on land looks again, along the diagonal of the quadrant, in distances that it
-/// keeps from the reference. The first place is on the other side of the reference.
+/// Displacements to the places from which a robot on land looks again, along the diagonal of the quadrant, as multiples of its
+/// distance from the reference. The first place is on the other side of the reference.
 const ELSEWHERE: [f64; 2] = [-2.0, 1.0];
-/// Time for the way to such a place, in seconds.
+/// Time to reach such a place, in seconds.
 const ELSEWHERE_S: f64 = 10.0;
-/// Directions in which a robot on land makes way if something hides the reference, one after the other, as angles to the left of
-/// the direction away from the reference, in radians, and for how long it does so, in seconds.
+/// Directions in which a robot on land makes way, one after the other, if something hides the reference. They are angles to the
+/// left of the direction away from the reference, in radians, and are followed by the time for each, in seconds.
 const RETREATS_RAD: [f64; 3] = [1.0, -1.0, 0.0];
 const RETREAT_S: f64 = 3.0;
-/// Number of views that must show a new dot during a slide.
+/// Number of views in which a new dot must appear during a slide.
 const CONFIRMED: u8 = 2;
 
 pub(super) fn step<G: Guide>(
@@ -44,7 +44,7 @@ pub(super) fn step<G: Guide>(
         state.before.shift(expected - mark.place);
         !is_seen
     });
-    // During a slide, the reference leaves the view, as it should.
+    // During a slide, the reference is expected to leave the view.
     let is_lost = is_lost && !matches!(state.phase, Phase::Slide { .. });
     if state.spent_s <= settings.longest_entry_s && state.retreats(settings, is_lost, elapsed_s) {
         return;
@@ -75,8 +75,8 @@ pub(super) fn step<G: Guide>(
     }
 }
 
-/// Brings the reference under the middle of the window. Returns true, with the window at rest, if it is there or out of sight. On
-/// land, a robot is only there if it sees the reference.
+/// Brings the reference under the middle of the window. Returns true, with the window at rest, once it is there or out of sight. A
+/// robot on land has to see the reference at the end.
 pub(super) fn hover<M>(settings: &Settings, state: &mut State<M>, view: View<'_>, elapsed_s: f64) -> bool {
     let moved = state.velocity * elapsed_s;
     let Some(mark) = &mut state.reference else { return true };
@@ -100,7 +100,7 @@ impl Mark {
         Self { place, missed: 0 }
     }
 
-    /// Follows the landmark into a new view. Returns false if it has been out of sight for too long.
+    /// Updates the landmark's position with a new view. Returns false if it has been out of sight for too long.
     fn follow(&mut self, settings: &Settings, view: View<'_>, moved: Point) -> bool {
         self.place = self.place - moved;
         match nearest(view.dots, self.place, settings.gate) {
@@ -120,8 +120,8 @@ impl<M> State<M> {
         self.phase = Phase::Finished { outcome };
     }
 
-    /// Makes way for a while, on land, if the reference is out of sight. Whoever stands in front of it may be waiting for the robot
-    /// to move. Returns false if the robot need not do so, or has done so too often.
+    /// On land, makes way for a while if the reference is out of sight, because a person in the line of sight may be waiting for
+    /// the robot to move. Returns false if this is not necessary, or was done too often.
     fn retreats(&mut self, settings: &Settings, is_lost: bool, elapsed_s: f64) -> bool {
         let Some(mark) = self.reference.as_mut().filter(|_| settings.window.land.is_some()) else {
             return false;
@@ -141,7 +141,7 @@ impl<M> State<M> {
         true
     }
 
-    /// Takes another view at rest. Returns true if there are enough of them.
+    /// Adds a view taken at rest. Returns true once there are enough of them.
     fn has_looked(&mut self, settings: &Settings, view: View<'_>) -> bool {
         self.velocity = Point::default();
         if self.looks == 0 {
@@ -152,8 +152,7 @@ impl<M> State<M> {
         self.looks >= settings.looks
     }
 
-    /// Moves the window by a displacement and, on land, around obstacles. Returns true, with the window at rest, if it is
-    /// there.
+    /// Moves the window by a displacement and, on land, around obstacles. Returns true, with the window at rest, on arrival.
     fn approaches(&mut self, settings: &Settings, displacement: Point, view: View<'_>) -> bool {
         let distance = displacement.norm();
         let is_there = distance <= settings.tolerance;
@@ -167,8 +166,8 @@ impl<M> State<M> {
         is_there
     }
 
-    /// Returns the position of a landmark, averaged over the views taken at rest, and the positions of all other dots in these
-    /// views. With a kind, only those that are known to be of this kind.
+    /// Returns the position of a landmark, averaged over the views taken at rest, and the positions of the other dots in these
+    /// views. If a kind is given, only dots known to be of that kind are included.
     fn others(
         &self,
         settings: &Settings,
@@ -231,14 +230,14 @@ fn describe<G: Guide>(
     }
 }
 
-/// Returns how often the navigator looks again from one place. On land, it divides its patience among several places.
+/// Returns the number of times that the navigator looks again from one place. On land, it divides its patience among several
+/// places.
 fn patience(settings: &Settings, corner: Option<Corner>) -> u8 {
     let has_places = settings.window.land.is_some() && corner.is_some();
     settings.patience / if has_places { 1 + ELSEWHERE.len() as u8 } else { 1 }
 }
 
-/// Handles the case that there is no landmark for the word, as the guide decides. Before it gives up, a robot on land looks
-/// again from other places.
+/// Follows the guide's decision if no landmark fits the word. A robot on land first looks again from other places.
 fn go_without<G: Guide>(navigator: &Navigator<G>, state: &mut State<G::Memory>) {
     if state.reference.is_none() {
         return state.finish(Outcome::CannotLocate);
@@ -258,7 +257,7 @@ fn go_without<G: Guide>(navigator: &Navigator<G>, state: &mut State<G::Memory>) 
     }
 }
 
-/// Returns the displacement from the corner to another place, which has this number, from 1.
+/// Returns the displacement from the corner to another place, given by its number from 1.
 fn aside(settings: &Settings, corner: Corner, elsewhere: u8) -> Point {
     let along = usize::from(elsewhere).checked_sub(1).and_then(|place| ELSEWHERE.get(place));
     settings.window.centre_from(corner) * along.copied().unwrap_or_default()
@@ -278,7 +277,8 @@ fn correct_heading<M>(
     turn_rad
 }
 
-/// Remembers the dots that will not be new in the next view: the reference, and the dots in the window proper around it.
+/// Remembers the dots that will not count as new in the next view, namely the reference and the dots in the window proper around
+/// it.
 fn remember<M>(state: &mut State<M>, settings: &Settings, corner: Option<Corner>) {
     let (origin, _) = state.others(settings, state.reference, None);
     let window = settings.window;
@@ -289,8 +289,8 @@ fn remember<M>(state: &mut State<M>, settings: &Settings, corner: Option<Corner>
     std::mem::swap(&mut state.before, &mut state.tracks);
 }
 
-/// Returns the position of the landmark that a word means, relative to the window's centre. With a bearing, `*` means the
-/// landmark at that bearing. A robot on land, which sees all around, also finds it outside the quadrant.
+/// Returns the position of the landmark that a word refers to, relative to the window's centre. With a bearing, `*` refers to the
+/// landmark at that bearing, which a robot on land also finds outside the quadrant.
 fn picked<M>(
     state: &State<M>,
     settings: &Settings,
@@ -333,7 +333,7 @@ fn picked<M>(
     word.pick(&candidates).map(|index| candidates[index] + origin)
 }
 
-/// Makes the landmark at this position the reference, then looks around it or continues.
+/// Makes the landmark at a position the reference, then looks around it or continues.
 fn attain<G: Guide>(navigator: &Navigator<G>, state: &mut State<G::Memory>, place: Point) {
     state.reference = Some(Mark::new(place));
     (state.elsewhere, state.retreats) = (0, 0);

@@ -1,4 +1,4 @@
-//! Tests of a navigator's state, and of what it rejects.
+//! Tests of a navigator's state, and of invalid input.
 
 use proptest::prelude::*;
 use sketchnav_schemas::robot::MarkerCamera;
@@ -43,7 +43,7 @@ fn settings_out_of_range_are_rejected() {
     }
 }
 
-/// Regression test: the number of looks was stored in a byte and exceeded the patience by one, so a patience of 255 overflowed.
+/// Regression test: the number of looks, which exceeds the patience by one, was stored in a byte, so a patience of 255 overflowed.
 #[test]
 fn a_navigator_of_the_greatest_patience_gives_up_after_so_many_looks() {
     for patience in [0, 5, u8::MAX] {
@@ -56,7 +56,7 @@ fn a_navigator_of_the_greatest_patience_gives_up_after_so_many_looks() {
     }
 }
 
-/// Regression test: where someone stood before the goal, the robot reported that it had arrived, 4 m away from it.
+/// Regression test: if someone stood in front of the goal, the robot reported its arrival 4 m away from it.
 #[test]
 fn on_land_a_goal_that_goes_out_of_sight_is_not_reached() {
     let land = Land { radius: 0.15, range: 8.0, stand_off: 0.8, clearance: 0.5 };
@@ -73,13 +73,13 @@ fn on_land_a_goal_that_goes_out_of_sight_is_not_reached() {
         output.outcome
     });
     assert_eq!(outcome, Some(Outcome::CannotLocate));
-    // It makes way to either side, and back.
+    // The robot makes way to either side, then backwards.
     let is_back = |way: &Point| way.x < 0.0;
     assert!(ways.iter().any(|way| is_back(way) && way.y < -0.1), "{ways:?}");
     assert!(ways.iter().any(|way| is_back(way) && way.y > 0.1), "{ways:?}");
 }
 
-/// The robot stands before two doors, a nearer pole and stairs. Only by its kind can the map name the farther door.
+/// The robot stands before two doors, a nearer pole and stairs. The map can name the farther door only by its kind.
 #[test]
 fn on_land_a_word_means_a_landmark_of_its_kind_whose_marker_is_in_view() {
     let land = Land { radius: 0.15, range: 8.0, stand_off: 0.8, clearance: 0.5 };
@@ -105,7 +105,7 @@ fn on_land_a_word_means_a_landmark_of_its_kind_whose_marker_is_in_view() {
     assert_eq!(misses, (Kind::Direct, Some(2)));
 }
 
-/// Killing the process between any two steps must not change anything: a restarted process restores the state and takes the
+/// Killing the process between any two steps must not change anything, since the restarted process restores the state and takes the
 /// same steps.
 #[test]
 fn a_state_survives_a_checkpoint_at_every_step() {

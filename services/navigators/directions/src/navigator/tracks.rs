@@ -1,7 +1,7 @@
-//! Follows dots from view to view, by their expected positions.
+//! Follows dots from view to view by their expected positions.
 //!
-//! All dots stand still, so when the window moves, all of them move alike in the view. A dot seen where no followed dot is
-//! expected is new. A dot that is missed is assumed to be at its expected position for a while.
+//! Dots stand still, so when the window moves, all of them shift alike in the view. A dot at a position where none is expected is
+//! new, and a dot that is missed is assumed to be at its expected position for a while.
 
 use arrayvec::ArrayVec;
 use serde::{Deserialize, Serialize};
@@ -10,7 +10,7 @@ use crate::description::MOST_CANDIDATES;
 use crate::geometry::{Point, Window};
 use crate::markers::{LandmarkKind, View};
 
-/// Number of consecutive views without a dot outside the window proper after which that dot is forgotten.
+/// Number of consecutive misses after which a dot outside the window proper is forgotten.
 const MOST_MISSED: u8 = 3;
 
 /// A dot that is followed.
@@ -18,13 +18,13 @@ const MOST_MISSED: u8 = 3;
 pub struct Track {
     /// Position of the dot, relative to the window's centre.
     pub place: Point,
-    /// Number of views that have shown the dot.
+    /// Number of views in which the dot was seen.
     pub seen: u8,
-    /// Number of consecutive views that have not shown it, up to now.
+    /// Number of consecutive views, up to the last, in which it was missed.
     pub missed: u8,
-    /// Whether the window proper showed the dot from the beginning.
+    /// Whether the dot was inside the window proper from the beginning.
     pub was_inside: bool,
-    /// The kind of the dot in the last view that has shown it.
+    /// The kind of the dot when it was last seen.
     pub kind: Option<LandmarkKind>,
 }
 
@@ -32,7 +32,7 @@ pub struct Track {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Tracks(pub ArrayVec<Track, MOST_CANDIDATES>);
 
-/// Returns the index of the dot in a view that is closest to an expected position, within a gate.
+/// Returns the index of the dot in a view closest to an expected position, within a gate.
 pub fn nearest(view: &[Point], expected: Point, gate: f64) -> Option<usize> {
     let distance = |index: &usize| (view[*index] - expected).norm_squared();
     let near = (0..view.len()).filter(|index| distance(index) <= gate * gate);
@@ -40,17 +40,17 @@ pub fn nearest(view: &[Point], expected: Point, gate: f64) -> Option<usize> {
 }
 
 impl Tracks {
-    /// Accounts for a movement of the window by `moved`: the dots move in the opposite direction.
+    /// Shifts the dots opposite to a movement of the window by `moved`.
     pub fn shift(&mut self, moved: Point) {
         self.0.iter_mut().for_each(|track| track.place = track.place - moved);
     }
 
-    /// Turns all dots to the left.
+    /// Turns all dots counter-clockwise.
     pub fn turn(&mut self, by_rad: f64) {
         self.0.iter_mut().for_each(|track| track.place = track.place.turned(by_rad));
     }
 
-    /// Takes in a view from the same position as the last one. Positions are averaged.
+    /// Averages positions with a view from the same place as the last one.
     pub fn average(&mut self, view: View<'_>, gate: f64) {
         self.follow(view, gate, |track, seen| {
             let weight = 1.0 / f64::from(track.seen);
@@ -58,7 +58,7 @@ impl Tracks {
         });
     }
 
-    /// Takes in a view from a new position. Positions are smoothed, with this weight for the new one, from 0 to 1.
+    /// Updates positions with a view from a new place. `weight`, from 0 to 1, is that of the new positions.
     pub fn update(&mut self, view: View<'_>, gate: f64, weight: f64) {
         self.follow(view, gate, |track, seen| track.place = track.place + (seen - track.place) * weight);
     }
@@ -77,12 +77,12 @@ impl Tracks {
         }
         for dot in free.rest() {
             let (place, kind) = (view.dots[dot], view.kind(dot));
-            // A view with more dots than fit cannot be described anyway.
+            // If the dots don't fit, the view is too crowded to be described anyway.
             let _ = self.0.try_push(Track { place, seen: 1, missed: 0, was_inside: false, kind });
         }
     }
 
-    /// Marks each dot as having been in view or not, by its position.
+    /// Marks, by its position, whether each dot was in view.
     pub fn mark(&mut self, is_inside: impl Fn(Point) -> bool) {
         self.0.iter_mut().for_each(|track| track.was_inside = is_inside(track.place));
     }
@@ -99,13 +99,13 @@ impl Tracks {
         });
     }
 
-    /// Iterates over the dots that more than half of this many views have shown.
+    /// Iterates over the dots seen in more than half of `views` views.
     pub fn confirmed(&self, views: u8) -> impl Iterator<Item = &Track> {
         self.0.iter().filter(move |track| track.seen > views / 2)
     }
 }
 
-/// The positions in a view that no dot has taken yet.
+/// The positions in a view not yet assigned to any dot.
 struct Free<'a> {
     view: &'a [Point],
     taken: u128,
@@ -143,7 +143,7 @@ mod tests {
         let mut tracks = Tracks::default();
         tracks.average(View::of(&[Point::new(0.0, 0.0), Point::new(3.0, 0.0)]), 1.0);
         tracks.shift(Point::new(3.0, 0.0));
-        // The second dot is now where the first one used to be.
+        // The second dot is now where the first one was.
         tracks.update(View::of(&[Point::new(0.1, 0.0), Point::new(-3.1, 0.0)]), 1.0, 1.0);
         assert_eq!(places(&tracks), [(-3.1, 0.0), (0.1, 0.0)]);
     }

@@ -1,4 +1,4 @@
-//! Dijkstra's algorithm with a lower bound of the remaining cost (A*), and the explanation if there is no path.
+//! Dijkstra's algorithm with a lower bound of the remaining cost (A*), and an explanation if there is no path.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -214,8 +214,8 @@ impl Search<'_> {
     }
 }
 
-/// Explains why there is no path: what can be reached, from where the goal can be reached, and where the two sets are closest
-/// to each other.
+/// Explains why there is no path: the dots that can be reached, the dots from which the goal can be reached, and where these two
+/// sets are closest to each other.
 pub(super) fn unreachable(atlas: &Atlas, start: DotId, goal: DotId) -> Error {
     let count = atlas.plane.len();
     let can_be_driven = |&(from, transition): &(DotId, &Transition)| atlas.can_be_driven(from, transition);
@@ -246,7 +246,7 @@ pub(super) fn unreachable(atlas: &Atlas, start: DotId, goal: DotId) -> Error {
     Error::Unreachable { start, goal, reached: near.len(), reaching: far.len(), from, to, why }
 }
 
-/// Returns what prevents a transition from one dot to another.
+/// Returns the obstacle to a transition from one dot to another.
 fn barrier(atlas: &Atlas, from: DotId, to: DotId) -> Barrier {
     let (a, b) = (atlas.plane.dot(from), atlas.plane.dot(to));
     let gap = (b - a).norm();

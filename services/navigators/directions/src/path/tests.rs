@@ -152,7 +152,7 @@ fn costs_are_in_order() {
     assert!(paths > 60 && compromises > 10, "{paths} {compromises}");
 }
 
-/// The lower bound of the remaining cost must not affect the result, so weights without a bound must give the same cost.
+/// The lower bound of the remaining cost must not affect the result, so the cost must be that of a search without a bound.
 #[test]
 fn a_search_with_a_bound_finds_what_plain_dijkstra_finds() {
     for seed in 0..10 {
@@ -167,7 +167,7 @@ fn a_search_with_a_bound_finds_what_plain_dijkstra_finds() {
     }
 }
 
-/// The algorithm of Bellman and Ford, which is as simple as can be.
+/// The algorithm of Bellman and Ford, for its simplicity.
 fn plain(atlas: &Atlas, from: DotId) -> Vec<f64> {
     let mut costs = vec![f64::INFINITY; atlas.plane.len()];
     costs[from as usize] = 0.0;
@@ -181,8 +181,8 @@ fn plain(atlas: &Atlas, from: DotId) -> Vec<f64> {
     costs
 }
 
-/// A robot comes from the east to a pole and has to go on south-west. Walls keep it from driving to the south of the pole
-/// directly, and from the north, the pole or a wall hides the goal.
+/// A robot comes from the east to a pole and has to continue south-west. Walls keep it from driving directly to the south of the
+/// pole, and from the north, the pole or a wall hides the goal.
 #[test]
 fn on_land_a_path_leads_around_a_landmark() {
     let land = Land { radius: 0.15, range: 8.0, stand_off: 0.8, clearance: 0.5 };

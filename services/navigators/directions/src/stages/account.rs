@@ -1,5 +1,5 @@
-//! Reports on a run: the entry of its map that the navigator worked on or, without a map, how sure it was of
-//! its landmark, and how often it recovered.
+//! Reports on a run: the current entry of the map or, without a map, how certain the navigator was of its landmark, and how often
+//! it recovered.
 
 use sketchnav_stage::account::{self, Curve, Summary};
 use sketchnav_stage::{Denied, Incoming};

@@ -1,5 +1,4 @@
-//! The method `belief` in a mission: the chart that the map-maker sends, the navigator that uses it, and its
-//! reports.
+//! The method `belief`: the map-maker's chart, the navigator that uses it, and its reports.
 
 use std::fmt::Display;
 use std::sync::Arc;
@@ -18,8 +17,8 @@ use crate::navigator::{Navigator, Outcome, Output};
 use crate::path::{Atlas, Measure, Objective, Path, Start, best};
 use crate::plane::DotId;
 
-/// Number of simulations of each movement. The map-maker and the navigator both compute the model from the
-/// chart, so both use this number. The navigator finishes before its supervisor could take it for stuck.
+/// Number of simulations of each movement. Both the map-maker and the navigator compute the model from the chart with this number,
+/// which is low enough that the supervisor does not consider the navigator stuck meanwhile.
 const TRIALS: u32 = Effort::USUAL.trials;
 
 /// The chart of a mission, with its journeys.
@@ -66,7 +65,7 @@ impl Charts {
         Ok(Self { charted, journeys: all, paths, probabilities })
     }
 
-    /// Returns the number of bytes that the positions of the landmarks take in their message.
+    /// Returns the size of the landmarks' positions in their message, in bytes.
     pub fn bytes(&self) -> usize {
         8 * self.charted.dots.len()
     }
@@ -134,7 +133,7 @@ impl Instructed for Policy {
     }
 }
 
-/// Writes the most probable landmarks, in descending order of their probabilities. Those of probability 0 are left out.
+/// Writes the most probable landmarks, in descending order of probability. Landmarks with a probability of 0 are left out.
 fn write_most_probable(weights: &[f32], whereabouts: &mut Whereabouts) {
     let most = whereabouts.landmarks.len();
     let mut count = 0;

@@ -6,7 +6,7 @@ use sketchnav_schemas::robot::RobotError;
 
 use crate::error::Error;
 
-/// Why a mission of this kind cannot be run.
+/// The reason why a mission of this kind cannot be run.
 #[derive(Debug, thiserror::Error)]
 pub enum DirectionsError {
     /// The mission's keys are invalid.
@@ -25,7 +25,7 @@ pub enum DirectionsError {
         /// Description of the error.
         reason: String,
     },
-    /// A custom map, or the dots of a plane, are invalid.
+    /// A custom map or the dots of a plane are invalid.
     #[error("{file}: {cause}")]
     Map {
         /// Name of the file.
@@ -51,7 +51,7 @@ pub enum DirectionsError {
         number: usize,
         /// Name of the task.
         name: String,
-        /// Why planning failed.
+        /// The reason why planning failed.
         cause: Error,
         /// Earlier findings about the files of the run, which may explain the failure.
         notices: Vec<String>,

@@ -1,7 +1,7 @@
 //! Keeps a robot on land away from everything that isn't a landmark: walls, furniture and people.
 //!
-//! The laser looks all around, so the newest scan shows everything nearby, and earlier scans are not remembered. If the robot's
-//! direction is blocked, it takes the free direction closest to it, or stops.
+//! The laser covers the full circle, so the newest scan shows everything nearby, and earlier scans are not needed. If the robot's
+//! direction is blocked, it takes the closest free direction, or stops.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_motion::obstacles::Obstacles;
@@ -13,8 +13,8 @@ use sketchnav_schemas::robot::Robot;
 use super::error::DirectionsError;
 use crate::geometry::Point;
 
-/// Angles from a blocked direction at which others are tried, in radians, starting on the side to which the
-/// robot is already moving. The last ones lead away from an obstacle that is already too near.
+/// Angles from a blocked direction at which others are tried, in radians, starting on the side to which the robot is already
+/// moving. The last angles on each side lead away from an obstacle that is already too near.
 const ASIDE_RAD: [f64; 9] = [0.0, 0.4, 0.8, 1.2, 1.7, -0.4, -0.8, -1.2, -1.7];
 /// Minimum fraction of the desired velocity at which a direction counts as free.
 const FREE: f64 = 0.5;
@@ -26,7 +26,7 @@ pub struct Guard {
     obstacles: Obstacles,
 }
 
-/// The last command, from which the next one accelerates.
+/// The last command, to which the acceleration limits of the next one apply.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Last(Pursuit);
 
@@ -40,7 +40,7 @@ impl Guard {
         Ok(Self { body, mount: robot.laser()?.mount(), obstacles: Obstacles::new(1.0) })
     }
 
-    /// Returns the command of a robot at rest.
+    /// Returns the last command of a robot that is at rest.
     pub fn at_rest(&self) -> Last {
         Last(Pursuit::new(self.body))
     }
@@ -91,7 +91,7 @@ mod tests {
         Guard::new(&sketchnav_sim::files::robot(&file.to_string_lossy()).unwrap()).unwrap()
     }
 
-    /// Returns a scan of a disc with this radius.
+    /// Returns a scan of a disc with the given radius.
     fn scan(at: Point, radius_m: f64) -> Box<LaserScan> {
         let mut scan: Box<LaserScan> = Box::new(Zeroable::zeroed());
         (scan.beam_count, scan.range_min_m, scan.range_max_m) = (720, 0.05, 10.0);

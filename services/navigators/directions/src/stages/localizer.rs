@@ -1,7 +1,7 @@
-//! The localizer, which describes what is in view once per tick: how isolated each dot is, what surrounds it, and which dot
-//! each word means (Park and Kender 1995, 5.6 and 6.3.1).
+//! The localizer, which describes the view once per tick: how isolated each dot is, what surrounds it, and which dot each word
+//! refers to (Park and Kender 1995, 5.6 and 6.3.1).
 //!
-//! On land, the markers that the camera sees show the kinds of the landmarks beside them.
+//! On land, markers in the camera's view identify the kinds of the landmarks beside them.
 //!
 //! The localizer has no memory, so it never finds a dot for the word `New`.
 
@@ -30,7 +30,7 @@ type Seen = (Header, ArrayVec<Point, MAX_DOTS>);
 /// The localizer of a run.
 pub struct Localizer {
     window: Window,
-    /// Finds the landmarks in laser scans, for a robot on land only.
+    /// Finds landmarks in laser scans, on land only.
     finder: Option<Finder>,
     /// The markers of each kind, in the order of the kinds.
     markers: Vec<Vec<u32>>,
@@ -49,7 +49,7 @@ impl Localizer {
 }
 
 impl Localizer {
-    /// Returns what is in view, or `None` before the first view.
+    /// Returns the dots in view, or `None` before the first view.
     fn seen(&self, instant: &Instant<'_>) -> Result<Option<Seen>, Denied> {
         let Some(finder) = &self.finder else {
             let seen = |view: &DotView| {
@@ -61,7 +61,7 @@ impl Localizer {
         Ok(instant.newest(SCAN)?.map(|scan| (scan.header, finder.find(scan))))
     }
 
-    /// Sets the kinds of the dots by the markers in view. Each marker belongs to the nearest landmark within reach.
+    /// Sets the kinds of the dots according to the markers in view. Each marker belongs to the nearest landmark within reach.
     fn tell_kinds(&self, view: &MarkerView, dots: &[Point], description: &mut Description) {
         let reach_m = reach_m(self.finder.map_or(0.0, |finder| finder.radius_m));
         for marker in view.markers() {
@@ -75,7 +75,7 @@ impl Localizer {
     }
 }
 
-/// Describes what is in view. Sets all fields but the header, the time and the number of the view.
+/// Describes the view. Sets all fields except the header, the time and the number of the view.
 pub fn describe(dots: &[Point], window: Window, description: &mut Description) {
     let inside: ArrayVec<usize, MAX_DOTS> =
         (0..dots.len()).filter(|&index| window.shows(dots[index])).collect();
@@ -135,7 +135,7 @@ mod tests {
     use sketchnav_schemas::geometry::Pose;
     use sketchnav_schemas::message::Message;
 
-    /// Marker 7 hangs on the second landmark and marker 8 is far from both. The mission doesn't know marker 3.
+    /// Marker 7 is on the second landmark, marker 8 is far from both, and marker 3 is not in the mission.
     #[test]
     fn a_marker_shows_the_kind_of_the_landmark_beside_it() {
         let finder = Finder { radius_m: 0.15, range_m: 8.0, noise_m: 0.03, mount: Pose::new(0.0, 0.0, 0.0) };
@@ -154,7 +154,7 @@ mod tests {
         assert_eq!([0, 1].map(|dot: usize| description.dots[dot].kind), [0, 2]);
     }
 
-    /// A view with a pair near the middle, one dot on its own, and one in the margin.
+    /// A view with a pair of dots near the middle, a single dot, and one in the margin.
     #[test]
     fn a_view_is_described() {
         let dots = [(0.0, 0.0), (0.01, 0.0), (-0.04, -0.04), (0.06, 0.0)].map(|(x, y)| Point::new(x, y));
@@ -167,7 +167,7 @@ mod tests {
         assert_eq!(means(Descriptor::Isolated), 3);
         assert_eq!((means(Descriptor::Obvious), means(Descriptor::New)), (0, 0));
         assert_eq!(description.dots[3].isolation, 0, "in the margin");
-        // One dot lies south-west of the middle dot. Two lie east of it, on an axis, and so count for two quadrants.
+        // One dot lies south-west of the middle dot. Two lie due east of it, on an axis, so they count for two quadrants.
         let own = |bit: u32| description.dots[0].quadrants >> bit & 1;
         assert_eq!([own(0), own(1), own(2), own(3)], [0, 1, 1, 1]);
     }

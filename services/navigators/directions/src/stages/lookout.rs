@@ -1,7 +1,7 @@
-//! Draws a journey with a custom map for the page. The window with its dots is in the middle of the sheet.
-//! Around it is the plane as the map-maker sees it, placed as if the navigator were right about its landmark.
-//! If the dots in the window do not coincide with those of the plane, the navigator is wrong. If the
-//! navigator has a belief, the most probable landmark is used, and the other candidates are marked.
+//! Draws a journey with a custom map for the page. The window and its dots are in the middle of the sheet, surrounded by the plane
+//! as the map-maker sees it, on the assumption that the navigator is right about its landmark. If the dots in the window do not
+//! coincide with those of the plane, the navigator is wrong. For a navigator with a belief, the plane is placed by the most
+//! probable landmark, and the other candidates are marked.
 
 use sketchnav_schemas::robot::Robot;
 use sketchnav_stage::lookout::{self, Around, Color, Picture, Shape};
@@ -17,7 +17,7 @@ use crate::messages::{
     PlannedLandmark, WHEREABOUTS, Whereabouts,
 };
 
-/// Distance ahead of the robot at which the current entry is named, as a fraction of the displayed distance.
+/// Distance ahead of the robot at which the name of the current entry appears, as a fraction of the displayed distance.
 const ROW: f64 = 0.92;
 /// Points farther away than this multiple of the displayed distance are left out.
 const NEAR: f64 = 3.0;
@@ -28,8 +28,8 @@ const LEAST: f32 = 0.02;
 /// The latest state of the plane and of the journey.
 pub struct Lookout {
     reach_m: f64,
-    /// Side of the window, in metres, or `None` for a robot on land, for which the drawing of its sensors suffices, with the kinds
-    /// of the landmarks in view.
+    /// Side of the window, in metres. `None` for a robot on land, for which only the sensors and the kinds of the landmarks in view
+    /// are drawn.
     side_m: Option<f64>,
     /// The kinds of landmarks, in the order in which descriptions count them.
     kinds: Vec<LandmarkKind>,
@@ -47,7 +47,7 @@ pub struct Lookout {
 }
 
 impl Lookout {
-    /// Creates a lookout for this robot, and for landmarks of these kinds.
+    /// Creates a lookout for a robot and the given kinds of landmarks.
     pub fn new(robot: &Robot, kinds: Vec<LandmarkKind>) -> Self {
         let side_m = robot.view.as_ref().map(|view| view.side_m);
         let Around { reach_m } = Around::robot(robot);
@@ -66,13 +66,13 @@ impl Lookout {
         }
     }
 
-    /// Takes in the map-maker's intentions, with the dots that accompany them.
+    /// Updates the planned landmarks and the dots that accompany them.
     fn intend(&mut self, itinerary: &Itinerary, cells: &[u8]) {
         self.dots = dots_of(cells).map(|dot| [dot.x, dot.y]).collect();
         self.itinerary = Some(Box::new(*itinerary));
     }
 
-    /// Takes the state of the journey.
+    /// Updates the state of the journey.
     fn follow(&mut self, journey: &Journey) {
         if self.journey.is_some_and(|last| last.task != journey.task) {
             self.reference = Reference::default();
@@ -83,13 +83,13 @@ impl Lookout {
         self.journey = Some(*journey);
     }
 
-    /// Returns the landmarks that the map of the current task means.
+    /// Returns the landmarks that the map of the current task refers to.
     fn landmarks(&self) -> Vec<PlannedLandmark> {
         let under_way = self.itinerary.iter().zip(&self.journey);
         under_way.flat_map(|(all, journey)| all.landmarks(journey.task as usize)).copied().collect()
     }
 
-    /// Returns the position of the window's centre, assuming that the reference is the landmark that the map means.
+    /// Returns the position of the window's centre, assuming that the reference is the landmark that the map refers to.
     fn centre(&self) -> Option<[f64; 2]> {
         let journey = self.journey.as_ref().filter(|journey| journey.has_reference == 1)?;
         let in_map = || {
@@ -100,14 +100,14 @@ impl Lookout {
         Some([x - journey.reference_x_m, y - journey.reference_y_m])
     }
 
-    /// Returns the landmarks at which a navigator with a belief may be, with their probabilities, the most probable one first.
+    /// Returns the landmarks at which a navigator with a belief may be, with their probabilities, in descending order.
     fn believed(&self) -> impl Iterator<Item = ([f64; 2], f32)> {
         let all = self.whereabouts.iter().flat_map(|whereabouts| whereabouts.landmarks());
         let at = |landmark: u32| self.chart.get(landmark as usize).copied();
         all.filter_map(move |believed| Some((at(believed.landmark)?, believed.probability)))
     }
 
-    /// Returns all shapes, with a window of this side in the middle. The robot's forward axis is the window's first axis.
+    /// Returns all shapes, with a window of the given side in the middle. The robot's forward axis is the window's first axis.
     fn shapes(&self, side_m: f64) -> Vec<Shape> {
         let half_m = side_m / 2.0;
         let corners = vec![[-half_m, -half_m], [half_m, -half_m], [half_m, half_m], [-half_m, half_m]];
@@ -141,7 +141,14 @@ impl Lookout {
         shapes
     }
 
-    /// Returns the names of the kinds of the dots in view, beside these.
+    /// Describes the stated probability of arrival of the current task, or of the first one before the start, and the entry that is
+    /// most likely to fail.
+    fn stated(&self) -> Option<String> {
+        let task = self.journey.map_or(0, |journey| journey.task as usize);
+        self.itinerary.as_ref()?.journeys().get(task)?.stated()
+    }
+
+    /// Returns labels beside the dots in view that name their kinds.
     fn names(&self) -> impl Iterator<Item = Shape> {
         let dots = self.description.iter().flat_map(|all| all.dots());
         dots.filter_map(|dot| {
@@ -160,7 +167,7 @@ impl Lookout {
         places.map(|landmark| [landmark.x_m.into(), landmark.y_m.into()]).collect()
     }
 
-    /// Drops the points that lie far beyond the sheet.
+    /// Removes points far beyond the sheet.
     fn near(&self, places: impl IntoIterator<Item = [f64; 2]>) -> Vec<[f64; 2]> {
         let is_near = |at: &[f64; 2]| at.iter().all(|v| v.abs() <= NEAR * self.reach_m);
         places.into_iter().filter(is_near).collect()
@@ -173,7 +180,7 @@ impl lookout::Lookout for Lookout {
             self.intend(itinerary, message.cells());
         }
         if message.on(DIRECTIONS)?.is_some() {
-            // A text that is no map has none to follow.
+            // An invalid text contains no maps.
             let text = std::str::from_utf8(message.cells()).unwrap_or_default();
             self.maps = maps_of(text).unwrap_or_default();
         }
@@ -193,6 +200,7 @@ impl lookout::Lookout for Lookout {
     }
 
     fn draw(&mut self, picture: &mut Picture) {
+        picture.words.extend(self.stated());
         picture.shapes.extend(self.side_m.iter().flat_map(|side_m| self.shapes(*side_m)));
         picture.shapes.extend(self.names());
     }
@@ -201,7 +209,7 @@ impl lookout::Lookout for Lookout {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::messages::{BelievedLandmark, Chart, DescribedDot, Directions};
+    use crate::messages::{BelievedLandmark, Chart, DescribedDot, Directions, PlannedJourney};
     use crate::stages::mission::KIND;
     use sketchnav_schemas::codes::Process;
     use sketchnav_stage::Access;
@@ -212,7 +220,7 @@ mod tests {
         Lookout::new(&Robot::parse(robot).unwrap(), Vec::new())
     }
 
-    /// Returns the dots of all shapes that have this colour.
+    /// Returns the dots of all shapes in the wanted colour.
     fn dots(shapes: &[Shape], wanted: Color) -> Vec<[f64; 2]> {
         let of = |shape: &Shape| match shape {
             Shape::Dots { points, color } if *color == wanted => points.clone(),
@@ -251,6 +259,35 @@ mod tests {
         let there = dots(&shapes, Color::Particle);
         assert_eq!((there.len(), dots(&shapes, Color::Scan)), (1, there.clone()));
         assert_eq!(dots(&shapes, Color::Goal), there);
+    }
+
+    /// What to expect of a journey used to be printed on the terminal only.
+    #[test]
+    fn the_page_says_how_probable_the_arrival_is_and_which_entry_is_weakest() {
+        let mut itinerary: Box<Itinerary> = bytemuck::zeroed_box();
+        itinerary.journey_count = 2;
+        itinerary.journeys[0] = PlannedJourney {
+            probability: 0.617,
+            weakest_entry: 4,
+            failure_count: 95,
+            simulated_count: 512,
+            ..PlannedJourney::new(1.0)
+        };
+        itinerary.journeys[1] = PlannedJourney::new(1.0);
+        let mut lookout = lookout();
+        let mut picture = Picture::default();
+        lookout.draw(&mut picture);
+        assert!(picture.words.is_empty(), "nothing is planned yet");
+        lookout.intend(&itinerary, &[]);
+        lookout.draw(&mut picture);
+        let words = "probability of arrival 61.7 %; most failures at entry 4: 95 of 512 simulated journeys";
+        assert_eq!(picture.words, [words]);
+        let mut journey: Box<Journey> = bytemuck::zeroed_box();
+        journey.task = 1;
+        lookout.follow(&journey);
+        let mut picture = Picture::default();
+        lookout.draw(&mut picture);
+        assert!(picture.words.is_empty(), "the second task has no estimate");
     }
 
     #[test]

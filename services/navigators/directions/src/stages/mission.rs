@@ -29,11 +29,11 @@
 //! door = [1, 2, 3]
 //! stairs = [4]
 //! ```
-//! In either case, the mission may state by how much the robot's heading may deviate from the map's axes at the start:
-//! `heading_noise_deg = 2.0`. The maps then include bearings, by which the robot corrects its heading.
+//! In either case, the mission may state the error of the robot's heading at the start: `heading_noise_deg = 2.0`. The maps then
+//! include bearings, by which the robot corrects its heading.
 //!
-//! The custom map may also be written by hand: `map_file = "mine.directions"` in place of `plane_file`, `calibration` and
-//! `goal`. For the judge, the task may then list `landmarks = [[x, y], …]`, the landmark that the map means at each entry.
+//! The custom map may also be written by hand: `map_file = "mine.directions"` in place of `plane_file`, `calibration` and `goal`.
+//! For the judge, the task may then list the landmark of each entry: `landmarks = [[x, y], …]`.
 
 use std::collections::BTreeMap;
 
@@ -100,7 +100,7 @@ impl Method {
         matches!(self, Self::Arrival | Self::Branching | Self::Belief)
     }
 
-    /// Rejects the methods that know no walls and no bearings.
+    /// Rejects methods that support neither walls nor bearings.
     fn is_for_land(self) -> Result<(), MissionError> {
         let (expected, found) = match self {
             Self::Branching => (
@@ -116,7 +116,7 @@ impl Method {
         Err(wrong("navigator.method", expected, found))
     }
 
-    /// Returns the objective that the search minimises for a navigator with these settings, or `None` if the plan is chosen by
+    /// Returns the objective that the search minimises for a navigator with the given settings, or `None` if the plan is chosen by
     /// simulation.
     pub fn objective(self, settings: &Settings) -> Option<Objective> {
         match self {
@@ -184,20 +184,20 @@ pub struct DirectionsMission {
     pub source: Source,
     /// The landmarks of a robot on land, or `None` above a plane.
     pub land: Option<LandKeys>,
-    /// The numbers of the markers on the landmarks of each kind.
+    /// Numbers of the markers on the landmarks of each kind.
     pub markers: BTreeMap<LandmarkKind, Vec<u32>>,
     /// Standard deviation of the heading at the start, in degrees. If it is above 0, the maps include bearings to correct the
     /// heading.
     pub heading_noise_deg: f64,
-    /// The probability of arrival below which a robot should not start unless a person insists.
+    /// Probability of arrival below which a robot should not start without a person's consent.
     pub least_probability: f64,
-    /// The errors that the navigator can notice with the paper's maps.
+    /// The errors that the paper's maps allow the navigator to notice.
     pub verify: Verify,
     /// The words that the navigator understands.
     pub words: Vec<Descriptor>,
     /// The goal of each task. Empty if the custom map was written by hand.
     pub goals: Vec<Point>,
-    /// The landmarks that a map written by hand means. Empty if the mission doesn't list them.
+    /// The landmarks that a handwritten map refers to. Empty if the mission doesn't list them.
     pub landmarks: Vec<Point>,
 }
 
@@ -290,13 +290,13 @@ impl DirectionsMission {
         })
     }
 
-    /// Returns the kind of landmark that the marker with this number shows, if the mission says it.
+    /// Returns the kind of landmark that the marker with the given number stands for, if the mission lists it.
     pub fn kind(&self, marker: u32) -> Option<LandmarkKind> {
         self.markers.iter().find(|(_, numbers)| numbers.contains(&marker)).map(|(kind, _)| *kind)
     }
 
-    /// Returns the words that the map-maker plans with: the method's own words that the navigator understands. If it
-    /// understands none of them, these are the understood words whose landmark is known beforehand.
+    /// Returns the words for the map-maker's plans, namely those words of the method that the navigator understands or, if there
+    /// are none, the understood words whose landmark is known beforehand.
     pub fn planned(&self) -> Vec<Descriptor> {
         let usual: &[Descriptor] = match self.land {
             _ if !self.method.is_simulated() => Kinds::PAPER.words,
@@ -385,7 +385,7 @@ fn heading_noise_deg(keys: &NavigatorKeys) -> Result<f64, MissionError> {
     Ok(heading_noise_deg)
 }
 
-/// The default of `least_probability`: a robot that is more likely to fail than to arrive does not start by itself.
+/// The default of `least_probability`, below which a journey is more likely to fail than to arrive.
 const LEAST_PROBABILITY: f64 = 0.5;
 
 fn least_probability(keys: &NavigatorKeys) -> Result<f64, MissionError> {
@@ -467,7 +467,7 @@ fn task_places(
 /// Maximum deviation of the robot's heading from the axes of the floor or plane at the start, in degrees.
 const MOST_ASIDE_DEG: f64 = 20.0;
 
-/// Checks what this kind of navigator requires of a mission and a robot.
+/// Checks the requirements of this kind of navigator for a mission and a robot.
 ///
 /// # Errors
 /// [`DirectionsError`] with the key or the sensor at fault.
@@ -476,7 +476,7 @@ pub fn check(mission: &Mission, robot: &Robot) -> Result<(), DirectionsError> {
     settings::effort(mission)?;
     settings::settings(mission, robot)?;
     settings::camera(mission, robot)?;
-    // Above a plane, a wrong heading is only corrected if the mission states that it may be wrong.
+    // Above a plane, the heading is only corrected if the mission states that it may be wrong.
     let is_corrected = read.land.is_some() || read.heading_noise_deg > 0.0;
     let most_deg = if is_corrected { MOST_ASIDE_DEG } else { 0.0 };
     if mission.start.world_heading_deg.abs() > most_deg {

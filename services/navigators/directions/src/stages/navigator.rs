@@ -1,4 +1,4 @@
-//! The navigator `directions` as a mission selects it: its stages, its views and its reports.
+//! The navigator `directions`, with its stages, views and reports.
 
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::mission::{Mission, Parameters};

@@ -1,6 +1,7 @@
-//! The navigator as a stage, which follows its guide and sees only what the localizer describes.
+//! The navigator as a stage, which follows its guide and sees only the localizer's descriptions.
 //!
-//! The guide comes in an instruction ([`Instructed`]). It is a custom map, or a chart of landmarks ([`super::belief`]).
+//! The guide is a custom map or a chart of landmarks ([`super::belief`]), which the planner receives in an instruction
+//! ([`Instructed`]).
 //!
 //! The planner responds to each description with one command and one status. If a view is repeated, the
 //! navigator continues as before. At the goal, it moves its window over the landmark so that the next task
@@ -34,10 +35,10 @@ use crate::navigator::{self, Activity, Navigator, Outcome, Output, Settings};
 pub trait Instructed: Guide + Sized {
     /// The form of the planner's state with this guide. See [`Stage::FORM`].
     const FORM: &'static str;
-    /// What the planner waits for.
+    /// Status text while the planner waits for its guide.
     const WAITING: &'static str;
 
-    /// Returns the navigator of each task, if this message has the guides of a run.
+    /// Returns the navigator of each task, if the message contains the guides of a run.
     ///
     /// # Errors
     /// [`StageError`] if the contents of the message are invalid.
@@ -46,13 +47,13 @@ pub trait Instructed: Guide + Sized {
         simulation: &Simulation,
     ) -> Result<Option<Vec<Navigator<Self>>>, StageError>;
 
-    /// Describes the progress of a journey, as text for people.
+    /// Describes the progress of a journey in words.
     fn progress(&self, output: &Output) -> impl std::fmt::Display;
 
-    /// Explains why a journey failed, as text for people.
+    /// Explains in words why a journey failed.
     fn failure(&self, outcome: Outcome, output: &Output) -> impl std::fmt::Display;
 
-    /// Sends more about a journey than its state.
+    /// Sends details about a journey in addition to its state.
     ///
     /// # Errors
     /// [`StageError`] if the message cannot be sent.
@@ -61,7 +62,7 @@ pub trait Instructed: Guide + Sized {
     }
 }
 
-/// How a navigator simulates what its own movements do.
+/// How a navigator simulates the outcomes of its own movements.
 #[derive(Debug, Clone, Copy)]
 pub struct Simulation {
     /// The navigator's settings and its errors.
@@ -93,7 +94,7 @@ pub struct Planner<G: Guide> {
     memory: Memory<G::Memory>,
 }
 
-/// The part of the state, besides the agenda, that changes during a run.
+/// The part of the state that changes during a run, apart from the agenda.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Memory<M> {
     /// The current journey, or the last one.
@@ -131,7 +132,7 @@ impl<G: Instructed> Planner<G> {
         self.navigators.is_empty().then_some(G::WAITING)
     }
 
-    /// Begins the journey of a task where the last one ended.
+    /// Begins the journey of a task at the end of the last one.
     fn begin(&mut self) {
         let last = self.memory.journey.take();
         self.memory.journey = self.navigators.get(self.agenda.task()).map(|navigator| match &last {
@@ -175,7 +176,7 @@ impl<G: Instructed> Planner<G> {
         }
     }
 
-    /// Handles the end of a journey: on arrival, the window first moves over the goal, and then the task ends.
+    /// Handles the end of a journey. On arrival, the window moves over the goal before the task ends.
     fn end(&mut self, outcome: Outcome, output: &Output) {
         let (agenda, hovers) = (&mut self.agenda, &mut self.memory.hovers);
         let recoveries = output.recoveries;
@@ -200,7 +201,7 @@ impl<G: Instructed> Planner<G> {
         self.memory.journey.iter_mut().for_each(|journey| journey.stand_still());
     }
 
-    /// Stops. No time passes for the journey in the meantime.
+    /// Stops the window. The journey's time limits do not run while it is paused.
     fn pause(&mut self, description: &Description) {
         self.stop();
         self.memory.seen = self.memory.seen.map(|_| (description.views, description.view_stamp_ns));
@@ -212,7 +213,7 @@ impl<G: Instructed> Planner<G> {
         self.memory.journey.as_ref().map(|journey| navigator.output(journey))
     }
 
-    /// Returns the velocity of the window, which is zero while no task is being driven.
+    /// Returns the velocity of the window, which is zero between tasks.
     fn velocity(&self) -> Point {
         let drives = self.agenda.phase() == Phase::Driving;
         let output = self.output().filter(|_| drives);

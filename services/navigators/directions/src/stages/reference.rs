@@ -1,4 +1,4 @@
-//! Infers from the messages about a journey which landmark of the map the navigator takes its reference for.
+//! Infers from the messages about a journey which landmark of the map the navigator believes its reference to be.
 //!
 //! Each entry except the first begins at a landmark that the map refers to, and that landmark is the navigator's reference while it
 //! follows the entry. While the navigator moves a landmark to its corner, its messages do not yet name the entry at which it will
@@ -9,7 +9,7 @@ use crate::custom_map::CustomMap;
 use crate::custom_map::graph::Node;
 use crate::messages::{Activity, Journey};
 
-/// The state of the inference after some messages of a journey.
+/// The state of the inference, updated with each message of a journey.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Reference {
     accepted: u32,
@@ -35,7 +35,7 @@ impl Reference {
         (self.accepted, self.recoveries) = (journey.accepted, journey.recoveries);
     }
 
-    /// Returns the node of the landmark that the navigator takes its reference for, or `None` while this is unknown.
+    /// Returns the node of the landmark that the navigator believes its reference to be, or `None` while this is unknown.
     pub fn node(&self) -> Option<Node> {
         self.node
     }

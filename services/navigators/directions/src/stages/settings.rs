@@ -1,5 +1,4 @@
-//! What the stages need from a mission's parameters and from its robot: the window, the errors, the navigator's settings, and how
-//! much the map-maker simulates.
+//! Derives the window, the errors, the navigator's settings and the amount of simulation from a mission's parameters and its robot.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::codes::Process;
@@ -50,7 +49,7 @@ pub struct SketcherParameters {
 /// Maximum number of simulations of each kind.
 const MOST_SIMULATIONS: u32 = 100_000;
 
-/// Returns how much the map-maker simulates.
+/// Returns the amount of simulation for the map-maker.
 ///
 /// # Errors
 /// [`MissionError`] with the invalid key.
@@ -67,12 +66,12 @@ pub fn effort(mission: &Mission) -> Result<Effort, MissionError> {
     Ok(Effort { trials, trial_journeys, journeys })
 }
 
-/// Gap that the robot keeps between its own body and a landmark or wall, in metres.
+/// Gap between the robot's body and a landmark or wall, in metres.
 const BERTH_M: f64 = 0.15;
 /// Additional gap when the robot stands beside a landmark, in metres.
 const BESIDE_M: f64 = 0.25;
 
-/// Distance at which position errors are stated, as a fraction of the robot's range. It is the distance of a typical landmark.
+/// Distance for which position errors are stated, as a fraction of the robot's range. A typical landmark is this far away.
 const USUAL_SHARE: f64 = 0.62;
 
 /// Returns the window of a mission's robot, and the standard deviation of a position in it, in metres.
@@ -126,7 +125,7 @@ pub fn finder(mission: &Mission, robot: &Robot) -> Result<Option<Finder>, Direct
 /// Returns the camera that sees the markers on landmarks, or `None` if the mission has none.
 ///
 /// # Errors
-/// [`DirectionsError::Robot`] if the mission has markers, and the robot no camera for them.
+/// [`DirectionsError::Robot`] if the mission has markers but the robot has no camera for them.
 pub fn camera<'a>(mission: &Mission, robot: &'a Robot) -> Result<Option<&'a MarkerCamera>, DirectionsError> {
     let has_markers = !DirectionsMission::of(mission)?.markers.is_empty();
     Ok(has_markers.then(|| robot.camera()).transpose()?)
@@ -162,7 +161,7 @@ pub fn settings(mission: &Mission, robot: &Robot) -> Result<Settings, Directions
     let settings = Settings {
         vocabulary: Vocabulary::of(&words),
         heading_rad: heading_noise_deg.to_radians(),
-        // A step is a tick, so the window never moves further per step than the view allows.
+        // A step lasts one tick, so this keeps the window from moving further per step than the view allows.
         speed: usual.speed.min(robot.limits.speed_mps),
         looks,
         patience,

@@ -1,9 +1,8 @@
-//! The map-maker as a stage, which sees the plane as the global camera does, plans, and publishes the custom
-//! maps once.
+//! The map-maker as a stage, which sees the plane through the global camera, plans, and publishes the custom maps once.
 //!
-//! The map-maker knows a plane only from a picture, in which it finds spots and their centroids and maps them onto the plane by
-//! a perspective transform through known points (Park and Kender 1995, 7.1.1). Its positions therefore have errors of their
-//! own, which it takes into account. A floor on land is known from its floor plan instead.
+//! The map-maker's only source about a plane is a picture. It finds the centroids of spots in the picture and maps them onto the
+//! plane by a perspective transform through known points (Park and Kender 1995, 7.1.1). Its positions therefore have errors of
+//! their own, which it takes into account. On land, it reads the floor plan instead.
 
 use std::fmt::Write;
 
@@ -32,7 +31,7 @@ use crate::markers::LandmarkKind;
 use crate::messages::{DIRECTIONS, ITINERARY, Itinerary, MAX_PLANNED, PlannedJourney, PlannedLandmark};
 use crate::navigator::Navigator;
 use crate::path::{Atlas, Measure, Path, Start, best};
-use crate::plan::Plan;
+use crate::plan::{Plan, Weakest};
 use crate::plane::{DotId, Plane};
 use crate::reliability::Reliability;
 use crate::transitions::Kinds;
@@ -49,11 +48,11 @@ pub struct Made {
     pub maps: Vec<CustomMap>,
     /// The plan of each task. Empty if the map was written by hand, or if there is a chart.
     pub plans: Vec<Plan>,
-    /// Each task's journey, as far as the map-maker knows it.
+    /// Each task's journey, as far as it is known to the map-maker.
     pub journeys: Vec<PlannedJourney>,
     /// The chart, if the navigator has a belief, in which case there are no maps.
     pub charts: Option<Charts>,
-    /// For each task, the landmarks that its map means. Each has its number in `dots` or, for a map written by hand, its
+    /// For each task, the landmarks that its map refers to. Each has its number in `dots` or, for a map written by hand, its
     /// position in the task's list.
     pub landmarks: Vec<Vec<(DotId, Point)>>,
 }
@@ -70,7 +69,7 @@ pub fn make(run: &RunConfig, files: &Files<'_>) -> Result<Made, DirectionsError>
     }
 }
 
-/// Returns what the map-maker knows about the plane of a run, or `None` if the map was written by hand.
+/// Returns the map-maker's knowledge of the plane of a run, or `None` if the map was written by hand.
 ///
 /// # Errors
 /// [`DirectionsError`] with the file or the key at fault.
@@ -86,8 +85,8 @@ fn survey(read: &DirectionsMission, plane: Plane, pilot: &Pilot) -> Atlas {
     Atlas::new(plane, pilot.settings.window, kinds, Reliability::fitted(pilot.noise))
 }
 
-/// Returns notices for people about anything suspicious in the files of a run, before anything is planned. Examples are known
-/// points that disagree, uneven light, spots that are not dots, and bearings that correct nothing.
+/// Checks the files of a run without planning anything. Returns notices for people about whatever is suspicious, such as known
+/// points that disagree, uneven light, spots that are not dots, or bearings that are never used.
 ///
 /// # Errors
 /// [`DirectionsError`] with the file or the key at fault.
@@ -106,7 +105,7 @@ pub fn notices(run: &RunConfig, files: &Files<'_>) -> Result<Vec<String>, Direct
     Ok(corrects_nothing.then(notice).into_iter().collect())
 }
 
-/// A stated probability of arrival below this value is reported before the start.
+/// Probability of arrival below which a journey is reported before the start.
 const LOW: f64 = 0.5;
 
 /// Returns a warning for each journey that is more likely to fail than to arrive, according to the map-maker's own estimate.
@@ -124,7 +123,7 @@ fn less_probable(mission: &Mission, journeys: &[PlannedJourney], limit: f64) -> 
     })
 }
 
-/// Returns why a robot should not start on these journeys unless a person insists, or `None` if it may.
+/// Returns the reason why a robot should not start these journeys without a person's consent, or `None` if it may.
 fn objection(mission: &Mission, journeys: &[PlannedJourney]) -> Option<String> {
     let least = DirectionsMission::of(mission).ok()?.least_probability;
     let low = less_probable(mission, journeys, least).reduce(|all, next| format!("{all}; {next}"))?;
@@ -170,11 +169,11 @@ fn written(
         return Err(wrong(&reason));
     }
     let landmarks = vec![(0..).zip(read.landmarks.iter().copied()).collect()];
-    let journeys = vec![PlannedJourney { distance_m: 0.0, probability: -1.0 }];
+    let journeys = vec![PlannedJourney::new(0.0)];
     Ok(Made { dots: Vec::new(), maps: vec![map], plans: Vec::new(), journeys, charts: None, landmarks })
 }
 
-/// Returns an error if a map names a kind of landmarks that the mission has no markers for.
+/// Returns an error if a map names a kind of landmark for which the mission has no markers.
 fn unknown_kind(map: &CustomMap, read: &DirectionsMission) -> Option<Error> {
     let kinds = (1..).zip(map.entries()).filter_map(|(entry, line)| Some((entry, line.kind?)));
     let (entry, kind) = kinds.into_iter().find(|(_, kind)| !read.markers.contains_key(kind))?;
@@ -209,14 +208,22 @@ fn plans(
         landmarks: landmarks.collect(),
         maps: plans.iter().map(|plan| plan.map.clone()).collect(),
         dots: atlas.plane.dots().to_vec(),
-        journeys: plans.iter().map(|plan| journey(&plan.path, plan.probability)).collect(),
+        journeys: plans.iter().map(|plan| journey(&plan.path, plan.probability, plan.weakest)).collect(),
         charts: None,
         plans,
     })
 }
 
-fn journey(path: &Path, probability: Option<f64>) -> PlannedJourney {
-    PlannedJourney { distance_m: path.distance, probability: probability.unwrap_or(-1.0) }
+fn journey(path: &Path, probability: Option<f64>, weakest: Option<Weakest>) -> PlannedJourney {
+    let mut journey = PlannedJourney::new(path.distance);
+    if let Some(probability) = probability {
+        journey.probability = probability;
+    }
+    if let Some(Weakest { entry, failures, journeys }) = weakest {
+        journey.weakest_entry = u32::from(entry) + 1;
+        (journey.failure_count, journey.simulated_count) = (failures, journeys);
+    }
+    journey
 }
 
 /// Makes the chart for a navigator with a belief.
@@ -246,7 +253,7 @@ fn charted(
         dots: atlas.plane.dots().to_vec(),
         maps: Vec::new(),
         plans: Vec::new(),
-        journeys: planned.map(|(path, &probability)| journey(path, Some(probability))).collect(),
+        journeys: planned.map(|(path, &probability)| journey(path, Some(probability), None)).collect(),
         landmarks: charts.paths.iter().map(landmarks).collect(),
         charts: Some(charts),
     })
@@ -266,7 +273,7 @@ struct Maker<'a> {
 }
 
 impl Maker<'_> {
-    /// Plans a task. The first task begins at the mission's start, and each other task over the goal of the one before.
+    /// Plans a task. The first task begins at the mission's start, and every later task over the goal of the previous one.
     fn plan(&self, index: usize, before: Option<Start>, start: Point, goal: Point) -> Result<Plan, Error> {
         let Self { atlas, read, pilot, effort, seed } = self;
         let start = match before {
@@ -292,7 +299,7 @@ fn own_seed(seed: u64, task: usize) -> u64 {
     stream(seed, &format!("sketcher/arrival/{task}")).random()
 }
 
-/// Returns the dot that a window over the goal would show closest to its middle.
+/// Returns the dot closest to the middle of a window over the goal.
 fn wanted(atlas: &Atlas, goal: Point) -> Result<DotId, Error> {
     Start::wanted(&atlas.plane, atlas.window, goal).map_err(no_goal).map(|start| start.landmark)
 }
@@ -304,7 +311,7 @@ fn no_goal(cause: Error) -> Error {
     }
 }
 
-/// The map-maker of a run, which publishes its custom maps.
+/// The map-maker of a run.
 pub struct Sketcher {
     made: Made,
     text: String,
@@ -342,7 +349,7 @@ fn text(mission: &Mission, made: &Made) -> String {
         let between = if index == 0 { String::new() } else { format!("{BETWEEN}\n") };
         // A line break in the name would end the comment.
         let name = one_line(&mission.task[index].name);
-        let stated = made.plans.get(index).and_then(Plan::stated);
+        let stated = made.journeys.get(index).and_then(PlannedJourney::stated);
         let stated = stated.map_or(String::new(), |stated| format!("# {name}: {stated}\n"));
         // Writing to a string never fails.
         let _ = write!(text, "{between}{stated}{map}");
@@ -434,7 +441,7 @@ mod tests {
         make(&run(KNOWN, goal), &|_| Ok(picture(dots, |_, level| level)))
     }
 
-    /// Two pairs of dots. The line through neither pair leads to the other pair.
+    /// Two pairs of dots, neither of which lies on the line through the other pair.
     const APART: [[usize; 2]; 4] = [[40, 60], [60, 40], [280, 60], [280, 36]];
 
     #[test]
@@ -516,7 +523,8 @@ mod tests {
     #[test]
     fn a_low_probability_is_doubted() {
         let mission = run(KNOWN, [0.15, 0.15]).mission;
-        let doubts = |probability| doubts(&mission, &[PlannedJourney { distance_m: 1.0, probability }]);
+        let doubts =
+            |probability| doubts(&mission, &[PlannedJourney { probability, ..PlannedJourney::new(1.0) }]);
         assert_eq!(doubts(0.025), ["task 1 (over): the stated probability of arrival is 2.5 %"]);
         assert!(doubts(0.9).is_empty() && doubts(-1.0).is_empty());
     }
@@ -524,7 +532,7 @@ mod tests {
     #[test]
     fn a_robot_does_not_start_below_the_probability_that_the_mission_states() {
         let mut mission = run(KNOWN, [0.15, 0.15]).mission;
-        let journey = |probability| [PlannedJourney { distance_m: 1.0, probability }];
+        let journey = |probability| [PlannedJourney { probability, ..PlannedJourney::new(1.0) }];
         assert_eq!((objection(&mission, &journey(0.5)), objection(&mission, &journey(-1.0))), (None, None));
         assert_eq!(
             objection(&mission, &journey(0.25)).unwrap(),
@@ -536,7 +544,7 @@ mod tests {
         );
     }
 
-    /// The text of the maps states in comments how the journeys will probably end, and is read like any other map.
+    /// Comments in the text of the maps state how the journeys will probably end, and the text is parsed like any other map.
     #[test]
     fn maps_are_sent_with_what_to_expect_of_them() {
         let mut run = run(KNOWN, [0.15, 0.15]);
@@ -590,8 +598,8 @@ mod tests {
         make(&run, &|_| Ok(floor.clone().into_bytes()))
     }
 
-    /// Columns 6 m apart used not to be neighbours for a robot that sees 8 m, because its window was a square that ended at 5
-    /// m.
+    /// Regression test: to a robot with a range of 8 m, columns 6 m apart were not neighbours, because its window was a square that
+    /// ended at 5 m.
     #[test]
     fn columns_that_are_in_sight_are_joined() {
         for (apart_m, range_m) in [(6.0, 8.0), (7.0, 9.5)] {
@@ -603,8 +611,8 @@ mod tests {
                 made.maps[0]
             );
         }
-        // The column diagonally opposite is out of sight, and neither of the two along the axes is more isolated than the
-        // other. There is a path nevertheless.
+        // The diagonally opposite column is out of sight, and the two along the axes are equally isolated. There is a path
+        // nevertheless.
         assert!(hall(5.0, 6.0, "").is_ok());
         let error = hall(8.8, 8.0, "").unwrap_err().to_string();
         assert!(error.contains(" apart, and two are seen together up to 8.775"), "{error}");

@@ -31,7 +31,7 @@ pub(super) struct Seen {
     pub notices: Vec<String>,
 }
 
-/// Returns what the map-maker sees, or `None` if the map was written by hand.
+/// Returns the map-maker's view, or `None` if the map was written by hand.
 pub(super) fn seen(
     run: &RunConfig,
     read: &DirectionsMission,
@@ -63,7 +63,7 @@ pub(super) fn seen(
     }
 }
 
-/// Returns a file that a key of the mission names.
+/// Returns the file named by a key of the mission.
 pub(super) fn bytes(key: &'static str, file: &str, files: &Files<'_>) -> Result<Vec<u8>, DirectionsError> {
     let wrong = |reason: std::io::Error| DirectionsError::File {
         key,
@@ -73,7 +73,7 @@ pub(super) fn bytes(key: &'static str, file: &str, files: &Files<'_>) -> Result<
     files(file).map_err(wrong)
 }
 
-/// Endings of the files of a map of `map_server`.
+/// File name extensions of maps for `map_server`.
 const OF_MAPS: [&str; 4] = ["yaml", "yml", "pgm", "png"];
 
 fn wrong_floor(file: &str, reason: String) -> DirectionsError {
@@ -93,7 +93,7 @@ fn floor_plan(bytes: &[u8], file: &str) -> Result<FloorPlan, DirectionsError> {
     toml::from_str(text).map_err(|error| wrong(error.message().to_owned()))
 }
 
-/// Returns the landmarks of a floor, among its walls.
+/// Returns the landmarks of a floor together with its walls.
 fn floor(plan: &FloorPlan, file: &str, land: Option<LandKeys>, body: Body) -> Result<Plane, DirectionsError> {
     let wrong = |reason: String| wrong_floor(file, reason);
     let radius_m = land.map_or(0.0, |land| land.radius_m);
@@ -109,7 +109,7 @@ fn floor(plan: &FloorPlan, file: &str, land: Option<LandKeys>, body: Body) -> Re
     Ok(plane.among(Arc::new(walls)))
 }
 
-/// Returns the markers on the landmarks of a floor, and notices about those that show nothing.
+/// Returns the markers on the landmarks of a floor, and notices about markers that are not on any landmark.
 fn markers(
     plan: &FloorPlan,
     file: &str,
@@ -132,7 +132,7 @@ fn markers(
     Ok((shown, notices.collect()))
 }
 
-/// Returns the markers of a floor that the mission has kinds for.
+/// Returns the markers of a floor for which the mission defines a kind.
 pub fn kinds<'a>(plan: &'a FloorPlan, read: &'a DirectionsMission) -> impl Iterator<Item = Marker> + 'a {
     plan.marker.iter().filter_map(|marker| {
         let at = Point::new(marker.at[0], marker.at[1]);
@@ -140,13 +140,12 @@ pub fn kinds<'a>(plan: &'a FloorPlan, read: &'a DirectionsMission) -> impl Itera
     })
 }
 
-/// Returns the landmarks of a floor, which are the pieces of round furniture whose radius differs from this one by at most 10
-/// %.
+/// Returns the landmarks of a floor: round furniture with the given radius, give or take 10 %.
 pub fn pillars(plan: &FloorPlan, radius_m: f64) -> impl Iterator<Item = [f64; 2]> + '_ {
     plan.furniture.iter().filter(move |piece| is_pillar(piece, radius_m)).filter_map(|piece| piece.center)
 }
 
-/// Returns the walls of a floor and all furniture that isn't a landmark.
+/// Returns the walls of a floor and all furniture except landmarks.
 pub fn walls(plan: &FloorPlan, radius_m: f64, body: Body) -> Walls {
     Walls::of_floor(plan, |piece| is_pillar(piece, radius_m), body)
 }
@@ -178,7 +177,7 @@ fn see(
     Ok((plane, camera.spread(known), notices))
 }
 
-/// Calibrates the camera from known points, and reviews whether these agree.
+/// Calibrates the camera from known points, and checks that they agree.
 fn camera(known: &[Known], window: Window) -> Result<(Camera, Review), DirectionsError> {
     let review = Review::of(known);
     let disagree = || DirectionsError::Calibration(DotsError::Disagree(review.to_string()));
@@ -186,7 +185,7 @@ fn camera(known: &[Known], window: Window) -> Result<(Camera, Review), Direction
         Err(DotsError::Behind { .. }) if !review.agrees() => return Err(disagree()),
         camera => camera.map_err(DirectionsError::Calibration)?,
     };
-    // If positions are off by half a window, every dot may be mistaken for another.
+    // With position errors of half a window, every dot could be mistaken for another.
     let is_useless = camera.spread(known).is_some_and(|spread_m| spread_m >= window.side / 2.0);
     if !review.agrees() && is_useless {
         return Err(disagree());

@@ -56,7 +56,7 @@ fn a_written_map_that_branches_goes_on_where_its_signs_say() {
     let (report, _) = run(&stairs(), &map, &[0, 1, 2, 3], (0.5, 0.5));
     assert_eq!((report.kind, &report.attained[..]), (Kind::Direct, &[0, 1, 2, 3][..]));
     assert_eq!(report.attained, report.meant);
-    // From one step higher, the navigator arrives as well, but by other landmarks than those that its map means.
+    // From one step higher, the navigator also arrives, but by landmarks other than those that its map refers to.
     let (report, _) = run(&stairs(), &map, &[0, 1, 2, 3], (7.0, 6.0));
     assert_eq!((report.kind, &report.attained[..]), (Kind::Unaware, &[1, 2, 3][..]));
 }
@@ -222,7 +222,7 @@ fn on_land_it_drives_around_a_pole_and_finds_the_one_that_it_hid() {
     assert!(nearest > 0.4, "{nearest}");
 }
 
-/// No word means the pole in the middle of these three: it is neither the most isolated one nor the closest one.
+/// No word refers to the middle one of these three poles, which is neither the most isolated nor the closest.
 #[test]
 fn on_land_each_pole_is_known_by_its_bearing() {
     let world = plane(&[(0.0, 0.0), (1.5, 4.0), (4.0, 4.0), (5.5, 1.5)]);
@@ -248,7 +248,7 @@ fn on_land_a_panorama_tells_the_wrong_pole_and_the_way_back() {
     assert_eq!((report.kind, report.recoveries), (Kind::Recovered, 1), "{report:?}");
 }
 
-/// Returns how many of forty journeys are direct although the heading error at the start has a standard deviation of 5°. The
+/// Returns the number of direct journeys out of forty although the heading error at the start has a standard deviation of 5°. The
 /// landmark to seek lies 2° inside the edge of its quadrant. With a larger error, the navigator believes it to be outside the
 /// quadrant and goes to another landmark, unless the bearing of the previous landmark has corrected the heading.
 fn direct(window: Window, from: Point, map: &str) -> usize {
@@ -273,7 +273,7 @@ fn on_land_bearings_correct_the_heading() {
     assert!(with >= 39 && without <= 35, "{with} {without}");
 }
 
-/// The corrected heading used to be applied to the navigator's movements, but not to its view.
+/// Regression test: the corrected heading was applied to the navigator's movements, but not to its view.
 #[test]
 fn above_a_plane_bearings_correct_the_heading_too() {
     let window = Window::new(7.0, 1.5).unwrap();

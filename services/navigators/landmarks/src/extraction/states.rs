@@ -167,6 +167,7 @@ fn relation(track: &Track, sight: &Sight, ranges: Option<&Parameters>) -> Relati
         proximity_m: ranges
             .map(|of| rounded(Range::around(sight.proximity_m, of.proximity_tolerance_m), hundredths)),
         width: ranges.map(|of| rounded(Range::around(sight.width, of.width_tolerance), f64::round)),
+        landmark: None,
     }
 }
 

@@ -79,6 +79,11 @@ fn conditions(route: &Route, state: &State) -> String {
     groups.collect::<Vec<_>>().join(", and ")
 }
 
+/// Returns a name as it is read back.
+pub fn spoken(name: &str) -> String {
+    name.replace(['"', '\n', '\r'], "'")
+}
+
 /// Returns a name, in quotes if it would not be read back as the same name without them.
 fn quoted(name: &str) -> String {
     let is_plain = |word: &str| {
@@ -90,7 +95,7 @@ fn quoted(name: &str) -> String {
     if is_single_spaced && name.split(' ').all(is_plain) && name != "object" {
         name.to_owned()
     } else {
-        format!("\"{}\"", name.replace(['"', '\n', '\r'], "'"))
+        format!("\"{}\"", spoken(name))
     }
 }
 

@@ -207,7 +207,7 @@ impl Reader {
                 Place::Direction(direction) => Place::Direction((direction + turn) % DIRECTIONS),
                 surround => surround,
             };
-            relations.push(Relation { object, place, proximity_m, width });
+            relations.push(Relation { object, place, proximity_m, width, landmark: None });
         }
         Ok(())
     }

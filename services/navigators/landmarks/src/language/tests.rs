@@ -18,8 +18,8 @@ fn a_sentence_that_a_person_wrote_is_read() {
     assert_eq!((state.kind, state.command), (Kind::Change, Command::Right));
     let near = Some(Range { low: 0.0, high: 2.0 });
     let expected = [
-        Relation { object: 0, place: Place::Direction(4), proximity_m: None, width: None },
-        Relation { object: 1, place: Place::Direction(0), proximity_m: near, width: None },
+        Relation { object: 0, place: Place::Direction(4), proximity_m: None, width: None, landmark: None },
+        Relation { object: 1, place: Place::Direction(0), proximity_m: near, width: None, landmark: None },
     ];
     assert_eq!(state.relations, expected);
     assert_eq!(route.objects, ["", ""]);
@@ -212,7 +212,13 @@ fn route() -> impl Strategy<Value = Route> {
                     object
                 };
                 if relations.iter().all(|other| other.object != object) {
-                    let new = |(place, proximity_m, width)| Relation { object, place, proximity_m, width };
+                    let new = |(place, proximity_m, width)| Relation {
+                        object,
+                        place,
+                        proximity_m,
+                        width,
+                        landmark: None,
+                    };
                     relations.extend(places.into_iter().map(new));
                 }
             }

@@ -1,6 +1,6 @@
-//! Determines how many particles the belief needs (Fox 2003, *Adapting the sample size in particle filters through KLD-sampling*).
-//! With this number, the Kullback-Leibler divergence between the distribution of the particles over bins and that of the belief is
-//! at most ε with probability 1 − δ.
+//! Determines the number of particles needed to represent the belief (Fox 2003, *Adapting the sample size in particle filters
+//! through KLD-sampling*). With this number, the Kullback-Leibler divergence between the distribution of the particles over bins
+//! and that of the belief is at most ε with probability 1 − δ.
 //!
 //! The bins divide x, y and θ, but not the scales, which spread about equally wherever the robot is. With
 //! bins in all five dimensions, each would contain one particle, and the bound would always be the maximum.
@@ -28,10 +28,9 @@ impl SampleSize {
         Self { bins: Vec::with_capacity(most) }
     }
 
-    /// Returns the number of particles that the belief needs, within the parameters' limits. `set` must have
-    /// equal weights, as just after resampling, so that the number of bins that it fills reflects the spread
-    /// of the belief. Fox draws one particle after another until there are enough for the bins filled so far,
-    /// but with systematic resampling all particles exist at once.
+    /// Returns the number of particles needed, within the parameters' limits. `set` must have equal weights, as just after
+    /// resampling, so that the number of bins that it fills reflects the spread of the belief. Fox draws one particle after another
+    /// until there are enough for the bins filled so far, whereas systematic resampling creates all particles at once.
     pub fn wanted(&mut self, set: &ParticleSet, scale_pxpm: f32, parameters: &Parameters) -> usize {
         let bin_px = parameters.bin_m * scale_pxpm;
         self.bins.clear();

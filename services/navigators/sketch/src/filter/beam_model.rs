@@ -1,26 +1,24 @@
-//! The beam model, which gives the likelihood of a scan at a pose with two scales, given what is visible from
-//! there.
+//! The beam model, which computes the likelihood of a scan at a pose with two scales from the walls visible there.
 //!
-//! Ranges in a drawing are off by a factor, and bearings are off as well: a door may be drawn too narrow or next to its true place,
-//! so that even from the true pose some beams pass where the drawing has a wall. The range r of a beam is therefore explained by
-//! what the drawing shows at nearby bearings β + δ,
+//! Ranges in a drawing are off by a factor, and bearings are off as well: a door may be drawn too narrow or in the wrong place, so
+//! that even from the true pose some beams pass through drawn walls. The range r of a beam is therefore compared with the drawing
+//! at nearby bearings β + δ,
 //!
 //! ```text
 //! p(r) = Σ_δ q(δ) p(r | expected range at β + δ),
 //! ```
 //!
-//! which is the proper likelihood of a reading whose error in bearing is unknown. Using only the best δ, that
-//! is, a maximum, would be most forgiving where most is visible, and would pull the estimate there.
+//! which is the proper likelihood of a reading whose error in bearing is unknown. A maximum over δ instead of the sum would be most
+//! forgiving at places from which most is visible, and would attract the estimate to them.
 //!
-//! Around an expected range x, with e = ln(r / x), a reading r is one of three kinds. It is near the expected
-//! range (a Laplace distribution of width w), it is anywhere, or it falls short because of objects that are
-//! not drawn, which set a level below which the Laplace term does not fall on that side. A beam without
-//! return means that the wall is beyond the sensor's range. Once r and x to the power 1/w are known, the
-//! Laplace term is the lesser of (r/x)^(1/w) and (x/r)^(1/w), so that five bearings need no exponential and
-//! no table.
+//! Around an expected range x, with e = ln(r / x), a reading r is one of three kinds. It is near the expected range (a Laplace
+//! distribution of width w), anywhere, or short of the expected range because of objects that are not drawn. The last kind sets a
+//! minimum for the Laplace term on that side. A beam without return means that the wall is beyond the sensor's range. Given r and x
+//! to the power 1/w, the Laplace term is the lesser of (r/x)^(1/w) and (x/r)^(1/w), so no exponentials or tables are needed for the
+//! five bearings.
 //!
-//! The width w depends on who drew: a surveyed map is off by the size of its cells, a drawing from memory by
-//! a quarter. The filter learns the width while driving ([`learned`]).
+//! The width w depends on the source of the drawing: a surveyed map is off by the size of its cells, a drawing from memory by a
+//! quarter. The filter learns the width while driving ([`learned`]).
 
 use fearless_simd::{f32x16, prelude::*};
 
@@ -36,12 +34,12 @@ pub const LOOK_BEYOND: f32 = 1.5;
 pub const LEAVE_WALL_M: f32 = 0.4;
 /// Number of bearings at which the drawing is compared with a reading.
 const BEARINGS: usize = 5;
-/// Density over e of a reading anywhere, and the density short of the expected range if all readings were short.
+/// Density over e of a reading that may be anywhere, and of a short reading.
 const ANYWHERE: f32 = 0.25;
 const ANYWHERE_SHORT: f32 = 0.3;
 /// Factor that makes the probability of no return comparable with the density of a return.
 const LOST_LEVEL: f32 = 1.2;
-/// Share of the beams without return that the expected range explains, and share of those that occur anywhere.
+/// Share of the beams without return that the expected range explains, and share of those that are random.
 const LOST_SHARES: [f32; 2] = [0.9, 0.03];
 /// Number of readings whose likelihoods are multiplied before a logarithm is taken. It is small enough that no product leaves the
 /// range of single precision.
@@ -59,8 +57,8 @@ pub fn expected_range(grid: &Grid, beams: &Beams, i: usize, place_px: [f32; 2], 
 
 /// Maximum error of the ranges, as |ln(measured / expected)|. Greater errors are capped.
 const MOST_ERROR: f32 = 0.5;
-/// Rates at which the estimated error rises and falls, as a share per update. It falls slowly, because a
-/// drawing with one corridor that happens to fit is not a map.
+/// Rates at which the estimated error rises and falls, as a share per update. It falls slowly, because a single corridor that
+/// happens to fit does not make a drawing a map.
 const ERROR_RISES: f32 = 0.1;
 const ERROR_FALLS: f32 = 0.02;
 
@@ -127,7 +125,7 @@ pub struct Powers<T> {
 }
 
 impl BeamModel {
-    /// Creates the model with these parameters, and buffers for `parameters.beams` readings.
+    /// Creates the model with the given parameters, and buffers for `parameters.beams` readings.
     pub fn new(parameters: &Parameters) -> Self {
         let p = parameters;
         let step = p.bearing_error_rad / (BEARINGS / 2) as f32;
@@ -152,7 +150,7 @@ impl BeamModel {
     /// Reads the beams of a scan, for a drawing with the estimated error `error`.
     pub fn read(&mut self, beams: &Beams, error: f32) {
         let [least, largest] = self.widths;
-        // Squaring the error makes maps stand out from drawings that happen to fit for a while.
+        // Squaring the error separates maps from drawings that happen to fit for a while.
         self.width = (error * error / largest).clamp(least, largest);
         self.inverse_width = 1.0 / self.width;
         self.unit_log2 = beams.range_max_m.log2();
@@ -174,22 +172,20 @@ impl BeamModel {
         }
     }
 
-    /// Returns the factor by which a scan counts more than it would in a hand drawing, depending on how much
-    /// more accurate this drawing is estimated to be. In an accurate drawing, the remaining errors are those
-    /// of the sensor, which are independent between beams.
+    /// Returns the weight of a scan relative to that in a hand drawing, given the estimated accuracy of this drawing. In an
+    /// accurate drawing, the remaining errors are those of the sensor, which are independent between beams.
     pub fn exactness(&self) -> f32 {
         (self.widths[1] / self.width).sqrt()
     }
 
-    /// Returns the powers of a range, which is given by its binary logarithm, in metres.
+    /// Returns the powers of a range in metres, given its binary logarithm.
     fn powers(&self, log2_m: f32) -> Powers<f32> {
         let log2 = log2_m.clamp(self.bounds_log2[0], self.bounds_log2[1]) - self.unit_log2;
         let sharp = (log2 * self.inverse_width).exp2();
         Powers { sharp, inverse: 1.0 / sharp }
     }
 
-    /// Returns Σ ln p over all beams of the scan that was read, `beams`. This is the plain form of what [`super::weighing`]
-    /// computes.
+    /// Returns Σ ln p over all beams of the scan that was read, `beams`. This is the plain equivalent of [`super::weighing`].
     pub fn log_likelihood(
         &self,
         grid: &Grid,
@@ -245,7 +241,7 @@ impl BeamModel {
         Powers { sharp, inverse }
     }
 
-    /// Returns Σ ln p of sixteen particles, given the range that each particle expects of each beam.
+    /// Returns Σ ln p of sixteen particles, given their expected ranges of each beam.
     #[inline(always)]
     pub fn of<S: Simd>(&self, simd: S, expected: &[Powers<[f32; LANES]>]) -> f32x16<S> {
         let mut sum = f32x16::splat(simd, 0.0);
@@ -267,7 +263,7 @@ impl BeamModel {
         expected: &[Powers<[f32; LANES]>],
     ) -> f32x16<S> {
         let mut near = f32x16::splat(simd, 0.0);
-        // Indexing is deliberate. With iterators over both arrays, a tenth of the time went into copying the shares.
+        // Indexing is faster here. With iterators over both arrays, copying the shares took a tenth of the time.
         if reading.returned {
             for k in 0..BEARINGS {
                 let expected = &expected[usize::from(reading.beside[k])];
@@ -288,7 +284,7 @@ impl BeamModel {
     }
 }
 
-/// Returns the index of the one of `angles` that is nearest to `angle`. The angles rise or fall and cover at most one turn.
+/// Returns the index of the element of `angles` nearest to `angle`. The angles rise or fall and cover at most one turn.
 fn nearest(angles: &[f32], angle: f32) -> u16 {
     use std::f32::consts::TAU;
     let rises = angles.first() <= angles.last();
@@ -354,7 +350,7 @@ mod tests {
         let measured = [1.0, 1.0, 4.0, 1.0, 1.0];
         let beside = [1.0, 1.0, 1.0, 4.0, 1.0];
         assert!(likelihood(&ours, &measured, &beside) > 2.0 * likelihood(&rigid, &measured, &beside));
-        // The likelihood is higher still if the door is in its place, and lower without any door.
+        // The likelihood is higher still if the door is in its true place, and lower without any door.
         assert!(likelihood(&ours, &measured, &measured) > likelihood(&ours, &measured, &beside) * 1.05);
         assert!(likelihood(&ours, &measured, &[1.0; 5]) < 0.5 * likelihood(&ours, &measured, &beside));
     }
@@ -366,8 +362,8 @@ mod tests {
         beam_model.likelihood_of_each(simd, reading, &vec![expected; beam_model.readings.len()]).into()
     }
 
-    /// With a laser of 79 m, a reading and a wall both closer than 7 cm used to fit infinitely well, because their ratio to the
-    /// maximum range, to the power 1/w of a map, left the range of single precision.
+    /// Regression test: with a laser of 79 m, a reading and a wall both closer than 7 cm fitted infinitely well, because their
+    /// ratio to the maximum range, raised to the power 1/w of a map, left the range of single precision.
     #[test]
     fn the_shortest_ranges_of_a_long_laser_are_as_likely_as_any() {
         let p = Parameters::default();

@@ -75,8 +75,8 @@ impl Beams {
         self.range_m.is_empty()
     }
 
-    /// Selects at most `wanted` beams of `scan`, evenly spread, and drops the invalid ones (NaN, or too
-    /// near). Beams that did not return (+∞, or no less than the maximum range) are kept and marked as such.
+    /// Selects at most `wanted` evenly spread beams of `scan`, and drops invalid ones (NaN, or too near). Beams without return (+∞,
+    /// or at least the maximum range) are kept and marked as such.
     pub fn select(&mut self, scan: &LaserScan, mounting: &Mounting, wanted: usize) {
         self.clear();
         self.origin_m = [mounting.x_m, mounting.y_m];

@@ -1,10 +1,10 @@
-//! Cells stored as bits, 64 to a word, so that spreading works on whole words.
+//! Cells stored as bits, 64 to a word, so that whole words can be processed at once.
 
 use std::ops::Range;
 
 const WORD: usize = u64::BITS as usize;
 
-/// Rows of bits. Each row starts at the first bit of a word, and the bits after its last cell have no meaning.
+/// Rows of bits. Each row starts at the first bit of a word, and the bits after its last cell are meaningless.
 #[derive(Debug, Clone)]
 pub struct Bits {
     width: usize,
@@ -70,7 +70,7 @@ impl Bits {
         }
     }
 
-    /// Returns the stretches of a row that are not set.
+    /// Returns the ranges of a row that are not set.
     pub fn free(&self, row: usize) -> impl Iterator<Item = Range<usize>> + '_ {
         let words = &self.words[row * self.stride..][..self.stride];
         let mut end = 0;
@@ -118,8 +118,8 @@ fn next(words: &[u64], from: usize, skipped: u64) -> usize {
     words.len() * WORD
 }
 
-/// Calls `smear` with a sequence of steps. A set that is joined with itself shifted by each step in turn spreads by `reach` cells
-/// in total.
+/// Calls `smear` with a sequence of steps. If a set is merged with a copy of itself shifted by each step in turn, it spreads by
+/// `reach` cells in total.
 fn doubling(reach: usize, mut smear: impl FnMut(usize)) {
     let mut covered = 1;
     while covered <= reach {

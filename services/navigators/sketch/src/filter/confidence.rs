@@ -5,13 +5,13 @@ use sketchnav_schemas::codes::Tracking;
 
 use super::parameters::Parameters;
 
-/// Factor on the share of the weight near the mode that an estimate needs to be believed again after it was doubtful.
+/// Factor on the share of the weight near the mode that a doubtful estimate needs to be trusted again.
 const REGAINED: f64 = 1.5;
-/// Largest share of the weight that is ever asked for.
+/// Upper limit of the required share of the weight.
 const NEARLY_ALL: f64 = 0.8;
-/// Rate at which the running mean of the fit follows, as a share per update.
+/// Rate at which the running mean of the fit adapts, as a share per update.
 const FOLLOW: f32 = 0.25;
-/// Rates at which the quick and the slow mean likelihood follow (Thrun, Burgard and Fox, table 8.3).
+/// Rates at which the quick and the slow mean likelihood adapt (Thrun, Burgard and Fox, table 8.3).
 const QUICK: f32 = 0.25;
 const SLOW: f32 = 0.02;
 
@@ -37,7 +37,7 @@ impl Confidence {
         Tracking::from_code(self.level).unwrap_or(Tracking::Waiting)
     }
 
-    /// Returns how much worse the scans fit than before, from 0 to 1.
+    /// Returns the decline of the scans' fit, from 0 to 1.
     pub fn decline(&self) -> f32 {
         if self.slow > 0.0 { (1.0 - self.quick / self.slow).clamp(0.0, 1.0) } else { 0.0 }
     }

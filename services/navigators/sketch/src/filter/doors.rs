@@ -1,39 +1,37 @@
 //! Widens doors to their usual width.
 //!
-//! A person who draws a door leaves a gap in a wall. The position of the gap matters, but its width is only
-//! symbolic and, when drawn in haste, often too narrow. If the width were taken literally, the scale of the
-//! drawing would seem smaller there than it is, and the robot would drive past the right door. Before the
-//! filter uses the drawing, gaps in walls that are narrower than a door are therefore widened as far as the
-//! walls next to them allow.
+//! People draw doors as gaps in walls. The position of such a gap matters, but its width is only symbolic and, when drawn in haste,
+//! often too narrow. If the width were taken literally, the scale of the drawing would seem smaller there than it is, and the robot
+//! would drive past the right door. Before the filter uses the drawing, gaps narrower than a door are therefore widened as far as
+//! the adjacent walls allow.
 //!
 //! Some passages stay as drawn:
 //!
-//! - passages that do not open out on both sides, such as a corridor, or a door along a wall that continues
-//!   past it;
+//! - passages that do not open out on both sides, such as corridors, or doors along a wall that continues past them;
 //! - passages through walls that are thicker than about half the gap;
-//! - slips of the pen;
-//! - gaps within a door's width of a narrower one.
+//! - accidental gaps in a line;
+//! - gaps within a door's width of a narrower gap.
 //!
-//! Posts between two gaps stay, too.
+//! Posts between two gaps are kept as well.
 
 use fearless_simd::{Level, dispatch};
 use nalgebra::Vector2;
 
 use crate::sketch::SketchGrid;
 
-/// Share of a door's width below which a gap is a slip of the pen rather than a door.
+/// Share of a door's width below which a gap is considered accidental.
 const SLIP: f32 = 0.2;
 /// Cosine of the minimum angle between the two sides of a gap, seen from its middle.
 const OPPOSITE: f32 = -0.7;
-/// Minimum ratio of the room beyond a door to the room in it. In a corridor, both are equal.
+/// Minimum ratio of the clear width beyond a door to that of the door. In a corridor, both are equal.
 const OPENS_OUT: f32 = 1.15;
-/// Distance, in pixels and in addition to half the gap's width, from the gap's middle to where the room beyond it is checked.
+/// Distance from the gap's middle at which the clear width beyond it is checked, in pixels and in addition to half the gap's width.
 const BEYOND_PX: f32 = 3.0;
 /// Maximum distance by which a wall may be off the gap's line, as a share of the gap.
 const BESIDE: f32 = 0.5;
 /// Maximum slope at which a wall may lead away from the gap's line.
 const SLOPE: f32 = 0.3;
-/// Maximum share of the wall next to a gap that widening may take. It is limited because small rooms are drawn with small doors.
+/// Maximum share of an adjacent wall that widening may remove. It is limited because small rooms are drawn with small doors.
 const TAKES: f32 = 0.25;
 
 /// Returns `sketch` with the gaps in its walls widened towards `door_px`, or `None` if that changes nothing.
@@ -73,7 +71,7 @@ fn around(sketch: &SketchGrid, middle: Vector, reach_px: f32, mut visit: impl Fn
 
 type Vector = Vector2<f32>;
 
-/// Two wall cells with free cells between them.
+/// A gap between two wall cells.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Gap {
     ends: [Vector; 2],
@@ -111,19 +109,18 @@ impl Gap {
 }
 
 impl Side {
-    /// Returns how far off the gap's line its wall may lie, in pixels, at `along` pixels from the gap's end.
+    /// Returns the maximum distance of the wall from the gap's line, in pixels, at `along` pixels from the gap's end.
     fn band_px(&self, along: f32) -> f32 {
         BESIDE * self.width_px + SLOPE * along.max(0.0)
     }
 
-    /// Returns the position at this distance along the wall and this distance off the gap's line.
+    /// Returns the position at given distances along the wall and off the gap's line.
     fn at(&self, along: f32, beside: f32) -> Vector {
         self.end + self.away * along + turned(self.away) * beside
     }
 
-    /// Returns how much of its wall this side gives to the gap, in pixels and at most `missing_px`. It gives
-    /// no more than a share of the wall's length up to the wall's end or the next wall. If the wall is
-    /// shorter than the gap is wide, it is a post and gives nothing.
+    /// Returns the length of wall to remove on this side of the gap, in pixels and at most `missing_px`. It is limited to a share
+    /// of the wall's length up to its end or the next wall. A wall shorter than the gap's width is a post and stays.
     fn yields_px(&self, sketch: &SketchGrid, missing_px: f32) -> f32 {
         let is_wall = |along: f32, beside: i32| {
             let [x, y] = self.at(along, beside as f32).map(|v| v.round() as i64).into();
@@ -158,30 +155,30 @@ impl Side {
     }
 }
 
-/// Column of a vector that leads to no wall. It is larger than that of any wall that counts, whatever is added to it.
+/// Column of a vector that leads to no wall. It remains larger than that of any relevant wall, whatever is added to it.
 const NONE: i16 = 20_000;
 /// Number of cells that are checked together, since most cells are far from walls.
 const TOGETHER: usize = 32;
 
-/// The nearest wall cell of each free cell, if that is near enough to be the side of a door.
+/// The nearest wall cell of each free cell, if it is near enough to be the side of a door.
 struct Nearest<'a> {
     sketch: &'a SketchGrid,
-    /// Number of cells per row, including a cell at either end that knows no wall. Such a row exists below and above, too.
+    /// Number of cells per row, including a cell without a wall at either end. There is also a row of such cells below and above.
     stride: usize,
-    /// Vectors from the cells to their walls, in columns and rows. The column is [`NONE`] if there is no wall.
+    /// Vectors from cells to their walls, in columns and rows. The column is [`NONE`] if there is no wall.
     x: Vec<i16>,
     y: Vec<i16>,
     reach2: i32,
 }
 
-/// For each cell of a row, the nearest wall that other cells know of.
+/// The nearest wall of each cell of a row, according to the cells of other rows.
 struct Known {
     x: Vec<i16>,
     y: Vec<i16>,
     distance2: Vec<i32>,
 }
 
-/// Marks the cells whose wall lies roughly opposite to that of the right or the upper neighbour.
+/// Marks the cells whose wall lies roughly opposite to that of the right or upper neighbour.
 #[inline(always)]
 fn face_away(x: &[i16], y: &[i16], rx: &[i16], ry: &[i16], ux: &[i16], uy: &[i16], maybe: &mut [bool]) {
     let count = maybe.len();
@@ -195,21 +192,21 @@ fn face_away(x: &[i16], y: &[i16], rx: &[i16], ry: &[i16], ux: &[i16], uy: &[i16
     }
 }
 
-/// The walls known to the cells of a row, including a cell at either end that knows nothing.
+/// The walls of the cells of a row, including a cell without a wall at either end.
 struct Row<'a> {
     x: &'a mut [i16],
     y: &'a mut [i16],
-    /// Square of the distance within which walls matter, in pixels².
+    /// Square of the distance up to which walls are relevant, in pixels².
     reach2: i32,
 }
 
 impl<'a> Nearest<'a> {
-    /// Finds the nearest walls in two passes over the eight neighbours. A neighbour knows the cell's nearest wall or one that is
-    /// hardly farther away (Danielsson 1980).
+    /// Finds the nearest walls in two passes over the eight neighbours. The cell's nearest wall, or one hardly farther away, is
+    /// always that of a neighbour (Danielsson 1980).
     fn new(sketch: &'a SketchGrid, door_px: f32) -> Self {
         let [width, height] = [sketch.width(), sketch.height()];
         let stride = width + 2;
-        // Vectors of 16 bits reach no farther.
+        // Limited by the range of 16-bit vectors.
         let reach_px = (OPENS_OUT * door_px / 2.0 + 2.0).min(16_000.0);
         let cells = stride * (height + 2);
         let reach2 = (reach_px * reach_px) as i32;
@@ -244,7 +241,8 @@ impl<'a> Nearest<'a> {
         (self.x[at] != NONE).then(|| [self.x[at], self.y[at]])
     }
 
-    /// Finds the gaps of these widths. Two neighbours whose nearest walls are on opposite sides have a gap between these walls.
+    /// Finds gaps in a range of widths. If the nearest walls of two neighbours are on opposite sides, there is a gap between these
+    /// walls.
     fn gaps(&self, widths_px: std::ops::Range<f32>) -> Vec<Gap> {
         let mut gaps = Vec::new();
         let mut maybe = vec![false; self.sketch.width()];
@@ -272,7 +270,7 @@ impl<'a> Nearest<'a> {
         face_away(x, y, rx, ry, ux, uy, maybe);
     }
 
-    /// Returns the gap between the walls of a cell and of its neighbour at this offset, if the walls are on opposite sides.
+    /// Returns the gap between the walls of a cell and of its neighbour at the given offset, if the walls are on opposite sides.
     fn gap(&self, [column, row]: [usize; 2], [dx, dy]: [usize; 2]) -> Option<Gap> {
         let here = vector(self.get([column, row])?);
         let there = vector(self.get([column + dx, row + dy])?);
@@ -282,7 +280,7 @@ impl<'a> Nearest<'a> {
         is_opposite.then(|| Gap::between(place + here, next + there))
     }
 
-    /// Returns true if there is more room on both sides of the wall than in the gap.
+    /// Returns true if there is more space on both sides of the wall than in the gap.
     fn opens_out(&self, gap: &Gap) -> bool {
         let [middle, side] = [gap.middle(), gap.sides()[0].away];
         let step = gap.width_px / 2.0 + BEYOND_PX;
@@ -305,15 +303,15 @@ fn turned(v: Vector) -> Vector {
 }
 
 impl Known {
-    /// Finds the nearest walls that the three adjacent cells of the row on the side `SIDE` know.
+    /// Finds the nearest of the walls of the three adjacent cells in the row on the side `SIDE`.
     #[inline(always)]
     fn ask<const SIDE: isize>(&mut self, row: Row<'_>) {
         ask::<SIDE>(row.x, row.y, &mut self.x, &mut self.y, &mut self.distance2);
     }
 }
 
-/// Finds, for each cell, the nearest wall that the three adjacent cells of the row on the side `SIDE` know. Of equally near ones,
-/// the first from that side wins. This function and those below use masks and plain slices, which the compiler can vectorize.
+/// Finds, for each cell, the nearest of the walls of the three adjacent cells in the row on the side `SIDE`. Ties go to the first
+/// from that side. This function and those below use masks and plain slices so that the compiler can vectorize them.
 #[inline(always)]
 fn ask<const SIDE: isize>(
     x: &[i16],
@@ -343,13 +341,13 @@ fn ask<const SIDE: isize>(
     }
 }
 
-/// The cells of a row merged with what other rows know, before the cells ask each other.
+/// The cells of a row merged with the walls of other rows, before the pass along the row.
 struct Merged {
     x: Vec<i16>,
     y: Vec<i16>,
     /// The squared distances of the cells' own walls, in pixels².
     own2: Vec<i32>,
-    /// Whether the previous cell knows a nearer wall.
+    /// Whether the previous cell has a nearer wall.
     gains: Vec<bool>,
 }
 
@@ -359,9 +357,9 @@ impl Merged {
         Self { x, y, own2: vec![0; width], gains: vec![false; width] }
     }
 
-    /// Runs along a row, away from the side `SIDE`. Each cell takes over the wall of the previous cell, or the `known` one, if that
-    /// is nearer than its own. The cells of a block are asked one after the other only if one of them gains by it, since no cell
-    /// gains at all if none gains by what the previous cell had at first.
+    /// Runs along a row, away from the side `SIDE`. Each cell adopts the wall of the previous cell, or the `known` one, if that is
+    /// nearer than its own. The cells of a block are processed one by one only if at least one of them gains from the initial wall
+    /// of the previous cell, because otherwise none gains at all.
     fn pass<const SIDE: isize>(&mut self, row: Row<'_>, known: &Known) {
         dispatch!(Level::new(), _simd => self.merge::<SIDE>(&row, known));
         let count = self.own2.len();
@@ -385,7 +383,7 @@ impl Merged {
         }
     }
 
-    /// Returns true if a wall is nearer to a cell than its own, and no farther than the one that other rows know.
+    /// Returns true if a wall is nearer to a cell than its own, and no farther than the one known from other rows.
     fn gains_by(&self, at: usize, (x, y): (i16, i16), known: &Known) -> bool {
         let distance2 = squared([x, y]);
         distance2 < self.own2[at] && distance2 <= known.distance2[at]
@@ -431,8 +429,8 @@ fn merge(
     }
 }
 
-/// Marks the cells for which the wall of the previous cell is nearer than their own, and no farther than the one that other rows
-/// know.
+/// Marks the cells for which the wall of the previous cell is nearer than their own, and no farther than the one known from other
+/// rows.
 #[inline(always)]
 fn gains(step: i32, x: &[i16], y: &[i16], own2: &[i32], known2: &[i32], gains: &mut [bool]) {
     let count = gains.len();
@@ -445,7 +443,7 @@ fn gains(step: i32, x: &[i16], y: &[i16], own2: &[i32], known2: &[i32], gains: &
 }
 
 impl Row<'_> {
-    /// Returns the wall of the cell on the side `SIDE` of a cell, relative to the latter.
+    /// Returns the wall of the neighbour on the side `SIDE` of a cell, relative to the cell.
     fn passed<const SIDE: isize>(&self, at: usize) -> Option<(i16, i16)> {
         let before = (at + 1).wrapping_add_signed(SIDE);
         (self.x[before] != NONE).then(|| (self.x[before] + SIDE as i16, self.y[before]))
@@ -466,13 +464,13 @@ mod tests {
     const SIZE: usize = 200;
     const DOOR_PX: f32 = 30.0;
 
-    /// Draws a sheet of 200 × 200 px, on which `is_wall` says which cells are wall.
+    /// Draws a sheet of 200 × 200 px, with walls in the cells selected by `is_wall`.
     fn sheet(is_wall: impl Fn(usize, usize) -> bool) -> SketchGrid {
         let cell = |i: usize| if is_wall(i % SIZE, i / SIZE) { WALL } else { FREE };
         SketchGrid::new(SIZE, SIZE, &(0..SIZE * SIZE).map(cell).collect::<Vec<u8>>(), 0.0).unwrap()
     }
 
-    /// Returns true for the three rows that a wall along the middle of the sheet fills.
+    /// Returns true for the three rows of a wall along the middle of the sheet.
     fn is_in_wall(row: usize) -> bool {
         (99..=101).contains(&row)
     }
@@ -532,15 +530,15 @@ mod tests {
         assert!((86..114).all(|x| !found.is_wall_cell(x, 1)));
     }
 
-    /// One wall runs on past both sides of the door, so there is no more room beyond the gap than in it.
+    /// A wall continues past both sides of the door, so there is no more space beyond the gap than in it.
     #[test]
     fn a_door_along_another_wall_stays_as_it_is() {
         let walls = sheet(|x, y| (88..=90).contains(&x) || is_in_wall(y) && x > 103);
         assert!(widened(&walls, DOOR_PX).is_none());
     }
 
-    /// Two walls are 32 px apart with a door of 17 px between them. That leaves about 8 px of wall on each side, of which the door
-    /// may take a quarter.
+    /// Two walls are 32 px apart with a door of 17 px between them. This leaves about 8 px of wall on each side, a quarter of which
+    /// may be removed.
     #[test]
     fn a_door_takes_no_more_than_its_share_of_the_wall_beside_it() {
         let across = |x: usize, y: usize| y > 100 && [83, 84, 117, 118].contains(&x);
@@ -550,7 +548,7 @@ mod tests {
     }
 
     proptest! {
-        /// The wall with the door runs at any angle, and the door is more than twice as wide as the pen.
+        /// The wall with the door runs at an arbitrary angle, and the door is more than twice as wide as the pen.
         #[test]
         fn a_door_is_widened_in_a_wall_that_runs_anywhere(
             angle in 0.0_f32..std::f32::consts::PI,
@@ -580,7 +578,7 @@ mod tests {
             }
         }
 
-        /// Whatever is drawn, on however small a sheet, only wall cells next to a gap become free.
+        /// On any drawing, however small, only wall cells next to a gap become free.
         #[test]
         fn walls_give_way_only_beside_what_is_free(
             strokes in prop::collection::vec(prop::array::uniform4(0.0_f32..80.0), 0..12),

@@ -44,7 +44,7 @@ impl Field {
         &self.by_cell
     }
 
-    /// Returns Σ ln p over the beams that returned. This is the plain form of what [`super::weighing`] computes.
+    /// Returns Σ ln p over the beams that returned. This is the plain equivalent of [`super::weighing`].
     pub fn log_likelihood(&self, beams: &Beams, place_px: [f32; 2], metric: &PxFromBase) -> f32 {
         let inverse = 1.0 / self.px_per_cell;
         let cell = |px: f32, size: usize| ((px * inverse + 1.0) as usize).min(size - 1);

@@ -1,12 +1,11 @@
-//! The drawing in the form that the filter queries for the distance to the nearest wall and for the range along a beam.
+//! The drawing as a grid, which the filter queries for the distance to the nearest wall and for the range along a beam.
 //!
-//! A drawing of millions of pixels is reduced until it fits into a cache. A cell is a wall if any of its
-//! pixels is, so that walls never get holes. Rays jump from box to box: a free cell whose nearest wall is `r`
-//! cells away (chessboard distance) lies at the centre of a square with sides of `2r − 1` free cells, and a
-//! ray can go to the edge of that square at once. Jumps are exact, so the result is the same as when walking
-//! from cell to cell.
+//! A drawing of millions of pixels is reduced until it fits into a cache. A cell is a wall if any of its pixels is, so walls never
+//! get holes. A free cell whose nearest wall is `r` cells away (chessboard distance) lies at the centre of a square of free cells
+//! with a side of `2r − 1`, so a ray can jump straight to the edge of that square. Jumps are exact, and the result equals that of
+//! walking from cell to cell.
 //!
-//! The grid does not know the scale. Results are in units of the direction vector's length.
+//! The grid is independent of the drawing's scale. Results are in units of the direction vector's length.
 
 use crate::sketch::SketchGrid;
 
@@ -50,7 +49,7 @@ impl Grid {
         [self.width, self.height]
     }
 
-    /// Returns, for each cell, whether it is wall, row by row from the bottom and including the ring.
+    /// Iterates over all cells, including the ring, row by row from the bottom. Wall cells are true.
     pub fn walls(&self) -> impl Iterator<Item = bool> + '_ {
         self.free_radius.iter().map(|&radius| radius == 0)
     }
@@ -80,10 +79,10 @@ impl Grid {
         self.free_radius[at] == 0
     }
 
-    /// Returns the t, at most `t_max`, at which the ray (x, y) + t·(dx, dy), all in pixels, enters a wall. A
-    /// ray that starts in a wall leaves it first if it can do so by `t_leave`. Otherwise, the result is 0.
-    /// Since a drawn line is only as accurate as the hand that drew it, a robot whose estimate lies on the
-    /// line sees the rooms next to it. No robot is inside a pillar, however.
+    /// Returns the t, at most `t_max`, at which the ray (x, y) + t·(dx, dy), all in pixels, enters a wall. A ray that starts in a
+    /// wall first leaves it if that is possible by `t_leave`. Otherwise, the result is 0. Lines are only as accurate as the hand
+    /// that drew them, so a robot whose estimate lies on a line can look into the adjacent rooms, whereas a robot can never be
+    /// inside a pillar.
     #[inline]
     pub fn cast(&self, from_px: [f32; 2], direction_px: [f32; 2], t_leave: f32, t_max: f32) -> f32 {
         let ([x_px, y_px], [dx_px, dy_px]) = (from_px, direction_px);
@@ -160,8 +159,7 @@ struct Ray {
 
 impl Ray {
     /// Moves to the cell beyond the edge of the square with sides of `2·radius − 1` cells around the current cell. Cell indices are
-    /// integers, so that rounding cannot stop the ray or let it slip through a wall. A version without the branch took a fifth
-    /// longer.
+    /// integers, so rounding cannot stop the ray or let it slip through a wall. A version without the branch took a fifth longer.
     #[inline]
     fn leave_box(&mut self, radius: i32) {
         let (forward, up) = (self.dx >= 0.0, self.dy >= 0.0);
@@ -183,7 +181,7 @@ impl Ray {
     }
 }
 
-/// Returns 1 / d, or +∞ for both zeros, because an axis along which the ray does not move is never the first to end.
+/// Returns 1 / d, or +∞ for both zeros, because an axis along which the ray does not move never limits a jump.
 #[inline]
 fn reciprocal(d: f32) -> f32 {
     if d == 0.0 { f32::INFINITY } else { 1.0 / d }
@@ -373,7 +371,7 @@ mod tests {
             sketch in sketch_strategy(), fx in 0.02f64..0.98, fy in 0.02f64..0.98, angle in 0.01f64..6.27,
         ) {
             let grid = Grid::new(&sketch, 1_000_000);
-            // The start is off the grid's lines, so that single and double precision agree about the cells.
+            // The start is off the grid's lines, so single and double precision agree about the cells.
             let (x, y) = ((fx * sketch.width() as f64).floor() + 0.37, (fy * sketch.height() as f64).floor() + 0.61);
             let (dy, dx) = angle.sin_cos();
             let found = f64::from(grid.cast([x as f32, y as f32], [dx as f32, dy as f32], 1e3, 1e3));

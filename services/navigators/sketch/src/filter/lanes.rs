@@ -1,12 +1,12 @@
 //! Mathematical functions for the filter's inner loops, on sixteen numbers at once.
 //!
-//! Every operation here is one that IEEE 754 rounds exactly, so there are no fused multiply-adds, estimated
-//! reciprocals or library calls. The order of operations is fixed as well, so every set of vector
-//! instructions gives the same bits. The coefficients are from Cody and Waite 1980 and from Cephes.
+//! Only operations with exact rounding under IEEE 754 are used, and no fused multiply-adds, estimated reciprocals or library calls.
+//! The order of operations is fixed as well, so results are identical to the bit on every set of vector instructions. The
+//! coefficients are from Cody and Waite 1980 and from Cephes.
 
 use fearless_simd::{f32x16, i32x16, prelude::*};
 
-/// Number of particles that are processed together, whatever the processor. On narrower vectors this takes several steps.
+/// Number of particles processed together on any processor. Narrower vectors need several steps.
 pub const LANES: usize = 16;
 
 /// Loads sixteen elements of `column` from `first` on. Past the end, the last element is repeated.
@@ -101,8 +101,8 @@ pub fn fast_log2<S: Simd>(x: f32x16<S>) -> f32x16<S> {
 pub const MOST_EXP2: f32 = 120.0;
 
 /// Returns 2 to the power x·times and its inverse, both to within 0.3 %, for exponents from −120 to 120. The bits of a number are
-/// nearly its logarithm (Schraudolph 1999). The straight line between two powers of two is too high, which a parabola corrects. One
-/// parabola serves both results, because it is symmetric about its middle.
+/// nearly its logarithm (Schraudolph 1999). A parabola corrects the straight line between two powers of two, which is too high. It
+/// is symmetric about its middle, so it serves for both results.
 #[inline(always)]
 pub fn fast_exp2<S: Simd>(x: f32x16<S>, times: f32) -> [f32x16<S>; 2] {
     const UNIT: f32 = (1 << 23) as f32;
@@ -129,7 +129,7 @@ pub fn direction<S: Simd>(x: f32x16<S>, y: f32x16<S>, per_turn: f32) -> f32x16<S
     y.simd_lt(0.0).select(-half, half)
 }
 
-/// Returns the sets of vector instructions that this processor has.
+/// Returns the sets of vector instructions supported by this processor.
 #[cfg(test)]
 pub(super) fn levels() -> Vec<fearless_simd::Level> {
     let best = fearless_simd::Level::new();

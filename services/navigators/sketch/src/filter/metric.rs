@@ -75,8 +75,8 @@ pub fn wrap(angle_rad: f32) -> f32 {
     angle_rad - TAU * floor((angle_rad + PI) / TAU)
 }
 
-/// Returns the greatest whole number that does not exceed `x`, for |x| below 2³¹. Older processors have no instruction for this,
-/// and [`f32::floor`] takes longer than all the rest of [`wrap`].
+/// Returns the greatest integer that does not exceed `x`, for |x| below 2³¹. Older processors have no instruction for this, and
+/// [`f32::floor`] takes longer than the rest of [`wrap`].
 #[inline]
 fn floor(x: f32) -> f32 {
     let whole = x as i32 as f32;

@@ -1,5 +1,5 @@
-//! Finds the densest place of the particle set. The result is never a mean over several places, because the
-//! robot is never between two modes.
+//! Finds the densest place of the particle set, rather than a mean over several places, because the robot is never between two
+//! modes.
 
 use fearless_simd::{Level, dispatch, f32x16, prelude::*};
 
@@ -28,9 +28,9 @@ pub struct Kernel {
     pub radius_rad: f32,
 }
 
-/// Number of particles, drawn evenly by weight, that are tried as the densest place.
+/// Number of particles, drawn evenly by weight, that are candidates for the densest place.
 const CANDIDATES: usize = 4 * LANES;
-/// Number of rounds of mean shift, each of which makes the mean of the nearby particles the new centre.
+/// Number of rounds of mean shift, in each of which the mean of the nearby particles becomes the new centre.
 const SHIFTS: usize = 3;
 
 impl Kernel {

@@ -2,7 +2,7 @@
 //! metric and Gamma noise to the scales.
 //!
 //! Noise that grows with the distance travelled depends on the drive. An omnidirectional drive has independent errors ahead, to the
-//! left and in its heading. A differential drive does not slide sideways. It turns, rolls and turns again, with an error in each
+//! left and in its heading. A differential drive, which cannot slide sideways, turns, rolls and turns again, with an error in each
 //! (Thrun, Burgard and Fox, *Probabilistic Robotics*, table 5.6).
 
 use rand::RngExt;
@@ -64,9 +64,9 @@ impl Proportions {
         [mean_a + anisotropy, mean_b - anisotropy]
     }
 
-    /// Draws the stretch of the whole drawing that a particle assumes. Most particles assume none, but a
-    /// share of `anisotropic_share` assumes a part of the stretch at the place of the first scan. Most
-    /// drawings are in proportion except in a few places, yet some are stretched from end to end.
+    /// Draws a particle's assumption about the stretch of the whole drawing. Most particles assume none, since most drawings are in
+    /// proportion except in a few places. But some drawings are stretched from end to end, so a share of `anisotropic_share`
+    /// assumes a part of the stretch at the place of the first scan.
     pub(super) fn anisotropy(&self, p: &Parameters, rng: &mut Pcg64Mcg) -> f32 {
         let is_anisotropic = p.anisotropic_share > 0.0 && rng.random::<f32>() < p.anisotropic_share;
         if is_anisotropic { self.first_anisotropy * rng.random::<f32>() } else { 0.0 }
@@ -83,7 +83,7 @@ struct Spread {
     yaw_rad: f32,
     /// Distribution Γ(σ⁻², σ²) of the factor on the scales, whose mean is one. `None` if the scales do not change.
     scale: Option<Gamma<f32>>,
-    /// Share by which a scale returns to the mean scale.
+    /// Share of its deviation by which a scale returns to the mean.
     reversion: f32,
 }
 
@@ -119,8 +119,8 @@ impl Spread {
     }
 }
 
-/// Moves every particle by `motion` and noise, through the particle's scales before the motion. Reduces the
-/// weight of particles that cross a drawn wall.
+/// Moves every particle by `motion` and noise, converted by the particle's scales before the motion. Reduces the weight of
+/// particles that cross a drawn wall.
 pub fn propagate(
     set: &mut ParticleSet,
     motion: &Motion,
@@ -153,8 +153,8 @@ pub fn propagate(
     }
 }
 
-/// Perturbs each particle with probability `share`. Position, heading and scales get wide noise, so that the
-/// set can recover a place that it had given up. No particle is moved into a wall.
+/// Perturbs each particle with probability `share`. Position, heading and scales get wide noise, so that the set can return to a
+/// place that it had abandoned. No particle is moved into a wall.
 pub fn perturb(
     set: &mut ParticleSet,
     share: f32,
@@ -238,9 +238,8 @@ mod tests {
         set
     }
 
-    /// A drawing is stretched along its walls, not along the edges of the picture. The perturbation used to be along the axes of
-    /// the picture. In a drawing tilted by 45°, it moved particles equally far along and across a corridor that is drawn nine times
-    /// too long.
+    /// Regression test: the perturbation was along the axes of the picture, although a drawing is stretched along its walls. In a
+    /// drawing tilted by 45°, particles moved equally far along and across a corridor drawn nine times too long.
     #[test]
     fn a_perturbation_is_stretched_along_the_walls() {
         let (grid, frame) = (open_floor(), ScaleFrame::new(std::f64::consts::FRAC_PI_4));
@@ -294,7 +293,7 @@ mod tests {
     }
 
     /// After 1 m ahead with 0.1/√m, an omnidirectional robot is off by 0.1 m to either side. A differential robot is off to the
-    /// side only because of its heading at first, by √(0.04/2) rad or 0.141 m.
+    /// side only because of its initial heading error, by √(0.04/2) rad or 0.141 m.
     #[test]
     fn who_cannot_slide_is_off_to_the_side_by_its_heading_alone() {
         let (grid, frame) = (open_floor(), ScaleFrame::new(0.0));
@@ -319,8 +318,8 @@ mod tests {
         assert!((sideways(Drive::Differential, 0.04) - 0.141).abs() < 0.005);
     }
 
-    /// Every particle's scales used to be drawn back to the same mean along and across the walls. In some drawings one scale is
-    /// nine times the other from end to end, and hardly one of three thousand particles fitted such a drawing.
+    /// Regression test: the scales of all particles were drawn back to the same mean along and across the walls. In some drawings
+    /// one scale is nine times the other from end to end, and hardly one of three thousand particles fitted such a drawing.
     #[test]
     fn some_believe_that_the_whole_is_drawn_as_the_first_scan_has_it() {
         let (grid, frame) = (open_floor(), ScaleFrame::new(0.0));
@@ -336,7 +335,7 @@ mod tests {
         let (mean, deviation) = sample(believers.iter().copied());
         assert!((mean - 0.55).abs() < 0.02 && (deviation - 1.1 / 12.0_f64.sqrt()).abs() < 0.02);
         assert!(believers.iter().all(|part| (0.0..=1.1).contains(part)));
-        // After a long drive, each has the scales of the drawing that it believes in.
+        // After a long drive, each has the scales of the drawing that it assumes.
         let far = Motion { distance_m: 100.0, ..Motion::default() };
         propagate(&mut set, &far, OMNI, &terrain, &parameters, &mut rng);
         for i in 0..set.len() {
@@ -357,8 +356,8 @@ mod tests {
         assert!(sample(set.ln_a.iter().copied()).1 > 0.1);
     }
 
-    /// The noise ε of equation (6) is in metres. With the scales 30 and 10, σ₁ = σ₂ = 0.1 m are 3 px along the walls and 1 px
-    /// across. In addition, σ₃ = 0.2 rad.
+    /// The noise ε of equation (6) is in metres. With the scales 30 and 10, σ₁ = σ₂ = 0.1 m corresponds to 3 px along the walls and
+    /// 1 px across. In addition, σ₃ = 0.2 rad.
     #[test]
     fn the_noise_of_a_step_goes_through_the_scales() {
         let parameters = Parameters { step_noise_m: 0.1, step_noise_rad: 0.2, ..Parameters::paper() };

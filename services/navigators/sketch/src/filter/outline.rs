@@ -1,9 +1,9 @@
-//! Encloses the drawn building. A robot that starts inside stays inside, so no particle may be outside the
-//! building, however well the scan would fit there.
+//! Encloses the drawn building. A robot that starts inside stays inside, so particles are kept inside as well, however well the
+//! scan would fit elsewhere.
 //!
-//! People leave outlines open, for an entrance or in haste. Outside is therefore everything that a square
-//! brush can reach from beyond the edge of the sheet, where the brush is as wide as the widest opening that
-//! counts as closed (a morphological opening of the surroundings).
+//! People leave outlines open, for an entrance or in haste. Outside therefore means everything that a square brush can reach from
+//! beyond the edge of the sheet (a morphological opening of the surroundings). The brush is as wide as the widest opening that
+//! counts as closed.
 
 use std::ops::Range;
 
@@ -31,8 +31,8 @@ pub fn enclosed(sketch: &SketchGrid, inside: Point<Sketch>, gap_px: f32) -> Opti
     (!outside[row * sketch.width() + column]).then(|| sketch.walled(&outside))
 }
 
-/// Returns, for each cell of the sheet, whether the brush reaches it. The brush starts beyond the edge of the sheet, where there is
-/// room for it however close to the edge people draw.
+/// Returns, for each cell of the sheet, whether the brush reaches it. The brush starts beyond the edge of the sheet, so there is
+/// room for it even if the drawing fills the sheet.
 fn outside(sketch: &SketchGrid, gap_px: f32) -> Vec<bool> {
     // The brush is 2·radius − 1 cells wide.
     let radius = ((gap_px + 1.0) / 2.0).ceil().clamp(1.0, 250.0) as usize;
@@ -40,7 +40,7 @@ fn outside(sketch: &SketchGrid, gap_px: f32) -> Vec<bool> {
     reached(&blocked).spread(radius - 1).inner(radius)
 }
 
-/// Returns the cells that the centre of the brush reaches from the corner, from cell to cell through sides and never into `blocked`
+/// Returns the cells that the centre of the brush reaches from the corner through the sides of cells, without entering `blocked`
 /// ones.
 fn reached(blocked: &Bits) -> Bits {
     let rows: Vec<Vec<Range<usize>>> = (0..blocked.height()).map(|row| blocked.free(row).collect()).collect();
@@ -95,8 +95,8 @@ mod tests {
         assert!(!free(10, 50) && !free(50, 90) && !free(0, 0) && !free(99, 99));
     }
 
-    /// People fill the sheet. The brush used to be assumed to fit at every cell along the edge of the sheet, and so reached into
-    /// the rooms behind the outer walls by its own width.
+    /// Regression test for drawings that fill the sheet: the brush was assumed to fit at every cell along the edge of the sheet,
+    /// and so reached into the rooms behind the outer walls by its own width.
     #[test]
     fn a_room_that_fills_its_sheet_stays_whole() {
         for margin in [0, 1, 3, 8] {

@@ -1,4 +1,4 @@
-//! The parameters of the localization. The defaults were found by closed-loop measurements.
+//! The parameters of the localization. The defaults were found in closed-loop drives.
 
 use crate::method::Method;
 use serde::{Deserialize, Serialize};
@@ -53,9 +53,8 @@ pub struct Parameters {
     pub beams: usize,
     /// Method by which the likelihood of a scan is computed.
     pub likelihood: Likelihood,
-    /// Number of independent beams that all beams of a scan together count as in a hand drawing, since the
-    /// beams of a scan are not independent. In a more accurate drawing they count as more, by the square root
-    /// of the ratio of the widths.
+    /// Effective number of independent beams of a scan in a hand drawing, since the beams of a scan are not independent. In a more
+    /// accurate drawing, the number is higher by the square root of the ratio of the widths.
     pub independent_beams: f32,
     /// Distance travelled after which a scan is used, in metres.
     pub update_distance_m: f64,
@@ -108,13 +107,13 @@ pub struct Parameters {
     pub start_log_scale_spread: f32,
     /// Method by which the scales are estimated from the first scan.
     pub start_scales: StartScales,
-    /// Share of the two scales' difference in the first scan that is taken at face value, from 0 to 1.
+    /// Share of the difference between the two scales in the first scan that is accepted, from 0 to 1.
     pub start_anisotropy: f32,
-    /// Share of the particles that assume the whole drawing to be stretched, each by its own part of the stretch at the place of
-    /// the first scan. The others assume that the drawing as a whole is in proportion.
+    /// Share of the particles that assume the whole drawing to be stretched, each by a different part of the stretch at the place
+    /// of the first scan. The others assume that the drawing as a whole is in proportion.
     pub anisotropic_share: f32,
-    /// Extent of a typical building, in metres. Together with the extent of the drawing, it gives a guess of the scale. Not used in a
-    /// learned map, whose scale is known.
+    /// Extent of a typical building, in metres. Together with the extent of the drawing, it gives a guess of the scale. Not used in
+    /// a learned map, whose scale is known.
     pub building_size_m: f32,
     /// Share of the drawing's mean scale that comes from `building_size_m` rather than from the first scan,
     /// from 0 to 1 (geometric mean). The first scan alone is not reliable, because it samples a single place
@@ -162,16 +161,16 @@ pub struct Parameters {
     pub mode_radius_m: f32,
     /// Radius of the kernel in heading, in radians.
     pub mode_radius_rad: f32,
-    /// Factor on the density near the last estimate. A rival has to exceed the product.
+    /// Factor on the density near the last estimate, which a rival has to exceed.
     pub mode_hysteresis: f32,
 
-    /// Share of the weight near the estimate below which other places are plausible, too, and the estimate is doubtful.
+    /// Share of the weight near the estimate below which the estimate is doubtful, because other places are plausible as well.
     pub one_place_share: f64,
     /// Mean log likelihood of a beam below which the estimate is doubtful.
     pub doubtful_below: f32,
     /// Mean log likelihood of a beam below which the robot is lost.
     pub lost_below: f32,
-    /// Amount by which the fit must exceed `doubtful_below` or `lost_below` for the estimate to be believed again.
+    /// Amount by which the fit must exceed `doubtful_below` or `lost_below` for the estimate to be trusted again.
     pub hysteresis: f32,
 }
 
@@ -248,7 +247,7 @@ impl Parameters {
         }
     }
 
-    /// Returns the parameters for a map that a laser has seen, in which the robot may be anywhere. The scale is known and the same
+    /// Returns the parameters for a map recorded by laser, in which the robot may be anywhere. The scale is known and the same
     /// everywhere. The search finds the place, so that few particles are enough from then on (Fox 2003).
     pub fn learned() -> Self {
         Self {
@@ -268,10 +267,9 @@ impl Parameters {
         }
     }
 
-    /// Returns parameters that follow equations 2 to 8 of Boniardi et al. 2015 as written. Values that the
-    /// paper does not give were chosen in the way its authors describe (Boniardi et al. 2016, V-B): those of
-    /// odometry and sensor with the true floor plan as the drawing, and the variances of the scales as a
-    /// compromise between following the drawing and avoiding false matches.
+    /// Returns parameters that follow equations 2 to 8 of Boniardi et al. 2015 as written. Values not given in the paper were
+    /// chosen as its authors describe (Boniardi et al. 2016, V-B): those of odometry and sensor with the true floor plan as the
+    /// drawing, and the variances of the scales as a compromise between following the drawing and avoiding false matches.
     pub fn paper() -> Self {
         Self {
             // Not given.
@@ -308,7 +306,7 @@ impl Parameters {
             field_sigma_m: 0.25,
             field_random: 0.1,
             field_scale_width: 0.3,
-            // The fit of a scan is judged by a plain comparison of ranges, which learns nothing.
+            // The fit of a scan is judged by a plain comparison of ranges, without learning.
             z_hit: 0.75,
             z_short: 0.15,
             z_rand: 0.1,
@@ -321,7 +319,7 @@ impl Parameters {
         }
     }
 
-    /// Returns the parameters of the paper's special case of one scale, which follows from the first scan and never changes.
+    /// Returns the parameters of the paper's special case of one scale, which is derived from the first scan and never changes.
     pub fn fixed_scale() -> Self {
         Self {
             scales: Scales::One,
@@ -332,8 +330,8 @@ impl Parameters {
         }
     }
 
-    /// Returns the parameters of the paper's special case of one local scale that is tracked, as in the predecessor of the paper,
-    /// its reference 1.
+    /// Returns the parameters of the paper's special case of a single tracked local scale, as in the predecessor of the paper, its
+    /// reference 1.
     pub fn one_scale() -> Self {
         Self { scales: Scales::One, ..Self::paper() }
     }

@@ -57,7 +57,7 @@ impl ParticleSet {
         [&mut self.log_weight, &mut self.weight].into_iter().for_each(reserve);
     }
 
-    /// Resizes the set to `count` particles of equal weight. Their coordinates are left for the caller to set.
+    /// Resizes the set to `count` particles of equal weight. The caller has to set their coordinates.
     pub(super) fn make_anew(&mut self, count: usize) {
         self.columns_mut().into_iter().for_each(|column| column.resize(count, 0.0));
         self.log_weight.clear();
@@ -66,7 +66,7 @@ impl ParticleSet {
         self.weight.resize(count, 1.0 / count as f32);
     }
 
-    /// Returns the columns of the coordinates, which are all that has to be copied with a particle.
+    /// Returns the columns of the coordinates, which are all that resampling has to copy.
     pub(super) fn columns_mut(&mut self) -> [&mut Vec<f32>; COORDINATES] {
         let Self { x_px, y_px, yaw_rad, ln_a, ln_b, anisotropy, .. } = self;
         [x_px, y_px, yaw_rad, ln_a, ln_b, anisotropy]
@@ -141,11 +141,11 @@ impl ParticleSet {
     }
 }
 
-/// Performs systematic resampling. Owns the buffers for it.
+/// Systematic resampling, with its buffers.
 #[derive(Debug, Clone)]
 pub struct Resampler {
-    /// For each particle of the new set, the particle of the old set that it is a copy of. Has one more entry than there are
-    /// particles, as a place for marks that do not count.
+    /// For each particle of the new set, the index of its original in the old set. An additional entry at the end receives marks
+    /// that do not count.
     ancestor: Vec<u32>,
     /// Buffer for a column of the new set, which is then swapped with the old one.
     spare: Vec<f32>,
@@ -157,7 +157,7 @@ impl Resampler {
         Self { ancestor: vec![0; count + 1], spare: Vec::with_capacity(count) }
     }
 
-    /// Replaces the set by one of equal weights, in which each particle occurs as often as its weight says. A single random number
+    /// Replaces the set by one of equal weights, in which each particle occurs in proportion to its weight. A single random number
     /// `offset` in [0, 1) serves for all particles (Thrun, Burgard and Fox, table 4.4).
     pub fn resample(&mut self, set: &mut ParticleSet, offset: f64) {
         self.resample_to(set, set.len(), offset);
@@ -183,8 +183,8 @@ impl Resampler {
     /// Marks the first copy of each particle in the new set.
     ///
     /// Pointer k of the new set is (k + offset) / count. It lies in the piece of the first particle at which the sum of weights
-    /// exceeds the pointer. No branch here depends on a weight, since the processor would mispredict it at every other particle.
-    /// Instead, each particle marks the first pointer after the beginning of its piece, and so overwrites the marks of earlier
+    /// exceeds the pointer. No branch here depends on a weight, since the processor would mispredict it for every other particle.
+    /// Instead, each particle marks the first pointer after the beginning of its piece, thus overwriting the marks of earlier
     /// particles without a pointer in their pieces. The last mark up to a pointer is its ancestor ([`fill_up`]). Particles without
     /// weight mark the entry after the last pointer.
     fn mark(&mut self, weight: &[f32], offset: f64) {
@@ -226,11 +226,10 @@ fn fill_up<S: Simd>(simd: S, marks: &mut [u32]) {
     }
 }
 
-/// The distance between two pointers, in fixed point with 32 fractional bits. In fixed point, sums are exact, however many terms
-/// they have.
+/// The distance between two pointers, in fixed point with 32 fractional bits, which keeps sums of any number of terms exact.
 const ONE: u64 = 1 << 32;
 
-/// Returns the number of pointers, out of `count`, that a weight is worth, rounded to the nearest multiple of 2⁻³².
+/// Returns the number of pointers, out of `count`, due to a weight, rounded to the nearest multiple of 2⁻³².
 #[inline]
 fn pointers(weight: f32, count: usize) -> u64 {
     // From 2⁵² on, the last bit of a double's mantissa is worth one, so adding this rounds to an integer.
@@ -325,8 +324,8 @@ mod tests {
         }
     }
 
-    /// In single precision, 100,000 weights sum to a little less than one. The last pointer then used to go to the last particle,
-    /// whatever its weight.
+    /// Regression test: in single precision, 100,000 weights sum to a little less than one, and the last pointer went to the last
+    /// particle, whatever its weight.
     #[test]
     fn who_has_no_weight_is_never_an_ancestor() {
         let count = 100_000;

@@ -1,12 +1,11 @@
-//! A table of the visible range from every cell in every direction, which the beam model looks up thousands
-//! of times per update.
+//! A table of the visible range from every cell in every direction, for the thousands of look-ups of the beam model in each update.
 //!
-//! The table has an entry for each cell of the reduced drawing and each of [`DIRECTIONS`] directions, which is the logarithm of the
-//! range to the first wall, in a byte. The table is filled by parallel lines that sweep over the drawing (`sweep.rs`). An entry is
-//! the exact range from a place in the cell, in a direction that is off by at most half a step.
+//! For each cell of the reduced drawing and each of [`DIRECTIONS`] directions, an entry contains the logarithm of the range to the
+//! first wall, in a byte. Parallel lines that sweep over the drawing fill the table (`sweep.rs`). An entry is the exact range from
+//! a place in the cell, in a direction that is off by at most half a step.
 //!
-//! For a cell in a wall, the table also has the distance out of that wall (see [`Grid::cast`]). The table does not depend on the
-//! scale.
+//! For a cell in a wall, the table also contains the distance out of that wall (see [`Grid::cast`]). The table is independent of
+//! the drawing's scale.
 
 use std::ops::Range;
 
@@ -15,17 +14,17 @@ use super::range_code::{DIRECTIONS, NEVER, PER_OCTAVE, SHORTEST_LOG2};
 use super::sweep::{SQUARE, Sweep, Views, Walls, transpose_bytes, transposed};
 use fearless_simd::{Level, dispatch, prelude::*, u8x16};
 
-/// Maximum number of cells in the table of a drawing. The ranges fill 32 MB, and the distances out of walls
-/// as much again if everything is wall. A table of 200,000 cells has thicker walls and narrower doors. With
-/// it, the filter got lost in 11 of 40 drives through a wobbly drawing, and with this one in none.
+/// Maximum number of cells in the table of a drawing. The ranges fill 32 MB, and the distances out of walls as much again if
+/// everything is wall. In a table of 200,000 cells, walls are thicker and doors narrower, and the filter got lost in 11 of 40
+/// drives through a wobbly drawing, as opposed to none with this size.
 pub const RANGE_TABLE_CELLS: usize = 500_000;
 /// Row of distances for the ring around the drawing. There is no way out of the ring.
 const OUTSIDE: u32 = 1;
 /// Number of directions that are swept before they are written to the rows.
 const TOGETHER: usize = SQUARE;
 
-/// The codes of all cells for one direction. The first plane has the ranges and the second, for cells in walls, the distances out
-/// of them.
+/// The codes of all cells for one direction. The first plane contains the ranges and the second one, for cells in walls, the
+/// distances out of them.
 type Planes = [Vec<u8>; 2];
 
 /// The codes of one cell, by direction.
@@ -125,8 +124,7 @@ impl RangeTable {
         }
     }
 
-    /// Copies the planes of some directions into the cells' rows. Writing each code into its row straight away took three times as
-    /// long.
+    /// Copies the planes of some directions into the cells' rows. Writing each code directly into its row took three times as long.
     #[inline(always)]
     fn interleave<S: Simd>(&mut self, simd: S, first: usize, planes: &[Planes; TOGETHER]) {
         let Self { range, leave, leave_row, .. } = self;
@@ -147,7 +145,7 @@ impl RangeTable {
     }
 }
 
-/// Returns the codes of some cells, each from one plane after the other.
+/// Returns the codes of some cells, each with its codes from one plane after the other.
 #[inline(always)]
 fn codes<'a, S: Simd>(
     simd: S,
@@ -255,7 +253,7 @@ mod tests {
                 let range = (f32::from(table.rows(row * width + column).range[direction]) / PER_OCTAVE
                     + SHORTEST_LOG2)
                     .exp2();
-                // Allows for half a cell across and a cell of wall, along a ray that may arrive at a shallow angle.
+                // Allows for half a cell across and a cell of wall, along a ray that may hit the wall at a shallow angle.
                 let slack = 2.0 / approach.abs();
                 assert!(
                     approach <= 0.0 || range < (to_wall + slack) * 1.04,

@@ -40,11 +40,11 @@ const SEEN_M2: f32 = 1.0;
 /// / Σ π_a(zᵢ)², and B likewise, where zᵢ are the measured end points around the robot, in metres, and pᵢ the ray-traced ones, in
 /// pixels. With a single scale, the sums of both axes are added.
 ///
-/// A ray has the direction of its beam, turned by the pose. If the pose's scales distorted the direction as well, the ray would
-/// look farther along an axis whose scale is believed to be larger, and a wrong scale would confirm itself.
+/// A ray has the direction of its beam, turned by the pose. If the pose's scales distorted the direction as well, rays would extend
+/// farther along an axis with an overestimated scale, and a wrong scale would confirm itself.
 ///
-/// Note that the paper goes on to call the average of the ratios π_a(pᵢ)/π_a(zᵢ) the solution. That is a different estimate, which
-/// is unbounded for a beam across the axis. The code follows the equation.
+/// The paper goes on to call the average of the ratios π_a(pᵢ)/π_a(zᵢ) the solution. That is a different estimate, which is
+/// unbounded for a beam across the axis, so the code follows the equation.
 pub fn least_squares(
     grid: &Grid,
     frame: &ScaleFrame,
@@ -93,7 +93,7 @@ impl VirtualScales {
     }
 }
 
-/// Squared cosine of the angle from an axis beyond which a beam says nothing about the axis's scale.
+/// Squared cosine of the angle from an axis beyond which a beam contains no information about the axis's scale.
 const LOOKS_ALONG: f32 = 0.5;
 /// Sum of squared cosines below which an axis is not observed.
 const OBSERVED: f32 = 2.0;
@@ -104,7 +104,7 @@ const ROUNDS: usize = 3;
 
 /// Computes a robust relative of equation (8). Each scale is the logarithmic mean of the ratio of the ray-traced to the measured
 /// projections along its axis. Since the direction of a traced beam follows from `pose`'s own scales, the ratio of the projections
-/// is the ratio of the lengths times the scale. The mean is taken again without outliers.
+/// is the ratio of the lengths times the scale. The mean is recomputed without outliers.
 pub fn trimmed_means(grid: &Grid, frame: &ScaleFrame, beams: &Beams, pose: &ScaledPose) -> VirtualScales {
     let metric = frame.px_from_base(pose.yaw_rad, pose.a_pxpm, pose.b_pxpm);
     let expected = |i: usize| expected_range(grid, beams, i, [pose.x_px, pose.y_px], &metric);
@@ -176,7 +176,7 @@ mod tests {
         assert!((one.a_pxpm.unwrap() - 170.0 / 21.0).abs() < 1e-3 && one.b_pxpm.is_none(), "{one:?}");
     }
 
-    /// A beam to the left says nothing about the scale along the robot's heading.
+    /// A beam to the left contains no information about the scale along the robot's heading.
     #[test]
     fn an_axis_that_no_beam_looks_along_is_not_observed() {
         let seen = beams(&[(std::f32::consts::FRAC_PI_2, 4.0)]);

@@ -1,8 +1,8 @@
 //! Sweeps parallel lines over a drawing to find the visible range from every cell in one direction.
 //!
-//! There is one line for each cell across. All lines are followed backwards at once, through every cell that they touch, so that
-//! they never slip through a wall, however thin or slanted. Each cell takes the range from the point of its line at the middle of
-//! the cell's column (or row). The scale plays no role here.
+//! There is one line for each cell across. All lines are followed backwards at once, through every cell that they touch, so they
+//! never slip through a wall, however thin or slanted. The range of a cell is measured from the point of its line at the middle of
+//! the cell's column (or row), in cells.
 
 use std::ops::Range;
 
@@ -14,7 +14,7 @@ use super::range_code::{DIRECTIONS, NEVER, code};
 pub const PARTS: f32 = 16.0;
 
 /// A place along the lines, as twice the number of whole parts of a cell, plus one if the place lies between two parts. Look-ups
-/// use whole parts, but it must be possible to tell whether a cell begins exactly at a place.
+/// use whole parts, but whether a cell begins exactly at a place must remain distinguishable.
 type Place = u32;
 
 /// Mask of a line in a wall, with all bits set.
@@ -23,7 +23,7 @@ const IN_WALL: u32 = u32::MAX;
 /// A place beyond every wall.
 const FAR: Place = Place::MAX;
 
-/// Returns the place at this number of cells along the lines.
+/// Returns the place at a number of cells along the lines.
 fn place(cells: f32) -> Place {
     let parts = cells * PARTS;
     2 * parts as Place + Place::from(parts.fract() > 0.0)
@@ -121,7 +121,7 @@ pub struct Sweep {
     leave_codes: Vec<u8>,
 }
 
-/// The cell of line 0 at one position of the major axis, and how the line continues to the next position.
+/// The cell of line 0 at one position of the major axis, and the continuation of the line to the next position.
 #[derive(Clone, Copy)]
 struct Step {
     /// The cell on the minor axis, at the middle of the position.
@@ -141,7 +141,7 @@ struct Between {
 }
 
 impl Sweep {
-    /// Creates the sweep in one of [`DIRECTIONS`] directions over a drawing of these columns and rows.
+    /// Creates the sweep in one of [`DIRECTIONS`] directions over a drawing of the given size in columns and rows.
     pub fn new(direction: usize, [width, height]: [usize; 2]) -> Self {
         let angle = direction as f64 / DIRECTIONS as f64 * std::f64::consts::TAU;
         let (dy, dx) = angle.sin_cos();
@@ -211,8 +211,8 @@ impl Sweep {
         }
     }
 
-    /// Returns the lines that are within the drawing at a position, counted from the first line that ever is. Their number is the
-    /// same at every position.
+    /// Returns the lines within the drawing at a position, counted from the first line of the sweep. Their number is the same at
+    /// every position.
     fn lines(&self, position: usize) -> Range<usize> {
         let first = (self.highest - self.steps[position].minor) as usize;
         first..first + self.across
@@ -295,7 +295,7 @@ pub struct Views {
 }
 
 impl Views {
-    /// Creates buffers for a drawing of these columns and rows.
+    /// Creates buffers for a drawing of the given size in columns and rows.
     pub fn new([width, height]: [usize; 2]) -> Self {
         // Lines at 45° begin at every cell of both sides.
         let lines = width + height + 1;
@@ -317,7 +317,7 @@ impl Views {
         }
     }
 
-    /// Lets the lines enter their next cells, which begin at `entry`.
+    /// Advances the lines into their next cells, which begin at `entry`.
     #[inline(always)]
     fn enter(&mut self, lines: Range<usize>, cells: &[bool], entry: Place) {
         let lines = lines.start..lines.start + cells.len();
@@ -352,7 +352,7 @@ impl Views {
     }
 }
 
-/// Lets lines enter their next cells, which begin at `entry`. Masks are used because conditional writes were not vectorized.
+/// Advances lines into their next cells, which begin at `entry`. It uses masks because conditional writes were not vectorized.
 #[inline(always)]
 fn enter(
     in_wall: &mut [u32],

@@ -18,7 +18,7 @@ use super::range_code::DIRECTIONS;
 use super::range_table::RangeTable;
 use super::workers::Workers;
 
-/// Number of particles that a thread takes at a time.
+/// Number of particles that a thread processes at a time.
 const BLOCK: usize = 256;
 
 /// Sixteen particles, as their positions in pixels and their matrices from metres in the robot's axes to pixels.
@@ -198,8 +198,8 @@ struct NearestLook {
     log2_scale: [f32; LANES],
 }
 
-/// A thread's buffers, with one entry per beam. Each step of the model is done for all beams before the next step, because a single
-/// beam needs a long chain of dependent operations, whereas a processor can overlap several short ones.
+/// A thread's buffers, with one entry per beam. Each step of the model is completed for all beams before the next step begins,
+/// because a processor can overlap several short chains of dependent operations, but not the single long chain for one beam.
 #[derive(Debug, Default)]
 struct Scratch {
     looks: Vec<NearestLook>,
@@ -212,7 +212,7 @@ thread_local! {
 
 /// The beam model, applied to a scan with the table of ranges.
 pub struct BeamModelOfScan<'a> {
-    /// The beam model, which has read the beams.
+    /// The beam model, after reading the beams.
     pub beam_model: &'a BeamModel,
     /// Table of the drawing's ranges.
     pub table: &'a RangeTable,
@@ -233,7 +233,7 @@ impl Model for BeamModelOfScan<'_> {
 }
 
 impl BeamModelOfScan<'_> {
-    /// Computes where the particles look along each beam.
+    /// Computes the particles' looks along each beam.
     #[inline(always)]
     fn look_around<S: Simd>(&self, group: &Group<S>, looks: &mut Vec<NearestLook>) {
         looks.clear();
@@ -261,7 +261,7 @@ impl BeamModelOfScan<'_> {
         Look { direction, log2_scale: lanes::fast_log2(x * x + y * y) * 0.5 }
     }
 
-    /// Computes the range that the particles expect of each beam, given where they look.
+    /// Computes the particles' expected range of each beam, given their looks.
     #[inline(always)]
     fn expect<S: Simd>(&self, simd: S, group: &Group<S>, scratch: &mut Scratch) {
         let place = group.in_cells(self.table.px_per_cell()).end(self.beams.origin_m);
@@ -361,7 +361,7 @@ mod tests {
     fn random_beams(rng: &mut Pcg64Mcg) -> Beams {
         let mut scan: LaserScan = bytemuck::Zeroable::zeroed();
         scan.beam_count = 37;
-        // The beams go all around, or are so dense that the looks along some beams follow from those of their neighbours.
+        // The beams cover the full circle, or are so dense that the looks along some beams are interpolated.
         let step_rad = [0.17, -0.17, 0.03, -0.03][rng.random_range(0..4)];
         (scan.range_min_m, scan.range_max_m, scan.angle_increment_rad) = (0.02, 5.0, step_rad);
         scan.ranges_m[..37].fill_with(|| 0.1 + 6.0 * rng.random::<f32>());
@@ -426,8 +426,8 @@ mod tests {
         assert!(offs.iter().all(|&off| off < 0.05) && offs.iter().filter(|&&off| off > 1e-4).count() < 20);
     }
 
-    /// Returns where all particles look along each beam, either as the model computes it or, with `each`, computed for each beam by
-    /// itself.
+    /// Returns the looks of all particles along each beam, either as computed by the model or, with `each`, computed for each beam
+    /// separately.
     #[inline(always)]
     fn looks<S: Simd>(simd: S, scene: &Scene, set: &ParticleSet, each: bool) -> Vec<NearestLook> {
         let ParticleSet { x_px, y_px, yaw_rad, ln_a, ln_b, .. } = set;
@@ -469,8 +469,8 @@ mod tests {
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(24))]
-        /// Every entry of the table is exact for a place in the cell and a nearby direction, which the table's own tests cover.
-        /// This tests the model as a whole, by the mean over particles anywhere.
+        /// Every entry of the table is exact for a place in the cell and a nearby direction, which the table's own tests verify.
+        /// This test covers the model as a whole, by the mean over particles anywhere.
         #[test]
         fn the_table_agrees_with_ray_casting(case in 0u64..1_000_000) {
             let mut rng = seed::stream(case, "beam_model");

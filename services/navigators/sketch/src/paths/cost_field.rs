@@ -1,10 +1,10 @@
 //! The global connectivity planner (Boniardi et al. 2015, III-C), which computes the cost of reaching the
 //! goal from every place in the drawing.
 //!
-//! One run of Dijkstra's algorithm from the goal is enough for the whole drive, because a path is a descent
-//! from the robot's current position. Paths near drawn walls cost more, which keeps them in the middle of
-//! corridors and doors. Paths through drawn walls cost far more, so they are only taken if the drawing shows
-//! no other. A large drawing is planned on a coarser grid, in which a cell is a wall if any of its pixels is.
+//! One run of Dijkstra's algorithm from the goal is enough for the whole drive, because a path is a descent from the robot's
+//! current position. Paths near drawn walls cost more, which keeps them in the middle of corridors and doors, and paths through
+//! drawn walls cost far more, so they are only used if the drawing shows no other. For a large drawing, the grid is coarser, and a
+//! cell is a wall if any of its pixels is.
 //!
 //! Lengths and costs are in pixels, because the drawing's metric is unknown away from the robot.
 
@@ -19,7 +19,7 @@ const MAX_CELLS: usize = 160_000;
 /// Maximum number of points of a path.
 pub const MAX_PATH: usize = 8192;
 
-/// A place where a passage in the drawing turned out to be blocked.
+/// A passage in the drawing that turned out to be blocked.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Blockage {
     /// Centre of the blockage.
@@ -44,7 +44,7 @@ pub struct CostField {
 }
 
 impl CostField {
-    /// Creates a field for a drawing. As long as it has no goal, every cost is infinite.
+    /// Creates a field for a drawing. Every cost is infinite until a goal is set.
     pub fn new(sketch: &SketchGrid) -> Self {
         let pixels = sketch.width() * sketch.height();
         let pixels_per_cell = (1..).find(|k| pixels / (k * k) <= MAX_CELLS).unwrap_or(1);
@@ -62,8 +62,8 @@ impl CostField {
         Self { columns, rows, pixels_per_cell, wall, clearance_px, weight, frontier, goal: None }
     }
 
-    /// Computes the cost-to-go to `goal`, or to the free place nearest to it. `scale_pxpm` is the scale that
-    /// converts the parameters' metres to pixels, and `blocked` lists the passages known to be blocked.
+    /// Computes the cost-to-go to `goal`, or to the free place nearest to it. `scale_pxpm` converts the parameters' metres to
+    /// pixels, and `blocked` lists the passages known to be blocked.
     pub fn solve(
         &mut self,
         goal: Point<Sketch>,
@@ -96,8 +96,8 @@ impl CostField {
         f64::from(self.frontier.costs()[self.cell(place)])
     }
 
-    /// Writes the path from `from` to the goal, with `from` first, one point per cell, the goal last, and at most [`MAX_PATH`]
-    /// points. If `from` lies in a wall, the path starts at the nearest free place.
+    /// Writes the path from `from` to the goal, including both, with one point per cell and at most [`MAX_PATH`] points. If `from`
+    /// lies in a wall, the path starts at the nearest free place.
     pub fn descend(&self, from: Point<Sketch>, path: &mut Vec<Point<Sketch>>) {
         path.clear();
         let weights = weights(&self.weight, self.columns, self.pixels_per_cell);
@@ -278,7 +278,7 @@ mod tests {
         assert!(!field.sees(Point::new(50.0, 20.0), Point::new(150.0, 20.0)));
     }
 
-    /// A cell is a wall if a single pixel of it is. The end of a route next to a wall therefore used to be invisible from
+    /// Regression test: since a cell is a wall if a single pixel of it is, the end of a route next to a wall was invisible from
     /// everywhere, and the task ended as blocked.
     #[test]
     fn a_place_beside_a_wall_is_seen_and_one_behind_it_is_not() {

@@ -4,7 +4,7 @@ use crate::method::Method;
 use serde::{Deserialize, Serialize};
 use sketchnav_motion::progress::ProgressParameters;
 
-/// Parameters of the planner. Parameters that a mission leaves out keep their defaults.
+/// Parameters of the planner. Parameters missing from a mission keep their defaults.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Parameters {
@@ -14,7 +14,7 @@ pub struct Parameters {
     pub near_radius_m: f64,
     /// Radius ρ of the local window (Boniardi et al. 2015, III-C), in metres by the mean local scale.
     pub window_radius_m: f64,
-    /// Radius r_L, in metres, within which the robot looks for its place on a drawn route (Boniardi et al. 2016, III-A).
+    /// Radius r_L, in metres, within which the robot's place on a drawn route is searched (Boniardi et al. 2016, III-A).
     pub route_window_m: f64,
     /// Look-ahead distance r_H on a drawn route, in metres (Boniardi et al. 2016, III-A).
     pub route_look_ahead_m: f64,
@@ -53,10 +53,10 @@ pub struct Parameters {
     pub recoveries: u32,
     /// Maximum number of recoveries during one task.
     pub recoveries_per_task: u32,
-    /// Multiple of the time that the drawn path plus `astray_m` takes, at half a metre per second or the robot's speed limit if
-    /// that is lower. A robot that drives for longer counts as lost, because its estimate must be wrong.
+    /// Multiple of the time for the drawn path plus `astray_m`, at half a metre per second or the robot's speed limit if that is
+    /// lower. After this time, the robot counts as lost, because its estimate must be wrong.
     pub astray_factor: f64,
-    /// Length, in metres, that is added to the drawn path before it is multiplied by `astray_factor`.
+    /// Length, in metres, that is added to that of the drawn path before the multiplication by `astray_factor`.
     pub astray_m: f64,
     /// Doubt about an arrival above which the robot looks around before it accepts the arrival. The doubt is
     /// minus the mean log likelihood of a beam, plus half the logarithm of one plus the number of times that
@@ -66,11 +66,10 @@ pub struct Parameters {
     pub doubt_above: f64,
     /// True if goals are located by the outline of what was seen.
     pub by_outline: bool,
-    /// True if the robot may be anywhere in a map and has to find out where, before it drives to a goal and whenever it is lost.
+    /// True if the robot may be anywhere in a map and has to localize itself before it drives to a goal and whenever it is lost.
     pub finds_itself: bool,
-    /// Minimum share of the area that the largest part of what was seen must have once passages as narrow as
-    /// doors are closed, for each assumed width of doors. Below this share, the floor consists of rooms, and
-    /// the robot drives by the filter instead of by the outline.
+    /// Minimum share of the seen area in its largest part once passages as narrow as doors are closed, for each assumed width of
+    /// doors. Below this share, the floor consists of rooms, and the robot drives by the filter instead of by the outline.
     pub least_open_share: f64,
     /// Typical size of a building, in metres, which determines the initial scale of the drawing's outline.
     pub building_size_m: f64,
@@ -96,7 +95,7 @@ pub struct Parameters {
     pub lost_s: f64,
 }
 
-/// A limit that no doubt ever reaches.
+/// A limit above any doubt.
 const NEVER: f64 = 100.0;
 
 impl Default for Parameters {

@@ -1,10 +1,9 @@
-//! Follows a drawn route (Boniardi et al. 2016, III-A) by determining where the robot is on the route and
-//! where to go next.
+//! Follows a drawn route (Boniardi et al. 2016, III-A) by determining the robot's place on the route and the next waypoint.
 //!
 //! The route Π is stored as evenly spaced waypoints. The robot's place k(t) on the route is the waypoint at half the arc length of
-//! the sub-path that lies in the local window W(x, r_L). If the route crosses itself, the window contains several pieces of it, and
-//! the order of the waypoints together with the mark up to which they were visited determines which piece counts. The next waypoint
-//! is the first one after k(t) outside the look-ahead window W(x_k, r_H), or the first free one from there.
+//! the sub-path in the local window W(x, r_L). If the route crosses itself, the window contains several pieces of it, of which the
+//! one at the last visited waypoint counts, or else the next one. The next waypoint is the first one after k(t) outside the
+//! look-ahead window W(x_k, r_H), or the first free one from there.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Point, Sketch};

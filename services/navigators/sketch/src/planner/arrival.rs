@@ -1,9 +1,9 @@
-//! Decides whether to believe that the robot has arrived at its goal.
+//! Decides whether to accept an arrival at a goal.
 //!
-//! Rooms look alike, so a wrong estimate arrives at the goal just as a right one does. Two signs give many wrong arrivals away: the
-//! scans fit worse than at a goal that is truly reached, and the estimate has jumped from one place in the drawing to another on
-//! the way. If an arrival is in doubt, the robot first looks around, once per task, because a full turn shows what the laser did
-//! not see on the way in. If the arrival is still in doubt, the robot reports that it is lost.
+//! Rooms look alike, so a wrong estimate can arrive at the goal just like a right one. Two signs reveal many wrong arrivals: the
+//! scans fit worse than at the true goal, and the estimate has jumped from one place in the drawing to another on the way. If an
+//! arrival is in doubt, the robot first looks around, once per task, because a full turn shows parts that the laser missed on the
+//! way in. If the arrival is still in doubt, the robot reports that it is lost.
 
 use crate::paths::chart::Chart;
 use crate::paths::parameters::Parameters;
@@ -12,7 +12,7 @@ use sketchnav_schemas::geometry::{Odom, Point, Sketch};
 
 /// Time over which the fit is averaged, in seconds.
 const FIT_S: f64 = 4.0;
-/// Distance, in metres, by which an estimate must move farther than the robot to have jumped.
+/// Distance, in metres, by which an estimate must move farther than the robot to count as a jump.
 const JUMP_M: f64 = 1.0;
 /// Weight of the logarithm of the number of jumps relative to the fit, from a logistic regression over wrong and right arrivals.
 const JUMP_WEIGHT: f64 = 0.5;
@@ -38,19 +38,19 @@ enum Look {
     Done,
 }
 
-/// What to do about an arrival.
+/// The decision about an arrival.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Belief {
-    /// Believe that this is the goal.
+    /// Accept that this is the goal.
     Reached,
     /// Look around before deciding.
     Look,
-    /// Do not believe that this is the goal, with the number of jumps and the fit of the estimate (mean log likelihood of a beam).
+    /// Reject the arrival, with the number of jumps and the fit of the estimate (mean log likelihood of a beam).
     Doubted(u32, f64),
 }
 
 impl Arrival {
-    /// Takes in the estimate of a step. `chart` is that of the estimate, and `fit` is its mean log likelihood of a beam.
+    /// Updates the history with the estimate of a step, given its chart and its mean log likelihood of a beam, `fit`.
     pub fn follow(&mut self, chart: &Chart, fit: f64, dt_s: f64) {
         let before = self.fit.unwrap_or(fit);
         self.fit = Some(before + (dt_s / FIT_S).min(1.0) * (fit - before));
@@ -61,7 +61,7 @@ impl Arrival {
         }
     }
 
-    /// Decides what to do about an arrival now.
+    /// Decides about an arrival at this moment.
     pub fn judge(&self, parameters: &Parameters) -> Belief {
         let fit = self.fit.unwrap_or_default();
         let doubt = JUMP_WEIGHT * f64::from(self.jumps).ln_1p() - fit;
@@ -111,7 +111,7 @@ mod tests {
         Chart::new(&estimate, 0.0).unwrap()
     }
 
-    /// Returns the state after a minute's drive in which the scans had this fit and the estimate jumped this often.
+    /// Returns the state after a minute's drive, given the fit of the scans and the number of jumps.
     fn after(fit: f64, jumps: u32) -> Arrival {
         let mut arrival = Arrival::default();
         for i in 0..600 {

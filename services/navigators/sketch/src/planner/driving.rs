@@ -1,4 +1,4 @@
-//! Drives to a goal or along a drawn route, by computing a velocity from the chart of the estimate.
+//! Drives to a goal or along a drawn route by computing velocities from the chart of the estimate.
 //!
 //! A step tracks the drawn route, checks whether the task has ended or the robot is stuck, plans if that is due, and follows the
 //! local path.
@@ -38,9 +38,9 @@ pub use state::State;
 const MAX_BLOCKAGES: usize = 16;
 /// Distance between the waypoints of a drawn route, in metres by the scale where the robot begins the route.
 const WAYPOINT_M: f64 = 0.05;
-/// Share of the speed at which a lost robot continues, so that the localizer sees more.
+/// Share of the speed at which a lost robot continues, to collect further views.
 const LOST_SHARE: f64 = 0.5;
-/// The source of the robot's path at the moment.
+/// The current source of the robot's path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 enum Guide {
     /// The cost field guides the robot to the goal.
@@ -49,7 +49,7 @@ enum Guide {
     ToRoute,
     /// The robot follows the drawn route.
     Route,
-    /// The explorer guides the robot to where the goal must lie in what was seen.
+    /// The explorer guides the robot to the goal's place in its map.
     Outline,
 }
 
@@ -58,13 +58,13 @@ enum Guide {
 pub enum TaskStatus {
     /// The task continues.
     Driving(Reason),
-    /// The robot waits until a person says where it is.
+    /// The robot waits for a person to state its place.
     Asks(Reason),
     /// The task has ended.
     Ended(TaskState, Reason),
 }
 
-/// An attempt at a task, which is the driver's state from the beginning to the end of the task.
+/// An attempt at a task: the driver's state from the beginning to the end of the task.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Attempt {
     guide: Guide,
@@ -86,7 +86,7 @@ struct Attempt {
     target_px: Point<Sketch>,
 }
 
-/// The goal and the scale for which the cost field was solved last, in addition to the attempt's blockages.
+/// The goal and the scale for which the cost field was last solved, in addition to the attempt's blockages.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Solved {
     goal: Point<Sketch>,
@@ -117,12 +117,12 @@ pub struct Driver {
     field_of_view_rad: f64,
     map_path: Vec<Point<Map>>,
     course_path: Vec<Point<Odom>>,
-    /// The search for where the robot is, as long as it lasts.
+    /// The search for the robot's place, if one is under way.
     finding: Option<Finding>,
 }
 
 impl Driver {
-    /// Creates a driver that is at rest and has no drawing.
+    /// Creates a driver at rest, without a drawing.
     ///
     /// # Errors
     /// Returns an error if the robot's laser is not suitable for mapping.
@@ -176,7 +176,7 @@ impl Driver {
         }
     }
 
-    /// Forgets the attempt and its paths, because they belong to another drawing.
+    /// Discards the attempt and its paths, because they belong to another drawing.
     pub fn forget(&mut self) {
         self.solved = None;
         self.route = DrawnRoute::default();
@@ -192,7 +192,7 @@ impl Driver {
         self.field.is_some()
     }
 
-    /// Begins a step, in which nothing is planned yet.
+    /// Begins a step, without planning yet.
     pub fn begin_step(&mut self) {
         self.planned = false;
     }
@@ -208,7 +208,7 @@ impl Driver {
     /// Begins a task from the robot's current position, which is that of `chart`.
     pub fn begin(&mut self, task: &Task, chart: &Chart) {
         let start = task.points.first().copied().unwrap_or(task.end());
-        // Times are relative to the beginning of the task, so a search that is under way starts over.
+        // A search that is under way starts over, because times are relative to the beginning of the task.
         self.finding = self.finding.map(|_| Finding::default());
         let far = chart.distance_m(chart.robot_px().position(), start) > self.parameters.route_window_m;
         let guide = match (task.is_route(), far) {
@@ -289,7 +289,7 @@ impl Driver {
         self.pursuit.last()
     }
 
-    /// Returns true if this step has planned.
+    /// Returns true if a path was planned in this step.
     pub fn planned(&self) -> bool {
         self.planned
     }
@@ -299,7 +299,7 @@ impl Driver {
         matches!(self.attempt.guide, Guide::Route | Guide::ToRoute)
     }
 
-    /// Returns the place in the drawing that the local path leads to.
+    /// Returns the end of the local path in the drawing.
     pub fn target_px(&self) -> Point<Sketch> {
         self.attempt.target_px
     }
@@ -370,7 +370,7 @@ impl Driver {
         }
     }
 
-    /// Returns the distance to the end of the task, in metres, if it is within `radius_m` and no drawn wall lies between.
+    /// Returns the distance to the end of the task, in metres, if it is within `radius_m` and there is no drawn wall in between.
     fn goal_within(&self, chart: &Chart, radius_m: f64) -> Option<f64> {
         let on_last_piece = match self.attempt.guide {
             Guide::Goal | Guide::Outline => true,
@@ -383,7 +383,7 @@ impl Driver {
         (on_last_piece && off_m <= radius_m && field.sees(robot, goal)).then_some(off_m)
     }
 
-    /// Solves the cost field for the attempt's goal and the passages that were found to be shut.
+    /// Solves the cost field for the attempt's goal and the passages found to be shut.
     fn solve(&mut self, chart: &Chart) {
         self.solved = Some(Solved { goal: self.attempt.goal, scale_pxpm: chart.mean_scale_pxpm() });
         self.solve_again();
@@ -397,7 +397,7 @@ impl Driver {
 }
 
 impl Attempt {
-    /// Resets all doubt about where the robot is, because a person has helped or has not answered.
+    /// Resets all doubt about the robot's place, because a person has helped or has not answered.
     fn look_again(&mut self, now_s: f64, chart: Option<&Chart>) {
         (self.arrival, self.pace) = (Arrival::default(), Pace::new(now_s));
         (self.recovery, self.lost_s, self.plan_due_s) = (None, 0.0, now_s);
@@ -406,7 +406,7 @@ impl Attempt {
         }
     }
 
-    /// Creates an attempt. `blocked` is emptied and its memory is reused, so that nothing is allocated while driving.
+    /// Creates an attempt. The memory of `blocked` is reused after clearing it, so that driving does not allocate.
     fn new(guide: Guide, goal: Point<Sketch>, robot: Point<Odom>, mut blocked: Vec<Blockage>) -> Self {
         blocked.clear();
         Self {

@@ -1,14 +1,14 @@
-//! Finds where the goal must lie in what the robot has seen, and where to look for it.
+//! Locates the goal in the map of what the robot has seen, or decides where to look for it.
 //!
-//! The explorer maps the whole drive ([`sketchnav_mapping`]), takes the outline of what was seen, and aligns it with the outline of
-//! the drawing. The goal has a share of each piece of the drawing's outline, its harmonic measure. If these pieces were seen, their
-//! places in the map say where the goal is. If they lie behind a gap, the robot drives to that gap and looks, and a gap that shows
-//! nothing is shut. Before the explorer believes an arrival, it computes the best *rival*, which is the best alignment that has the
-//! goal elsewhere. If the rival costs hardly more, the robot looks there first. If looking does not settle the matter, a person may
-//! (see `doubt`).
+//! The explorer maps the whole drive ([`sketchnav_mapping`]) and aligns the outline of the map with that of the drawing. Each piece
+//! of the drawing's outline has a share of the goal, its harmonic measure. If these pieces were seen, their places in the map
+//! determine that of the goal. If they lie behind a gap, the robot drives to the gap and looks through it. A gap with nothing
+//! behind it is shut. Before the explorer accepts an arrival, it computes the best *rival*, the best alignment according to which
+//! the goal is elsewhere. If the rival costs hardly more, the robot looks there first. If this does not settle the matter, it asks
+//! a person (see `doubt`).
 //!
-//! An alignment is spread over steps, each of which does a fixed amount of the work. The explorer uses no clock and no channel, and
-//! the same scans give the same courses.
+//! An alignment is spread over steps, each with a fixed amount of work. The explorer uses neither clocks nor channels, so equal
+//! scans result in equal courses.
 
 mod correspondence;
 mod course;
@@ -51,7 +51,7 @@ const MOST_PIECES: usize = 900;
 const MOST_SHUT: usize = 4096;
 /// Distance, in metres, after which the outline is aligned again on the way to a gap or the goal.
 const ANEW_M: f64 = 0.9;
-/// Distance, in metres, after which the openness of the floor is judged again.
+/// Distance, in metres, after which the openness of the floor is re-evaluated.
 const JUDGED_M: f64 = 0.9;
 /// Distance from the end of a course, in metres, within which a gap is reached.
 const AT_GAP_M: f64 = 0.3;
@@ -59,9 +59,9 @@ const AT_GAP_M: f64 = 0.3;
 const AT_GOAL_M: f64 = 0.35;
 /// Distance from the end of a course, in metres, within which a rival's place is reached.
 const AT_RIVAL_M: f64 = 0.6;
-/// Distance, in metres, within which two rivals have the goal at the same place, which is then not looked at again.
+/// Distance, in metres, within which the goals of two rivals count as the same place, which is not looked at again.
 const LOOKED_AT_M: f64 = 1.5;
-/// Area, in square metres, below which a look has shown nothing new.
+/// Newly seen area, in square metres, below which a look counts as fruitless.
 const SHOWS_M2: f64 = 0.08;
 /// Distance from the robot, in metres, within which points of a gap are shut.
 const SHUT_M: f64 = 0.8;
@@ -71,14 +71,14 @@ const SHUT_BEYOND_M: f64 = 0.3;
 const USUAL_MPS: f64 = 0.42;
 /// Typical ratio of the length of a path to that of the straight line.
 const WINDING: f64 = 1.5;
-/// Time that is reserved for the end of a task, in seconds.
+/// Time reserved for the end of a task, in seconds.
 const SPARE_S: f64 = 25.0;
-/// Share of the goal at which a sample has the full emphasis.
+/// Share of the goal from which a sample gets the full emphasis.
 const WHOLE_SHARE: f64 = 0.05;
-/// Minimum share of a goal that must have been seen for the goal to have a place in the map.
+/// Minimum share of a goal that must have been seen to locate the goal in the map.
 const LEAST_SEEN: f64 = 0.02;
 
-/// What the robot should do next.
+/// The next action for the robot.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Advice {
     /// Continue along the course, or wait if there is none.
@@ -87,19 +87,19 @@ pub enum Advice {
     Look,
     /// Stop, because the goal is here.
     Arrived(Evidence),
-    /// Wait for a person to say where the robot is.
+    /// Wait for a person to state the robot's place.
     Ask,
 }
 
 /// The evidence for an arrival.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Evidence {
-    /// Amount by which the best rival costs more, and the distance from here to where the rival has the goal, in metres. `None` if
-    /// there was no time to compute the rival.
+    /// Amount by which the best rival costs more, and the distance to the rival's place of the goal, in metres. `None` if there was
+    /// no time to compute the rival.
     pub rival: Option<(f64, f64)>,
     /// Difference in direction between the walls around the goal and what was seen, as 1 − cos, weighted by the goal's shares.
     pub misfit: f64,
-    /// True if a person was asked and agrees.
+    /// True if a person was asked and agreed.
     pub is_confirmed: bool,
 }
 
@@ -132,7 +132,7 @@ struct Rival {
     place: Place,
 }
 
-/// Everything in the explorer that changes, except for the map.
+/// The mutable state of the explorer, except for the map.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Exploration {
     /// The goal that the robot is looking for.
@@ -140,27 +140,27 @@ pub struct Exploration {
     has_looked: bool,
     /// True if the filter has failed the task, although the floor consists of rooms.
     has_taken_over: bool,
-    /// Openness of the floor that was seen (see [`floor::Judge::open_share`]).
+    /// Openness of the floor (see [`floor::Judge::open_share`]).
     open_share: Option<f64>,
     judged_at: Option<Place>,
     job: Option<Job>,
     course: Option<Course>,
-    /// Where the robot was when the outline was last taken.
+    /// The robot's place when the outline was last extracted.
     taken_at: Option<Place>,
     shut: Vec<Place>,
-    /// The places to shut if the current look shows nothing, and the number of free cells before it.
+    /// The places to shut if the current look is fruitless, and the number of free cells before it.
     looking: Option<(Vec<Place>, u32)>,
     looks: u32,
-    /// Places that the robot has looked at because rivals had the goal there, or behind a gap there.
+    /// Places that the robot has looked at because the goal was there, or behind a gap there, according to rivals.
     looked_at: Vec<Place>,
     rival: Option<Rival>,
     doubt: Option<Doubt>,
     settled: Option<Settled>,
-    /// Partners that are ruled out by what a person has said, because the goal does not lie there.
+    /// Partners ruled out by a person's answers, because the goal does not lie there.
     denied: Vec<Forbidden>,
     told: Option<Told>,
     is_news: bool,
-    /// The last alignment, with the outline that it is for.
+    /// The last alignment and its outline.
     last: Option<(SeenOutline, Alignment)>,
 }
 
@@ -178,19 +178,20 @@ pub struct StateView<'a> {
     mapper: &'a mapper::State,
 }
 
-/// Finds goals by the outline of what was seen. The module's documentation describes how.
+/// Finds goals by the outline of what was seen, as the module's documentation describes.
 #[derive(Debug)]
 pub struct Explorer {
     parameters: Parameters,
     mapping: sketchnav_mapping::Parameters,
     mapper: Mapper,
     survey: Survey,
-    /// True if `survey` shows the current map.
+    /// True if `survey` is up to date with the map.
     is_surveyed: bool,
     judge: floor::Judge,
     paper: Option<Paper>,
     shares: Vec<f64>,
-    /// Weight of each sample of the drawing. Walls around the goal count more, because they say most about where it is.
+    /// Weight of each sample of the drawing. Walls around the goal count more, because they contain the most information about its
+    /// place.
     emphasis: Vec<f64>,
     weights: Weights,
     aligner: Aligner,
@@ -199,7 +200,7 @@ pub struct Explorer {
 }
 
 impl Explorer {
-    /// Creates an explorer that has seen nothing, for a robot whose laser has this range.
+    /// Creates an explorer with an empty map, for a robot whose laser has the given range.
     ///
     /// # Errors
     /// Returns an error if a parameter of the mapper is invalid.
@@ -222,7 +223,7 @@ impl Explorer {
         })
     }
 
-    /// Sets the drawing and the start in it. Discards what was seen before, because it belongs to another drawing.
+    /// Sets the drawing and the start in it. Discards the map, because it belongs to another drawing.
     pub fn on_sketch(&mut self, sketch: &SketchGrid, start: Pose<Sketch>) {
         self.paper = Paper::new(sketch, start, self.parameters.building_size_m);
         self.exploration = Exploration::default();
@@ -248,20 +249,20 @@ impl Explorer {
         }
     }
 
-    /// Returns true if goals are to be found by the outline, which is the case as long as what was seen is an open floor, and for
-    /// the rest of a task that the filter has failed.
+    /// Returns true if goals are located by the outline, which is the case while the floor seen so far is open, and for the rest of
+    /// a task in which the filter has failed.
     pub fn is_in_charge(&self) -> bool {
         let share = self.exploration.open_share.unwrap_or(1.0);
         let is_open = share >= self.parameters.least_open_share;
         self.paper.is_some() && (is_open || self.exploration.has_taken_over)
     }
 
-    /// Takes charge of the rest of a task that the filter has failed.
+    /// Takes charge of the rest of a task in which the filter has failed.
     pub fn take_over(&mut self) {
         (self.exploration.has_taken_over, self.exploration.course) = (true, None);
     }
 
-    /// Returns true if the floor that was seen consists of rooms, so that goals are to be found by the filter.
+    /// Returns true if the floor consists of rooms, so that goals are located by the filter.
     pub fn sees_rooms(&self) -> bool {
         self.paper.is_some() && !self.is_in_charge()
     }
@@ -283,7 +284,7 @@ impl Explorer {
         if self.paper.is_none() {
             return;
         }
-        // An invalid scan returns an error, which can be ignored because nothing changes then.
+        // The error for an invalid scan can be ignored, because nothing changes then.
         let _ = self.mapper.update(robot, &Scan::of_message(scan, base_from_laser));
         self.is_surveyed = false;
         self.judge_floor();
@@ -298,7 +299,7 @@ impl Explorer {
         (self.exploration.rival, self.exploration.doubt, self.exploration.settled) = (None, None, None);
         self.exploration.looked_at.clear();
         self.exploration.denied.clear();
-        // The goal is weighed when outlines are aligned, which never happens in rooms.
+        // The goal's weights are only needed when outlines are aligned, which never happens among rooms.
         self.shares.clear();
     }
 
@@ -310,10 +311,10 @@ impl Explorer {
         self.emphasis = emphasis(&self.shares, self.parameters.goal_emphasis);
     }
 
-    /// Takes a step, with `left_s` seconds left for the task.
+    /// Performs a step, with `left_s` seconds left for the task.
     pub fn step(&mut self, left_s: f64) -> Advice {
         if !std::mem::replace(&mut self.exploration.has_looked, true) {
-            // Slow work happens in a step that computes nothing else.
+            // Slow work is done in a step of its own.
             self.weigh_goal();
             return Advice::Look;
         }
@@ -338,7 +339,7 @@ impl Explorer {
         Advice::Drive
     }
 
-    /// Records that a look around has ended, and takes in what was seen.
+    /// Records that a look around has ended, and evaluates it.
     pub fn end_look(&mut self) {
         self.exploration.judged_at = None;
         if let Some((places, before)) = self.exploration.looking.take() {
@@ -350,7 +351,7 @@ impl Explorer {
         self.begin_job(Vec::new(), None);
     }
 
-    /// Gives up the course, because the robot gets no farther on it.
+    /// Abandons the course, because the robot is stuck on it.
     pub fn give_way(&mut self) {
         if let Some(course) = self.exploration.course.take() {
             let gap = course.gap.clone();
@@ -360,17 +361,17 @@ impl Explorer {
         self.begin_job(Vec::new(), None);
     }
 
-    /// Returns what the robot is driving to.
+    /// Returns the robot's current aim.
     pub fn aim(&self) -> Option<Aim> {
         self.exploration.course.as_ref().map(|course| course.aim)
     }
 
-    /// Returns the number of times that the robot has looked where a rival had the goal.
+    /// Returns the number of times that the robot has looked at a rival's place of the goal.
     pub fn looks(&self) -> u32 {
         self.exploration.looks
     }
 
-    /// Returns where the course ends.
+    /// Returns the end of the course.
     pub fn course_end(&self) -> Option<Place> {
         self.exploration.course.as_ref().map(|course| course.end)
     }
@@ -420,7 +421,7 @@ impl Explorer {
         is_there || has_moved && course.aim != Aim::Rival
     }
 
-    /// Takes the outline of what was seen and begins to align it.
+    /// Extracts the outline of what was seen and begins to align it.
     fn begin_job(&mut self, mut forbidden: Vec<Forbidden>, best: Option<f64>) {
         self.take_survey();
         if self.shares.is_empty() {
@@ -435,7 +436,7 @@ impl Explorer {
         if best.is_none() {
             (self.exploration.taken_at, self.exploration.doubt) = (Some(place), None);
         }
-        // The map's x axis is where the robot faced at its first scan.
+        // The map's x axis points in the robot's direction at its first scan.
         let marked = Told { drawn: [paper.start.x, paper.start.y], seen: [0.0; 2], turn_rad: None };
         let Told { drawn, seen: at, turn_rad } = self.exploration.told.unwrap_or(marked);
         let turn_rad = turn_by_walls(&paper.outline, &seen, turn_rad.unwrap_or(paper.start.yaw_rad));
@@ -525,8 +526,7 @@ impl Explorer {
         }
     }
 
-    /// Returns the places that determine where the goal lies. These have most of the goal's mass on walls, and the heaviest come
-    /// first.
+    /// Returns the places that determine the goal's place, which have most of the goal's mass on walls, the heaviest first.
     fn goal_places(&self, alignment: &Alignment) -> Vec<Forbidden> {
         const MOST: f64 = 0.6;
         let mut walls: Vec<_> = alignment
@@ -550,7 +550,7 @@ impl Explorer {
         heaviest.map(|(_, forbidden)| *forbidden).collect()
     }
 
-    /// Decides about an arrival, given the best rival, which costs `margin` more.
+    /// Decides about an arrival, given the best rival and the amount `margin` by which it costs more.
     fn weigh_rival(&mut self, seen: &SeenOutline, rival: &Alignment, margin: f64, left_s: f64) -> Advice {
         const LIKELY: f64 = 0.3;
         let likely = Likely::new(&self.shares, seen, rival);
@@ -631,7 +631,7 @@ impl Explorer {
         Some(way_m)
     }
 
-    /// Returns the points of a gap that are close to the robot.
+    /// Returns the points of a gap near the robot.
     fn near_of(&self, gap: &[Place], middle: Place) -> Vec<Place> {
         let robot = self.place();
         let reach_m = SHUT_M.max(distance(robot, middle) + SHUT_BEYOND_M);
@@ -657,7 +657,7 @@ impl Paper {
     }
 }
 
-/// Returns the weight of each sample of the drawing's outline, given the goal's shares of them.
+/// Returns the weight of each sample of the drawing's outline, given the goal's share of each.
 fn emphasis(shares: &[f64], goal_emphasis: f64) -> Vec<f64> {
     let more = |share: &f64| 1.0 + goal_emphasis * (share / WHOLE_SHARE).min(1.0);
     shares.iter().map(more).collect()

@@ -1,8 +1,8 @@
-//! Compares how long the robot has been under way with the length of the path that the drawing shows.
+//! Compares the time under way with the length of the path in the drawing.
 //!
-//! A robot that drives past the right door comes to places that look like others. It may wander among them for a long time, since
-//! each step seems to lead closer to the goal. What gives it away is a time out of all proportion to the drawn path. The time
-//! counts rather than the distance travelled, because a robot that has gone astray also stands still, backs up and looks around.
+//! A robot that misses the right door comes to places that look like others. It may wander among them for a long time, since each
+//! step seems to lead closer to the goal. This can be detected by a time out of all proportion to the drawn path. The time is used
+//! rather than the distance travelled, because a robot that has gone astray also stands still, backs up and looks around.
 
 use crate::paths::parameters::Parameters;
 use serde::{Deserialize, Serialize};
@@ -14,7 +14,7 @@ use sketchnav_motion::progress::USUAL_MPS;
 pub struct Pace {
     began_s: f64,
     drawn_m: Option<f64>,
-    /// True if the path of the next plan counts.
+    /// True if the length of the next plan's path will be recorded.
     counts: bool,
 }
 
@@ -24,15 +24,15 @@ impl Pace {
         Self { began_s: now_s, drawn_m: None, counts: true }
     }
 
-    /// Records that the drawing shows a path of length `drawn_m` from here. Only the first call counts, and the first call after
-    /// each [`Pace::go_around`].
+    /// Records the length `drawn_m` of the path in the drawing. Only the first call counts, and the first call after each
+    /// [`Pace::go_around`].
     pub fn plan(&mut self, drawn_m: f64) {
         if std::mem::take(&mut self.counts) {
             self.drawn_m = Some(self.drawn_m.map_or(drawn_m, |known_m| known_m.max(drawn_m)));
         }
     }
 
-    /// Records that the path was found to be shut. The next plan's path around the blockage then counts if it is longer.
+    /// Records that the path is shut. The next plan's path, around the blockage, then counts if it is longer.
     pub fn go_around(&mut self) {
         self.counts = true;
     }
@@ -69,8 +69,8 @@ mod tests {
         assert_eq!(at(&pace, 451.0, 0.1), Some((451.0, 10.0)));
     }
 
-    /// The watch used to start over whenever a place was found to be shut. A robot that was elsewhere found one such place after
-    /// the other, and kept going until its time ran out.
+    /// Regression test: the watch started over whenever a place was found to be shut. A robot that was elsewhere found one such
+    /// place after another, and kept going until its time ran out.
     #[test]
     fn a_way_around_gets_the_time_that_it_takes_and_no_more() {
         let mut pace = Pace::new(0.0);

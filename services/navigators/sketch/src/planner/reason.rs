@@ -6,13 +6,13 @@ use sketchnav_schemas::geometry::{Point, Sketch};
 
 use super::explorer::{Aim, Evidence};
 
-/// What the planner of the method `outline` reports on the way to a goal if it has seen rooms.
+/// Status of the method `outline` on the way to a goal if the floor consists of rooms.
 pub const ROOMS: &str = "among rooms: driving as by `beam`";
 
 /// The reason for a task's status.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Reason {
-    /// There is nothing to say.
+    /// No reason.
     None,
     /// The floor that was seen consists of rooms, so the robot does not drive by its outline.
     Rooms,
@@ -30,7 +30,7 @@ pub enum Reason {
     LookingAround,
     /// The robot seems to have arrived, but the estimate is not credible, with the number of its jumps and its fit.
     Doubted(u32, f64),
-    /// The robot is making a detour around something that is not in the drawing.
+    /// The robot is making a detour around an obstacle that is not in the drawing.
     Detour,
     /// The robot is stuck and is trying to recover, with the number of attempts so far.
     Recovering(u32),
@@ -38,7 +38,7 @@ pub enum Reason {
     Shut(Point<Sketch>, u32),
     /// The drawing shows no path to the goal, and none was found.
     NoDrawnWay(Point<Sketch>),
-    /// The scans have not fitted anywhere near the estimate, with the time for which they have not, in seconds.
+    /// The scans do not fit anywhere near the estimate, with the duration in seconds.
     Lost(f64),
     /// The robot is finding out where it is in the learned map.
     Finding,
@@ -48,20 +48,20 @@ pub enum Reason {
     Surveying,
     /// The walls seen are being compared with the drawing.
     Comparing,
-    /// The filter has failed the task among rooms, so the robot continues by the outline of what it has seen.
+    /// The filter has failed in a task among rooms, so the robot continues by the outline of what it has seen.
     HandedOver,
-    /// The robot follows a course that the comparison has set.
+    /// The robot follows a course set by the comparison.
     Exploring(Aim),
-    /// The walls seen put the goal here, with the evidence for this.
+    /// The goal is here according to the walls seen, with the evidence.
     Matched(Evidence),
-    /// The robot must have gone astray, with the time under way in seconds and the length of the drawn path in metres.
+    /// The robot must have gone astray, with the time under way, in seconds, and the length of the drawn path, in metres.
     Astray(f64, f64),
-    /// A person has to say at which of several places the robot is, with the number of places and the amount by which the second
-    /// one's alignment costs more.
+    /// A person has to choose the robot's place from several, with the number of places and the amount by which the second one's
+    /// alignment costs more.
     Asks(usize, f64),
 }
 
-/// The reason why a robot is lost, preceded by what a person should do about it. Kept short to fit into a status.
+/// The reason why a robot is lost, preceded by advice for a person. Short enough to fit into a status.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Help(pub Reason);
 
@@ -78,7 +78,7 @@ impl fmt::Display for Help {
     }
 }
 
-/// Returns the letter of a place that a person is asked about: A, B, C, …
+/// Returns the letter of a place in a question: A, B, C, …
 fn letter(place: usize) -> char {
     char::from(b'A' + (place % 26) as u8)
 }

@@ -22,14 +22,12 @@ use super::file::read;
 use super::places::{Intent, Places};
 use super::settings::Options;
 use crate::learned::{DrawingFile, Learned, Learner};
+use crate::task::PERSON_TIME_LIMIT_S;
 
 /// Name that error messages use for a drawing that does not come from a file.
 pub const NAME: &str = "the drawing";
 /// The same for a learned map.
 const LEARNED_NAME: &str = "what was learned";
-/// Time limit for a task from the pad, in seconds of simulation time. It is generous because a person is watching and can abort
-/// the task.
-const TIME_LIMIT_S: f64 = 1800.0;
 
 /// The accepted drawings, byte for byte, which are sufficient to restore another [`Desk`].
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -184,7 +182,7 @@ impl Desk {
         let drawing = self.drawing.as_ref().ok_or(SketchError::NoSketch)?;
         let stays = self.places.as_ref().filter(|_| marks.start.is_none());
         let mut intent = Intent::of_marks(&marks);
-        intent.tasks.iter_mut().for_each(|task| task.time_limit_s = TIME_LIMIT_S);
+        intent.tasks.iter_mut().for_each(|task| task.time_limit_s = PERSON_TIME_LIMIT_S);
         if let Some(before) = stays {
             intent.start = Some(drawing.to_image(&before.start.position()));
             intent.heading_deg = Some(before.start.yaw_rad.to_degrees());

@@ -203,6 +203,14 @@ pub enum SketchError {
         /// The first two places.
         places: [[f64; 2]; 2],
     },
+    /// A name was given for a place in a drawing that is made on the pad.
+    #[error(
+        "{name}: expected a task, found a name; in this run, people draw on the pad: tap the place there"
+    )]
+    NamesOnPad {
+        /// The name.
+        name: String,
+    },
     /// There are no tasks or points, or more than a route message can contain.
     #[error("{key}: expected {expected}, found {found}")]
     Count {

@@ -1,6 +1,9 @@
 //! Separates ink from paper, which determines which pixels of a picture are walls.
 //!
-//! Pictures come in three kinds. A *clean* picture has two tones that are far apart and little else, and is
+//! An occupancy *map*, as `map_saver` and SLAM save it, is recognized by its three tones, which are those of occupied, unknown and
+//! free cells. All cells that are not free are solid, as in the world that is built from such a map.
+//!
+//! All other pictures come in two kinds. A *clean* picture has two tones that are far apart and little else, and is
 //! separated by Otsu's threshold. Anything else is treated as a *photograph* of strokes on paper under uneven
 //! light. Each of its pixels is divided by the brightness of the paper around it (a box mean over an integral
 //! image, leaving out the strokes), and Otsu's threshold then finds the strokes in the levelled picture.
@@ -22,6 +25,10 @@ use super::pen;
 use super::raster::Tones;
 use super::walls::Kind;
 
+/// The tones of occupied, unknown and free cells in a map saved in `trinary` mode (`map_saver_cli` of nav2).
+const MAP_TONES: [usize; 3] = [0, 205, 254];
+/// Threshold between unknown and free cells, which leaves room for the tones between them in a map that was scaled down.
+const FREE_TONE: u8 = 230;
 /// Half the width, in levels, of the band around a tone of a clean picture.
 const TONE_BAND: usize = 8;
 /// Minimum share of a clean picture's pixels that lie in the bands of its two tones.
@@ -109,6 +116,9 @@ pub(crate) fn contrast(picture: &GrayImage) -> u8 {
 
 fn find_on(picture: &GrayImage, tone: WallTone) -> Option<Ink> {
     let counts = histogram(picture);
+    if tone != WallTone::Light && is_map(&counts) {
+        return Some(Ink { walls: below(picture, FREE_TONE), kind: Kind::Filled, faint: 0.0 });
+    }
     if is_clean(&counts) { clean(picture, &counts, tone) } else { photograph(picture, tone) }
 }
 
@@ -136,6 +146,13 @@ fn histogram(picture: &GrayImage) -> [u64; 256] {
     }
     rest.iter().for_each(|&tone| counts[usize::from(tone)] += 1);
     counts
+}
+
+/// Returns true if the picture has all of the tones of a map, and hardly any others.
+fn is_map(counts: &[u64; 256]) -> bool {
+    let counted = MAP_TONES.map(|tone| counts[tone]);
+    let share = counted.iter().sum::<u64>() as f64 / counts.iter().sum::<u64>().max(1) as f64;
+    counted.iter().all(|&count| count > 0) && share >= CLEAN_SHARE
 }
 
 /// Returns true if nearly all pixels are of two tones that are far apart.

@@ -15,7 +15,7 @@ pub(crate) const MOST_LABELS: usize = 10_000;
 /// Maximum number of characters of a label that is a name. Longer texts are remarks.
 const MOST_CHARACTERS: usize = 60;
 /// Maximum number of names in an error.
-const MOST_LISTED: usize = 8;
+const MOST_LISTED: usize = 24;
 
 /// A text on a drawing.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -47,6 +47,8 @@ pub(crate) struct Names<'a> {
     file: &'a str,
     /// Names with their positions in image pixels, by decreasing precedence.
     by_precedence: [Vec<(&'a str, [f64; 2])>; 3],
+    /// Names of tasks, which errors list as well.
+    of_tasks: Vec<&'a str>,
 }
 
 impl<'a> Names<'a> {
@@ -56,7 +58,13 @@ impl<'a> Names<'a> {
         let goals = drawing.marks.goals.iter().filter(|goal| !goal.name.is_empty());
         let goals = goals.map(|goal| (goal.name.as_str(), goal.at)).collect();
         let written = drawing.labels.iter().map(|label| (label.text.as_str(), label.at)).collect();
-        Self { file: &drawing.file, by_precedence: [declared, goals, written] }
+        Self { file: &drawing.file, by_precedence: [declared, goals, written], of_tasks: Vec::new() }
+    }
+
+    /// Like [`Names::of`], for a person who can also name a task.
+    pub fn with_tasks(mission: &'a SketchMission, drawing: &'a DrawnMap) -> Self {
+        let of_tasks = mission.tasks.iter().map(|task| task.name.as_str()).collect();
+        Self { of_tasks, ..Self::of(mission, drawing) }
     }
 
     /// Returns the position of the place with this name, in image pixels. Case and spaces are ignored.
@@ -95,7 +103,8 @@ impl<'a> Names<'a> {
 
     /// Returns suggestions for an unknown name.
     fn hint(&self, wanted: &str) -> String {
-        let mut names: Vec<_> = self.by_precedence.iter().flatten().map(|(name, _)| *name).collect();
+        let places = self.by_precedence.iter().flatten().map(|(name, _)| *name);
+        let mut names: Vec<_> = places.chain(self.of_tasks.iter().copied()).collect();
         names.sort_unstable();
         names.dedup();
         match (nearest_name(wanted, &names), names.len()) {
@@ -228,6 +237,17 @@ mod tests {
              rename one, or say which in navigator.places"
         );
         assert_eq!(goal(&drawing, "wc", "places = { WC = [850, 640] }"), [850.0, 640.0]);
+    }
+
+    #[test]
+    fn the_names_of_tasks_are_listed_for_a_person_who_names_a_goal() {
+        let (drawing, mission) = (rooms(), mission("kitchen", ""));
+        let error = Names::with_tasks(&mission, &drawing).find("goal", "library").unwrap_err().to_string();
+        let names = "Dining room, Twice, WC, coffee, door, edge, kitchen, table, twice";
+        assert_eq!(
+            error,
+            format!("goal: expected the name of a place, found \"library\"; there are {names}")
+        );
     }
 
     #[test]

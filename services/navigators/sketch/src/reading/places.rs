@@ -19,7 +19,7 @@ use super::drawn_map::DrawnMap;
 use super::error::SketchError;
 use super::labels::Names;
 use super::settings::Settings;
-use crate::task::Task;
+use crate::task::{PERSON_TIME_LIMIT_S, Task};
 
 /// Time limit for a task that is only defined in the drawing, in seconds of simulation time.
 const MARKED_TIME_LIMIT_S: f64 = 180.0;
@@ -167,6 +167,19 @@ impl ImageTask {
     /// Returns true if the task is to follow a drawn route.
     fn is_route(&self) -> bool {
         self.points.len() > 1
+    }
+
+    /// Creates the task to go to a place that is named in a mission or on its drawing.
+    ///
+    /// # Errors
+    /// [`SketchError::UnknownName`], with the names of places and tasks, or [`SketchError::AmbiguousName`].
+    pub(crate) fn named(
+        name: &str,
+        mission: &SketchMission,
+        drawing: &DrawnMap,
+    ) -> Result<Self, SketchError> {
+        let points = vec![Names::with_tasks(mission, drawing).find("goal", name)?];
+        Ok(Self { name: name.to_owned(), points, is_named: true, time_limit_s: PERSON_TIME_LIMIT_S })
     }
 
     fn place(&self, number: usize, drawing: &DrawnMap, reached: &Reachable) -> Result<Task, SketchError> {

@@ -1,4 +1,4 @@
-//! Where the goal lies according to regions and doors, and how certain that is.
+//! The place of the goal according to regions and doors, and its certainty.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,18 +12,18 @@ use super::pairing::{Pair, Step, drawn};
 
 /// Number of alignments that are drawn.
 const SAMPLES: usize = 40;
-/// State of the random number generator, so that the same floors give the same answer.
+/// Initial state of the random number generator, so that equal floors result in equal answers.
 const SEED: u128 = 0x2545_f491_4f6c_dd1d;
 /// Share of the weight around the goal that must have different partners in a rival.
 const DECIDING: f64 = 0.7;
 /// Distance, in metres, within which pieces of wall around the goal have about the same weight.
 const AROUND_M: f64 = 0.3;
-/// Weight of a stretch of another region than the goal's.
+/// Weight of a stretch of a region other than the goal's.
 const OTHER_ROOM: f64 = 0.3;
 /// Bounds of the local scale of the drawing around the goal.
 const SCALES: [f64; 2] = [0.2, 5.0];
 
-/// A place where the goal may lie.
+/// A possible place of the goal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hypothesis {
     /// The region of the map.
@@ -38,7 +38,7 @@ pub struct Hypothesis {
     pub spread_m: f64,
 }
 
-/// How many doors have a partner.
+/// Numbers of doors with and without partners.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Doors {
     /// Doors of the drawing that have a partner in the map.
@@ -57,14 +57,14 @@ impl Doors {
     }
 }
 
-/// Where the goal lies.
+/// The place of the goal.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Answer {
-    /// Where the goal may lie, the most likely first.
+    /// The possible places of the goal, the most probable first.
     pub hypotheses: Vec<Hypothesis>,
     /// Additional cost of the best alignment that locates the goal elsewhere. `None` if the goal is not located.
     pub margin: Option<f64>,
-    /// The doors in one alignment, with the best alignment of the first regions' outlines and the rest drawn at random.
+    /// The doors in one alignment, which is the best one for the first regions' outlines and random otherwise.
     pub doors: Doors,
     /// Pairs of regions of the drawing and of the map in the same alignment. A region of the drawing has at most one partner.
     pub regions: Vec<[u16; 2]>,
@@ -83,7 +83,7 @@ impl Answer {
     }
 }
 
-/// Where the goal lies according to one alignment.
+/// The place of the goal according to one alignment.
 enum Found {
     Room { room: u16, place: Option<Place>, gap: Option<Place>, deciding: Forbidden },
     Gap { room: u16, gap: Place },
@@ -116,7 +116,7 @@ pub fn locate(drawing: &Floor, map: &Floor, goal: Place) -> Option<Answer> {
     Some(answer)
 }
 
-/// Groups the alignments by where they locate the goal.
+/// Groups the alignments by their place of the goal.
 fn summary(map: &Floor, found: &[Found]) -> Answer {
     let mut groups: BTreeMap<(u16, Option<[i64; 2]>), Vec<&Found>> = BTreeMap::new();
     for one in found {
@@ -177,7 +177,7 @@ struct Asked<'a> {
     goal: Place,
     /// The goal's region.
     room: u16,
-    /// The doors to it, each with the region that it leads to.
+    /// The doors on the way to the goal, each with the region that it leads to.
     way: Vec<(u16, u16)>,
 }
 
@@ -344,7 +344,7 @@ impl Around {
         }))
     }
 
-    /// Returns the partners that determine where the goal lies, which are those with most of the weight.
+    /// Returns the partners that determine the place of the goal, which are those with most of the weight.
     fn deciding(&self, a: &Lattice) -> Forbidden {
         let mut order: Vec<_> = self.known.iter().collect();
         order.sort_by(|x, y| y.2.total_cmp(&x.2));

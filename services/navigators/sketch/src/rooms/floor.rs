@@ -1,4 +1,4 @@
-//! A floor as regions that are joined by doors. The outline of each region is a sequence of walls, doors and gaps.
+//! A floor as regions joined by doors. The outline of each region is a sequence of walls, doors and gaps.
 
 use std::collections::BTreeMap;
 
@@ -26,7 +26,7 @@ pub enum Kind {
         /// The region on its other side.
         beyond: u16,
     },
-    /// A gap, beyond which nothing has been seen yet.
+    /// A gap beyond which nothing has been seen yet.
     Gap,
     /// A gap that is as narrow as a door.
     NarrowGap,
@@ -37,7 +37,7 @@ pub enum Kind {
 /// A stretch of a region's outline.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Token {
-    /// What it is.
+    /// The kind of the stretch.
     pub kind: Kind,
     /// Middle of the stretch.
     pub place: Place,
@@ -61,7 +61,7 @@ pub struct Door {
     pub rooms: [u16; 2],
     /// Middle of the passage.
     pub place: Place,
-    /// Width as a share of the smaller clearance of the two regions. A passage with a share near 1 is hardly one.
+    /// Width as a share of the smaller clearance of the two regions. A share near 1 is hardly a door.
     pub share: f64,
     /// Width, in cells.
     pub width: f64,
@@ -107,7 +107,7 @@ fn turned([x, y]: [f64; 2], angle_rad: f64) -> [f64; 2] {
     [cos * x - sin * y, sin * x + cos * y]
 }
 
-/// What a floor is made from.
+/// The input for a floor.
 #[derive(Debug, Clone, Copy)]
 pub struct Ground<'a> {
     /// Cells where an outline is wall. If this is `None`, it is wall everywhere except at doors.
@@ -196,7 +196,8 @@ impl Floor {
         self.partition.at(self.frame.to_cells(place))
     }
 
-    /// Returns the doors to pass from the start to a room, each with the room that it leads to. `None` if no doors lead there.
+    /// Returns the doors on the way from the start to a room, each with the room that it leads to, or `None` if there is no such
+    /// way.
     pub fn way_to(&self, goal: u16) -> Option<Vec<(u16, u16)>> {
         let mut from: BTreeMap<u16, Option<(u16, u16)>> = BTreeMap::from([(self.home, None)]);
         let mut queue = vec![self.home];
@@ -270,7 +271,7 @@ pub fn doors(partition: &Partition) -> (Vec<Door>, BTreeMap<usize, u16>) {
     (doors, door_at)
 }
 
-/// Takes the cells that lie within two columns and two rows of one another, starting from `first`.
+/// Removes and returns the cells connected to `first` by steps of at most two columns and two rows.
 fn connected(first: usize, cells: &mut Vec<usize>, width: usize) -> Vec<usize> {
     let mut found = vec![first];
     let mut next = 0;
@@ -292,7 +293,7 @@ pub struct Outline {
 }
 
 /// Returns the outline of a region. A region with large holes is cut open from each hole to its outer border, so that the outline
-/// runs around the holes, too.
+/// includes the holes.
 fn outline(partition: &Partition, label: u16, least_hole: usize, distances: &[u32]) -> Outline {
     let (width, height) = (partition.width, partition.labels.len() / partition.width);
     let mut own = Region::of(width, height, |cell| partition.labels[cell] == label);
@@ -343,8 +344,8 @@ fn largest_hole(region: &Region, least: usize) -> Option<Region> {
     largest
 }
 
-/// Returns the cells on the shortest path through a region from the cell at the hole that is farthest from the start to any other
-/// border of the region.
+/// Returns the cells on the shortest path through a region to any other border, from that cell beside the hole which is farthest
+/// from the start.
 fn cut(region: &Region, hole: &Region, distances: &[u32]) -> Vec<usize> {
     let (width, cells) = (region.width(), region.cells());
     let sides = |cell: usize| super::partition::sides(cell, width, cells);

@@ -1,5 +1,5 @@
-//! The joint alignment of two floors. The outline of the region with the start is aligned with that of the drawing's, and a pair of
-//! doors costs as much as the regions beyond them, and so on.
+//! The joint alignment of two floors. The outlines of the two regions with the start are aligned, and the cost of a pair of doors
+//! is that of aligning the regions beyond them, recursively.
 
 use std::collections::BTreeMap;
 
@@ -9,11 +9,11 @@ use super::floor::{Floor, Kind};
 use super::lattice::{Lattice, Opening};
 use super::pairing::{self, NEVER, Pairing, Problem, misfit, passages};
 
-/// Maximum number of doors that are passed one after the other.
+/// Maximum number of doors passed in a row.
 const DEPTH: u32 = 7;
-/// Number of relative rotations that are tried for the outlines of the two first regions.
+/// Number of relative rotations to try for the outlines of the first two regions.
 const TURNS: usize = 8;
-/// Number of energies after which no further regions are aligned. Anything beyond them has no cost. The first regions are always
+/// Number of energies after which no further regions are aligned, and everything beyond costs nothing. The first regions are always
 /// aligned.
 pub const MOST_ENERGIES: usize = 4_000_000;
 /// Maximum difference in direction, as 1 − cos, of two doors that may be the same.
@@ -30,7 +30,7 @@ const ON_WAY: f32 = 5.0;
 /// The regions beyond a door of each floor: the door and the region, of the drawing and of the map.
 pub type Beyond = [(u16, u16); 2];
 
-/// A stretch of the drawing, by region and index, and the place in the map that its partner must be away from.
+/// Stretches of the drawing, by region and index, with a place in the map that their partner must not be near.
 pub type Forbidden = BTreeMap<(u16, u16), Place>;
 
 /// A pair of aligned regions, by the indices of their lattices.
@@ -53,13 +53,13 @@ pub struct Joint<'a> {
     beyond: BTreeMap<Beyond, usize>,
     /// The first regions in several relative rotations, as indices of `aligned`.
     pub roots: Vec<usize>,
-    /// Doors that are being passed.
+    /// The doors passed so far.
     passing: Vec<Beyond>,
     energies: usize,
 }
 
 impl<'a> Joint<'a> {
-    /// Aligns two floors, of which the first is the drawing. The doors `on_way` of the drawing lead to the goal.
+    /// Aligns two floors, of which the first is the drawing. `on_way` lists the drawing's doors on the way to the goal.
     pub fn new(floors: [&'a Floor; 2], on_way: Vec<u16>, forbidden: &'a Forbidden) -> Self {
         let mut joint = Self {
             floors,
@@ -132,8 +132,8 @@ impl<'a> Joint<'a> {
         index
     }
 
-    /// Returns the energy of the regions beyond two doors. The first value computed is stored and reused, although it would be
-    /// different after fewer or other doors.
+    /// Returns the energy of the regions beyond two doors. The first value computed is stored and reused, although it depends on
+    /// the doors passed before.
     fn pass(&mut self, doors: Beyond, depth: u32) -> f32 {
         if let Some(index) = self.beyond.get(&doors) {
             return self.aligned[*index].pairing.energy();
@@ -209,7 +209,7 @@ impl<'a> Joint<'a> {
     }
 }
 
-/// Returns the stretches of the drawing's first region that are most like a stretch of the map's, as indices.
+/// Returns the indices of those stretches of the drawing's first region that are most similar to a stretch of the map's.
 fn turns(tokens: &[super::floor::Token], starts: [Place; 2], seen: &super::floor::Token) -> Vec<usize> {
     let likeness = |k: usize| match tokens[k].kind {
         Kind::Wall => pairing::unlikeness([&tokens[k], seen], starts),

@@ -1,5 +1,5 @@
-//! The outline of a region, cut open, as a lattice: a door that is hardly narrower than the regions beside it may be a door in one
-//! floor and open in the other, so it is one stretch or, at a cost, the whole outline of the region beyond it.
+//! The outline of a region, cut open, as a lattice. A door that is hardly narrower than the regions beside it may be missing on the
+//! other floor, so it is represented by one stretch or, at a cost, by the whole outline of the region beyond it.
 
 use sketchnav_mapping::outline::Place;
 
@@ -7,9 +7,9 @@ use super::floor::{Floor, Kind, Token};
 
 /// Maximum number of stretches of a lattice.
 const MOST_NODES: usize = 300;
-/// Maximum number of stretches that lead to another one. The last one of a lattice may have more.
+/// Maximum number of predecessors of a stretch. The last stretch of a lattice may have more.
 const MOST_BEFORE: usize = 4;
-/// Maximum number of regions that are entered one through the other.
+/// Maximum depth of regions entered through others.
 const MOST_ENTERED: usize = 2;
 /// Share of a door's width below which the region beyond it is always separate.
 const WEAK: f64 = 0.45;
@@ -18,11 +18,11 @@ const WEAK: f64 = 0.45;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Node {
     pub token: Token,
-    /// The region whose outline the stretch belongs to.
+    /// The region whose outline contains the stretch.
     pub room: u16,
     /// Index of the stretch in that outline.
     pub index: u16,
-    /// Cost of passing the node, which is that of the door through which its region was entered.
+    /// Cost of passing the node, namely that of the door through which its region was entered.
     pub price: f32,
 }
 
@@ -30,12 +30,12 @@ pub struct Node {
 #[derive(Debug, Clone, Default)]
 pub struct Lattice {
     pub nodes: Vec<Node>,
-    /// The nodes that lead to each.
+    /// The predecessors of each node.
     before: Vec<[u16; 2 * MOST_BEFORE]>,
     counts: Vec<u8>,
 }
 
-/// Where the outline of a region is cut open.
+/// The position at which the outline of a region is cut open.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Opening {
     /// At a door, which is left out.
@@ -66,7 +66,7 @@ impl Lattice {
         self.nodes.len()
     }
 
-    /// Returns the nodes that lead to a node.
+    /// Returns the predecessors of a node.
     pub fn before(&self, node: usize) -> &[u16] {
         &self.before[node][..usize::from(self.counts[node])]
     }
@@ -81,7 +81,7 @@ impl Lattice {
         vec![self.nodes.len() as u16 - 1]
     }
 
-    /// Appends stretches of the last visited region after the nodes `ends`, and returns the nodes that they end with.
+    /// Appends stretches of the last visited region after the nodes `ends`, and returns the new last nodes.
     fn build(
         &mut self,
         floor: &Floor,

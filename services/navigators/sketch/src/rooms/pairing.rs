@@ -37,7 +37,7 @@ const FORBIDDEN: f32 = 5.0;
 /// Distance, in metres, within which the partners around a forbidden one are forbidden, too.
 pub const AWAY_M: f64 = 2.5;
 
-/// How a step of an alignment advances.
+/// A step of an alignment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Step {
     /// To the next stretch of both.
@@ -79,7 +79,7 @@ impl Side {
         }
     }
 
-    /// Returns how much a piece of wall of the drawing differs from one of the map.
+    /// Returns the dissimilarity of a piece of wall of the drawing and one of the map.
     fn unlike(&self, seen: &Self) -> f32 {
         let ratio = self.log_distance - seen.log_distance;
         let far = BEARING * apart(self.bearing, seen.bearing) + DISTANCE * (ratio * ratio).min(MOST_DISTANCE);
@@ -95,7 +95,7 @@ fn apart(a: [f32; 2], b: [f32; 2]) -> f32 {
 #[derive(Debug, Clone)]
 pub struct Pairing {
     sides: [Vec<Side>; 2],
-    /// For each stretch of the drawing, the place that its partner must be away from.
+    /// For each stretch of the drawing, a place that its partner must not be near.
     forbidden: Vec<Option<Place>>,
     /// Cost of each stretch without a partner.
     alone: [Vec<f32>; 2],
@@ -112,7 +112,7 @@ pub struct Problem<'a> {
     pub lattices: [&'a Lattice; 2],
     /// The first cells of the lattices, in their floors.
     pub origins: [Place; 2],
-    /// The place that the partner of each node of the drawing must be away from.
+    /// For each node of the drawing, a place that its partner must not be near.
     pub forbidden: Vec<Option<Place>>,
     /// Cost of each door of either floor without a partner, by node.
     pub alone: [Vec<f32>; 2],
@@ -120,7 +120,7 @@ pub struct Problem<'a> {
     pub doors: Vec<f32>,
 }
 
-/// Returns how much a piece of wall of the drawing differs from one of the map, for regions that begin at `origins`.
+/// Returns the dissimilarity of a piece of wall of the drawing and one of the map, for regions that begin at `origins`.
 pub fn unlikeness([drawn, seen]: [&Token; 2], origins: [Place; 2]) -> f32 {
     Side::of(drawn, origins[0]).unlike(&Side::of(seen, origins[1]))
 }
@@ -297,14 +297,14 @@ impl Pairing {
 
 /// Returns the free energy of two alternatives.
 fn joined(a: f32, b: f32) -> f32 {
-    /// Difference, in temperatures, beyond which the worse alternative has no weight.
+    /// Difference, in units of the temperature, beyond which the worse alternative has no weight.
     const MOST: f32 = 9.0;
     let (low, high) = if a < b { (a, b) } else { (b, a) };
     let apart = (high - low) / TEMPERATURE;
     if apart > MOST { low } else { low - TEMPERATURE * (-apart).exp().ln_1p() }
 }
 
-/// A random choice among alternatives that arrive one by one.
+/// A random choice among a sequence of alternatives.
 #[derive(Debug)]
 struct Choice<T> {
     chosen: Option<T>,

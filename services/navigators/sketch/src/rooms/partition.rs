@@ -1,8 +1,9 @@
 //! Divides free space into regions at its narrow passages.
 //!
-//! The cells are flooded from the largest clearance down, which is the watershed of the distance transform (F. Meyer, Topographic
-//! distance and watershed lines, Signal Processing 1994). Where two floods meet at a saddle, they become one region unless the
-//! saddle is much narrower than the smaller of the two. This ratio does not depend on the scale, so that it also divides drawings.
+//! The regions are those of the watershed of the distance transform (F. Meyer, Topographic distance and watershed lines, Signal
+//! Processing 1994), with cells flooded from the largest clearance down. When two floods meet at a saddle, they become one region
+//! unless the saddle is much narrower than the smaller of the two. This ratio does not depend on the scale, so it works for
+//! drawings as well.
 
 use std::collections::BTreeMap;
 
@@ -39,8 +40,8 @@ pub struct Partition {
 }
 
 impl Partition {
-    /// Divides the cells of `free`. Clearance is measured to the cells of `solid`. A small region that has a cell in `open` is not
-    /// joined to a neighbour but left out, because it is the visible part of something larger.
+    /// Divides the cells of `free`. Clearance is measured to the cells of `solid`. A small region with a cell in `open` is
+    /// discarded instead of being joined to a neighbour, because it is the visible part of a larger one.
     pub fn new(free: &Region, solid: &Region, open: &Region, dividing: &Dividing) -> Self {
         let width = free.width();
         let mut clearance = vec![0.0; free.cells()];
@@ -55,7 +56,7 @@ impl Partition {
         partition
     }
 
-    /// Joins the regions that are too small to their neighbours, the smallest first.
+    /// Joins regions that are too small to their neighbours, the smallest first.
     fn join_small(&mut self, open: &Region, least_area: usize) {
         let most = self.labels.iter().copied().max().unwrap_or_default() as usize + 1;
         let (mut area, mut is_open) = (vec![0_usize; most], vec![false; most]);
@@ -94,7 +95,7 @@ impl Partition {
         self.labels.iter_mut().for_each(|label| *label = now[*label as usize]);
     }
 
-    /// Numbers the regions without gaps.
+    /// Renumbers the regions without gaps.
     fn number(&mut self) {
         let mut numbers = vec![NONE; self.labels.iter().copied().max().unwrap_or_default() as usize + 1];
         self.regions = vec![(0, 0.0)];
@@ -164,7 +165,7 @@ pub fn sides(cell: usize, width: usize, cells: usize) -> impl Iterator<Item = us
 struct Flood {
     /// The basin of each cell, or `u32::MAX`.
     basins: Vec<u32>,
-    /// The basin that each basin was joined to, or itself.
+    /// The basin into which each basin was merged, or itself.
     parents: Vec<u32>,
 }
 

@@ -1,4 +1,4 @@
-//! Plans drawn by hand, as drawings and as maps of what a robot has seen.
+//! Tests with hand-made plans, which serve as drawings and as maps of what a robot has seen.
 
 use proptest::prelude::*;
 use sketchnav_mapping::{Cell, CellGrid};
@@ -9,7 +9,7 @@ use super::*;
 /// Rectangles of free space: x, y, width and height, in metres.
 type Plan = Vec<[f64; 4]>;
 
-/// A corridor with three rooms above it and two below. No two rooms are alike.
+/// A corridor with three rooms above it and two below, all of them different.
 fn office() -> Plan {
     vec![
         [1.0, 5.0, 14.0, 2.0],
@@ -42,7 +42,7 @@ fn size(plan: &Plan) -> [f64; 2] {
     [end(0), end(1)]
 }
 
-/// Draws a plan with this many pixels per metre along x and y.
+/// Draws a plan with `px` pixels per metre along x and y.
 fn drawn(plan: &Plan, px: [f64; 2]) -> Floor {
     let [width, height] = [0, 1].map(|k| (size(plan)[k] * px[k]).ceil() as usize);
     let cell = |k: usize| {
@@ -78,7 +78,7 @@ fn mapped(plan: &Plan, yaw_rad: f64, is_seen: impl Fn([f64; 2]) -> bool, drawing
     Floor::of_map(&survey, [0.0, 0.0], yaw_rad + 0.1, drawing).unwrap()
 }
 
-/// Returns where the place of a map is in the plan.
+/// Converts a place of a map to the plan.
 fn in_plan([x, y]: [f64; 2], yaw_rad: f64) -> [f64; 2] {
     let [sin, cos] = [yaw_rad.sin(), yaw_rad.cos()];
     [START[0] + cos * x - sin * y, START[1] + sin * x + cos * y]
@@ -100,7 +100,7 @@ fn a_corridor_with_five_rooms_is_six_regions_and_five_doors() {
     let doors: Vec<_> =
         corridor.tokens.iter().filter(|token| matches!(token.kind, Kind::Door { .. })).collect();
     assert_eq!(doors.len(), 5, "{doors:?}");
-    // The plan has 125 m², and the scale is known only by the width of doors.
+    // The plan has 125 m², and the only clue to the scale is the width of the doors.
     let area_m2: f64 = drawing.rooms.iter().map(|room| room.area_m2).sum();
     assert!((100.0..160.0).contains(&area_m2), "{area_m2}");
 }
@@ -122,7 +122,7 @@ fn a_drawing_to_scale_has_every_goal_where_it_is() {
     }
 }
 
-/// A person draws the doors in the right order, but not at their places.
+/// The doors are drawn in the right order, but not at their true places.
 #[test]
 fn proportions_count_little() {
     let mut sketched = office();
@@ -140,7 +140,7 @@ fn proportions_count_little() {
     }
 }
 
-/// The robot has seen only the corridor. Each goal lies beyond the gap that is its door.
+/// The robot has seen only the corridor. Each goal lies beyond the gap at the door of its room.
 #[test]
 fn a_goal_in_a_room_that_was_not_seen_lies_beyond_its_door() {
     let px = [20.0; 2];
@@ -173,7 +173,7 @@ fn a_room_that_was_forgotten_does_not_shift_the_others() {
     }
 }
 
-/// Two rooms on one side are exactly alike, and the drawing shows only one of them, in the middle.
+/// Two rooms on one side are identical, and the drawing shows only one of them, in the middle.
 #[test]
 fn a_goal_in_one_of_two_equal_rooms_has_a_small_margin() {
     let rooms = [[1.0, 5.0, 14.0, 2.0], [1.0, 1.8, 14.0, 3.0], [3.0, 4.8, 0.9, 0.2]];
@@ -222,7 +222,7 @@ fn a_goal_that_no_door_leads_to_counts_for_the_nearest_region() {
     assert!(drawing.way_to(drawing.rooms.len() as u16).is_none());
 }
 
-/// A floor of a hundred rooms in a grid, each joined to its neighbours, has very many alignments.
+/// A floor of a hundred rooms in a grid, each joined to its neighbours, has an enormous number of alignments.
 #[test]
 fn work_is_bounded() {
     let mut plan: Plan = Vec::new();

@@ -7,12 +7,12 @@ use sketchnav_mapping::outline::{Place, arc_lengths, minus, resampled, smoothed,
 use super::floor::{Door, Ground, Kind, Outline, Token};
 use super::partition::Partition;
 
-/// Number of cells of an outline below which it is ignored.
+/// Length of an outline, in cells, below which it is ignored.
 const LEAST_OUTLINE: usize = 12;
-/// Number of cells below which a gap between walls, or a wall between two stretches of the same kind, is not counted.
+/// Length, in cells, below which a gap between walls, or a wall between two stretches of the same kind, is ignored.
 const LEAST_RUN: usize = 4;
 
-/// The outline of a region and the kinds of cells that it may border on.
+/// The outline of a region and the kinds of cells along it.
 pub struct Border<'a> {
     pub partition: &'a Partition,
     pub outline: &'a Outline,
@@ -29,7 +29,7 @@ struct Run {
     kind: Kind,
 }
 
-/// Returns the outline as tokens. Walls are cut into pieces of equal length. Empty if the outline is too short.
+/// Returns the outline as tokens, with walls cut into pieces of equal length, or nothing if the outline is too short.
 pub fn tokens(border: &Border<'_>) -> Vec<Token> {
     let cells = &border.outline.cells;
     let count = cells.len();

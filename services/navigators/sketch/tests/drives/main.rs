@@ -5,5 +5,6 @@ mod driving;
 mod exploring;
 mod finding;
 mod frugal;
+mod naming;
 mod pad;
 mod support;

@@ -318,7 +318,14 @@ impl Drive {
         self.receive(ORDERS, &MissionCommand { order: order.code(), ..Zeroable::zeroed() }, &[]);
     }
 
-    /// Passes a person's mark of where in the drawing the robot is to the planner.
+    /// Passes a person's order to go to a place of the drawing to the planner.
+    pub fn send_to(&mut self, name: &str, at: [f64; 2]) {
+        let mut order = MissionCommand { order: Order::Goal.code(), ..Zeroable::zeroed() };
+        order.set_place(&NamedPlace { name: Text::new(name), at: Point::new(at[0], at[1]) });
+        self.receive(ORDERS, &order, &[]);
+    }
+
+    /// Passes a person's mark of the robot's position in the drawing to the planner.
     pub fn tell(&mut self, x_px: f64, y_px: f64) {
         let mut order = MissionCommand { order: Order::Here.code(), ..Zeroable::zeroed() };
         order.set_here(&Here { at: Point::new(x_px, y_px), yaw_rad: None });

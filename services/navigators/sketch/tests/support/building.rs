@@ -56,7 +56,7 @@ pub const WAY: [[f64; 2]; 15] = [
     [14.0, 9.0],
 ];
 
-/// How the building was drawn, which may be stretched, turned and with shaky corners.
+/// A drawing of the building, which may be stretched, turned and have shaky corners.
 #[derive(Debug, Clone, Copy)]
 pub struct Drawing {
     /// Width and height, in pixels.

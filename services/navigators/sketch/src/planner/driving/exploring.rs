@@ -1,5 +1,5 @@
 //! Drives by the outline of what was seen. The explorer sets courses through its map, and the local planner follows them around the
-//! obstacles that the laser sees.
+//! obstacles in the laser's view.
 
 use std::f64::consts::TAU;
 
@@ -18,7 +18,7 @@ use crate::planner::explorer::{Advice, Explorer};
 use crate::planner::pace::Pace;
 use crate::planner::reason::Reason;
 
-/// Angle, in radians, by which a look turns in addition to the angle that the laser does not cover.
+/// Turn of a look in addition to the angle not covered by the laser, in radians.
 const LOOK_MORE_RAD: f64 = 0.3;
 
 /// Converts between the map and the odometry frame, which are joined at the robot's current pose.
@@ -39,8 +39,8 @@ impl Join {
 }
 
 impl Driver {
-    /// Switches to the outline if what was seen is an open floor, and to the filter if it consists of rooms. A recovery behaviour
-    /// or a look is finished first.
+    /// Switches to the outline on an open floor, and to the filter among rooms, once the current recovery behaviour or look has
+    /// ended.
     pub(super) fn go_by_the_floor(&mut self, chart: &Chart, now_s: f64) {
         let Some(explorer) = self.explorer.as_ref().filter(|_| self.attempt.recovery.is_none()) else {
             return;
@@ -54,13 +54,13 @@ impl Driver {
         self.attempt.progress = ProgressChecker::new(now_s, chart.robot_m().position());
     }
 
-    /// Returns true if the outline can take over a task that the filter fails.
+    /// Returns true if the outline can take over a task in which the filter fails.
     pub(super) fn can_hand_over(&self) -> bool {
         let is_by_filter = self.attempt.guide == Guide::Goal && self.finding.is_none();
         is_by_filter && self.explorer.as_ref().is_some_and(Explorer::sees_rooms)
     }
 
-    /// Ends a task that the filter has failed, or hands it over to the outline, which goes by the map of the whole drive and does
+    /// Ends a task in which the filter has failed, or hands it over to the outline, which uses the map of the whole drive and does
     /// not depend on the estimate.
     pub(super) fn give_up(
         &mut self,
@@ -81,7 +81,7 @@ impl Driver {
         TaskStatus::Driving(Reason::HandedOver)
     }
 
-    /// Takes a step by the explorer's advice.
+    /// Follows the explorer's advice for one step.
     pub(super) fn explore(&mut self, chart: &Chart, now_s: f64, dt_s: f64) -> TaskStatus {
         if self.attempt.recovery.is_some() {
             return self.recover(chart, now_s, dt_s);
@@ -110,7 +110,7 @@ impl Driver {
         if explorer.course_end() != before {
             self.attempt.plan_due_s = now_s;
         }
-        // A robot that goes back and forth between two places on purpose is not stuck.
+        // A robot that moves back and forth between two places on purpose is not stuck.
         if (explorer.aim(), explorer.looks()) != aimed {
             self.attempt.progress = ProgressChecker::new(now_s, chart.robot_m().position());
         }
@@ -137,8 +137,8 @@ impl Driver {
         TaskStatus::Driving(Reason::Surveying)
     }
 
-    /// Records that a recovery behaviour has ended. If it was a look of the explorer, the explorer then takes in what was seen.
-    /// Looks because of a doubtful arrival by the filter do not concern the explorer.
+    /// Records that a recovery behaviour has ended. If it was a look of the explorer, the explorer evaluates it. Looks because of a
+    /// doubtful arrival by the filter do not concern the explorer.
     pub(super) fn end_look(&mut self) {
         let is_explorers = self.attempt.guide == Guide::Outline && self.attempt.arrival.is_looking();
         if let Some(explorer) = self.explorer.as_mut().filter(|_| is_explorers) {
@@ -146,7 +146,7 @@ impl Driver {
         }
     }
 
-    /// Makes a stuck robot back up and, from the second time at the same place on, take another course.
+    /// Makes a stuck robot back up and, from the second time at the same place, choose another course.
     fn give_way(&mut self, chart: &Chart, now_s: f64, dt_s: f64) -> TaskStatus {
         self.stop(dt_s);
         let place = chart.robot_m().position();
@@ -161,14 +161,14 @@ impl Driver {
         TaskStatus::Driving(Reason::Recovering(self.attempt.stuck.total))
     }
 
-    /// Writes the places in the drawing that a person is asked about.
+    /// Writes the places in the drawing for a question to a person.
     pub fn write_question(&self, out: &mut Question) {
         if let Some(explorer) = &self.explorer {
             explorer.write_question(out);
         }
     }
 
-    /// Continues without help at `now_s` after the beginning of the task, since nobody has said where the robot is.
+    /// Continues without help, since nobody has answered. `now_s` is the time since the beginning of the task.
     pub fn go_on_alone(&mut self, now_s: f64) {
         self.attempt.look_again(now_s, self.chart.as_ref());
         if let Some(explorer) = &mut self.explorer {
@@ -176,7 +176,7 @@ impl Driver {
         }
     }
 
-    /// Accepts where a person says that the robot is, at `now_s` after the beginning of the task.
+    /// Processes a person's report of the robot's place. `now_s` is the time since the beginning of the task.
     pub fn tell(&mut self, here: &Here, now_s: f64) {
         self.attempt.look_again(now_s, self.chart.as_ref());
         self.finding = None;
@@ -203,8 +203,8 @@ impl Driver {
         self.explorer.as_ref().map_or(f64::INFINITY, of)
     }
 
-    /// Plans a path to the farthest waypoint of the course in the local window that is in reach, or else to the place from which
-    /// the least cost remains.
+    /// Plans a path to the farthest reachable waypoint of the course in the local window, or else to the place with the least
+    /// remaining cost.
     pub(super) fn plan_on_course(&mut self, chart: &Chart) {
         let Some(explorer) = &self.explorer else { return };
         let join = Join { map: explorer.robot(), odom: chart.robot_m() };

@@ -1,8 +1,8 @@
-//! Finds out where the robot is in a learned map, in which it may be anywhere.
+//! Localizes a robot in a learned map, in which it may be anywhere.
 //!
-//! The robot turns on the spot until the localizer knows a single place. If a full turn leaves several, it drives to its goal from
-//! the likeliest of them, because what it sees on the way tells them apart, and looks around again. A robot that still does not know
-//! after several looks is lost.
+//! The robot turns on the spot until only one place remains plausible to the localizer. If several are left after a full turn, the
+//! robot sets off for its goal from the most probable one, so that new views can distinguish them, and looks around again. If
+//! several are left after a number of looks, the robot is lost.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_motion::progress::ProgressChecker;
@@ -13,27 +13,27 @@ use super::{Driver, TaskStatus};
 use crate::paths::chart::Chart;
 use crate::planner::reason::Reason;
 
-/// Time for which the localizer must know a single place, in seconds.
+/// Time for which a single place must have been plausible, in seconds.
 const SURE_S: f64 = 1.0;
 /// Time between two looks around, in seconds.
 const ROAM_S: f64 = 15.0;
-/// Number of looks after which a robot that does not know where it is is lost.
+/// Number of looks after which a robot that is still not localized is lost.
 const MOST_LOOKS: u32 = 5;
-/// Time for which the localizer must be lost before the robot looks for where it is, in seconds.
+/// Time for which the localizer must be lost before the robot begins to look around, in seconds.
 const LOST_S: f64 = 2.0;
 
-/// The state of a search for where the robot is.
+/// The state of a search for the robot's place.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Finding {
     looks: u32,
-    /// Time for which the localizer has known a single place, in seconds.
+    /// Time for which a single place has been plausible, in seconds.
     sure_s: f64,
-    /// Time, in seconds of the task, when the next look is due.
+    /// Time at which the next look is due, in seconds since the beginning of the task.
     look_due_s: f64,
 }
 
 impl Driver {
-    /// Begins to look for where the robot is if the localizer has lost it.
+    /// Begins a search for the robot's place if the localizer is lost.
     pub(super) fn find_if_lost(&mut self, now_s: f64) {
         if self.parameters.finds_itself && self.finding.is_none() && self.attempt.lost_s >= LOST_S {
             self.finding = Some(Finding { look_due_s: now_s, ..Finding::default() });
@@ -41,16 +41,15 @@ impl Driver {
         }
     }
 
-    /// Makes a robot that is looking for where it is look around in the next step, because it gets no farther. Returns false if it
-    /// knows where it is.
+    /// Makes the robot look around in the next step if a search is under way, because it is stuck. Returns false without a search.
     pub(super) fn looks_at_once(&mut self, now_s: f64) -> bool {
         let Some(finding) = &mut self.finding else { return false };
         finding.look_due_s = now_s;
         true
     }
 
-    /// Takes a step of the search for where the robot is. Returns `None` if the robot should drive on instead, because it has found
-    /// itself or because it has to see more.
+    /// Performs a step of the search for the robot's place. Returns `None` if the robot should drive on instead, because it is
+    /// localized or because it has to see more.
     pub(super) fn find(
         &mut self,
         chart: &Chart,
@@ -78,7 +77,7 @@ impl Driver {
             }
             self.attempt.recovery = Some(turn);
         }
-        // A look that has just ended must not count as a lack of progress.
+        // The time of a look must not count as a lack of progress.
         if self.attempt.recovery.is_some() {
             self.attempt.progress = ProgressChecker::new(now_s, chart.robot_m().position());
             self.recover(chart, now_s, dt_s);

@@ -1,4 +1,4 @@
-//! Recovers when the robot is stuck: it backs up, turns, and looks for another way past what is shut.
+//! Recovers a stuck robot: it backs up, turns, and looks for another way past the blockage.
 
 use sketchnav_motion::progress::ProgressChecker;
 use sketchnav_motion::recovery::{Next, Recovery};
@@ -15,7 +15,7 @@ const BLOCKAGE_WEIGHT: f64 = 30.0;
 /// Radius of a blockage, in metres.
 const BLOCKAGE_M: f64 = 0.6;
 
-/// Number of times that a robot driving by the filter may recover at the same place, and during a task, before the outline takes over.
+/// Maximum number of recoveries before the outline takes over from the filter: at the same place, and during a task.
 const RECOVERIES_BEFORE_OUTLINE: [u32; 2] = [2, 4];
 
 impl Driver {
@@ -38,8 +38,8 @@ impl Driver {
         )
     }
 
-    /// Begins to recover from being stuck. A robot that is stuck near the goal counts as having arrived instead, and one that has
-    /// been stuck too often ends the task as blocked.
+    /// Begins a recovery. However, if the robot is stuck near the goal, it counts as having arrived, and if it has been stuck too
+    /// often, the task ends as blocked.
     pub(super) fn begin_recovery(&mut self, chart: &Chart, now_s: f64, dt_s: f64) -> TaskStatus {
         self.stop(dt_s);
         if self.looks_at_once(now_s) {
@@ -71,7 +71,7 @@ impl Driver {
         }
     }
 
-    /// Returns the first place on the path where the laser sees no room, or a place somewhat ahead if there is none.
+    /// Returns the first place on the path that is blocked according to the laser, or a place somewhat ahead if there is none.
     fn shut_place(&self, chart: &Chart) -> Point<Sketch> {
         let robot = chart.robot_px().position();
         let ahead = |p: &&Point<Sketch>| chart.distance_m(robot, **p) > 0.3;

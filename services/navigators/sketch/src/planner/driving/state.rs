@@ -1,7 +1,7 @@
-//! The state that the driver keeps from step to step, for a checkpoint.
+//! The state that the driver keeps from step to step, for checkpoints.
 //!
-//! The cost field is not part of the state, because it is large and follows from the drawing, the goal and the blockages, so that
-//! it can be solved again. The local planner's results are used up within a step, except for where there is room.
+//! The cost field is not part of the state, because it is large and can be recomputed from the drawing, the goal and the blockages.
+//! The local planner's results are only needed within a step, except for the free space.
 
 use crate::paths::chart::Chart;
 use crate::paths::route::DrawnRoute;
@@ -32,7 +32,8 @@ pub struct State {
     finding: Option<Finding>,
 }
 
-/// A [`State`] by reference, for writing it without a copy. It has the same fields in the same order, so that it serializes alike.
+/// A [`State`] by reference, for writing it without a copy. It has the same fields in the same order, and therefore the same
+/// serialized form.
 #[derive(Debug, Serialize)]
 pub struct StateView<'a> {
     obstacles: &'a Obstacles,
@@ -68,8 +69,8 @@ impl Driver {
         }
     }
 
-    /// Restores the state of a driver with the same drawing and parameters. Room is reserved again for everything that can grow, so
-    /// that driving allocates nothing afterwards.
+    /// Restores the state of a driver with the same drawing and parameters. Memory is reserved for everything that can grow, so
+    /// that driving does not allocate afterwards.
     pub fn restore(&mut self, state: State) {
         let State { obstacles, local, pursuit, route, attempt, solved, chart, planned, .. } = state;
         (self.obstacles, self.pursuit, self.route, self.attempt) = (obstacles, pursuit, route, attempt);

@@ -1,9 +1,9 @@
 //! Plans the robot's path, periodically and whenever a new obstacle lies on it.
 //!
-//! The path leads down the cost field, or along the drawn route, to a target in the local window, and the local planner finds the
+//! The path descends the cost field, or follows the drawn route, to a target in the local window, and the local planner finds the
 //! way to that target (Boniardi et al. 2015, III-C; 2016, III-A). If the drawing is wrong by a few tens of centimetres, the target
-//! may be shut off or inside an obstacle. The robot then goes to the farthest reachable waypoint before the target or, if there is
-//! none, to the reachable cell from which the least distance remains.
+//! may be unreachable or inside an obstacle. The robot then drives to the farthest reachable waypoint before the target or, if
+//! there is none, to the reachable cell with the shortest remaining distance.
 
 use std::iter::once;
 
@@ -19,8 +19,8 @@ const DETOUR_FACTOR: f64 = 1.5;
 const DETOUR_M: f64 = 1.5;
 /// Minimum distance, in metres, of a waypoint that is worth driving to.
 pub(super) const LEAST_STEP_M: f64 = 0.4;
-/// Weight of the length of a local path relative to the remaining distance. It is less than 1 because the remaining distance is
-/// underestimated if the estimated scale is too large, and driving on must still pay off.
+/// Weight of the length of a local path relative to the remaining distance. It is less than 1 so that driving on is worthwhile even
+/// if the remaining distance is underestimated, as it is if the estimated scale is too large.
 pub(super) const LENGTH_SHARE: f64 = 0.7;
 /// Weight of the straight line to the next waypoint if the waypoint is out of reach.
 const STRAIGHT_WEIGHT: f64 = 2.0;
@@ -32,7 +32,7 @@ const WATCHED: usize = 18;
 impl Driver {
     pub(super) fn plan_when_due(&mut self, chart: &Chart, now_s: f64) {
         let obstructed = now_s - self.attempt.planned_s >= SHORTEST_PERIOD_S && self.is_obstructed(chart);
-        // Allows for some tolerance, because sums of steps are not exact.
+        // A tolerance is needed because sums of steps are not exact.
         if now_s + 0.02 >= self.attempt.plan_due_s || obstructed {
             self.attempt.planned_s = now_s;
             self.attempt.plan_due_s = now_s + self.parameters.plan_period_s;
@@ -110,7 +110,7 @@ pub(super) fn is_in_reach(local: &LocalPlanner, target: Point<Odom>, drawn_m: f6
 
 /// Returns the index of the farthest waypoint of the path within the window around its first point (Boniardi et al. 2015, III-C),
 /// or the first one if several are equally far. Only the part before the path first leaves the window counts, because the path may
-/// come back behind a wall, where the laser sees no way to it.
+/// re-enter it behind a wall, out of the laser's sight.
 pub(super) fn farthest_within<F>(path: &[Point<F>], window: f64, inside: impl Fn(Point<F>) -> bool) -> usize
 where
     Point<F>: Copy,

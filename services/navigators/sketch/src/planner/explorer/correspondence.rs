@@ -1,4 +1,4 @@
-//! What the explorer shows to people who watch the run.
+//! The explorer's display for people who watch the run.
 
 use sketchnav_mapping::alignment::Partner;
 use sketchnav_mapping::outline::Place;

@@ -1,4 +1,4 @@
-//! What an alignment says about the goal, and where the robot drives because of it.
+//! The goal according to an alignment, and the robot's course to it.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_mapping::alignment::{Alignment, Partner};
@@ -13,12 +13,12 @@ pub enum Aim {
     Goal,
     /// The gap that leads to the goal.
     Gap,
-    /// The place where the best rival has the goal.
+    /// The goal's place according to the best rival.
     Rival,
 }
 
 impl Aim {
-    /// Returns the distance from the end of a course, in metres, within which the course counts as driven.
+    /// Returns the distance from the end of a course, in metres, within which the course counts as completed.
     pub fn within_m(self) -> f64 {
         match self {
             Self::Goal => super::AT_GOAL_M,
@@ -38,20 +38,20 @@ pub struct Course {
     pub end: Place,
     /// Points of the gap that the course leads to.
     pub gap: Vec<Place>,
-    /// What was free when the course was set.
+    /// The free space when the course was set.
     pub grid: PathGrid,
     /// The grid's cell at the end of the course.
     pub cell: usize,
 }
 
-/// Where the goal lies according to an alignment.
+/// The goal's place according to an alignment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Likely {
     /// Share of the goal's outline that was seen.
     pub seen: f64,
     /// Share of the goal's outline that lies behind gaps.
     pub hidden: f64,
-    /// Place of the goal according to what was seen.
+    /// The place in the map, if enough was seen.
     pub place: Option<Place>,
     /// The gap with the largest share, and the point in the gap beyond which the goal lies.
     pub gap: Option<(u16, Place)>,
@@ -86,11 +86,11 @@ impl Likely {
     }
 }
 
-/// Returns how far along a gap the goal's mass behind it lies, from 0 to 1.
+/// Returns the position along a gap of the goal's mass behind it, from 0 to 1.
 fn along_gap(shares: &[f64], alignment: &Alignment, gap: u16) -> f64 {
     let count = shares.len();
     let is_behind = |k: usize| alignment.partners[k % count] == Partner::Gap(gap);
-    // Samples behind the same gap follow each other, possibly across the drawing's first sample.
+    // Samples behind the same gap are consecutive, possibly across the drawing's first sample.
     let first = (0..count).find(|&k| is_behind(k) && !is_behind(k + count - 1)).unwrap_or_default();
     let stretch: Vec<_> =
         (first..first + count).take_while(|k| is_behind(*k)).map(|k| shares[k % count]).collect();

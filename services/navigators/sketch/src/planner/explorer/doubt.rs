@@ -1,8 +1,8 @@
-//! A doubt that only a person can settle. The goal seems to be here, but according to other alignments that cost hardly more, the
-//! robot is elsewhere in the drawing, and it has already looked at everything that could have distinguished them.
+//! A doubt that only a person can settle: the goal seems to be here, but according to other alignments of hardly greater cost, the
+//! robot is elsewhere in the drawing, and there is nothing left to look at that could distinguish them.
 //!
-//! The robot then waits and shows where in the drawing it may be. A person's answer decides between the alignments and anchors
-//! those that follow.
+//! The robot then waits and shows in the drawing where it might be. A person's answer decides between the alignments and anchors
+//! all later ones.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_mapping::alignment::{Alignment, Forbidden};
@@ -13,32 +13,32 @@ use sketchnav_schemas::message::Here;
 use super::{Advice, Explorer};
 use crate::messages::{PossiblePlace, Question};
 
-/// Maximum number of places that a person is asked about, which is also the maximum in a [`Question`].
+/// Maximum number of places in a [`Question`].
 const MOST_PLACES: usize = 4;
 /// Maximum number of rivals to compute.
 const MOST_RIVALS: u32 = 6;
-/// Distance, in metres, up to which two places are the same to a person.
+/// Distance, in metres, up to which two places are the same for a person.
 const APART_M: f64 = 2.0;
 
-/// Where the robot and the goal are according to an alignment.
+/// The places of the robot and the goal according to an alignment.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Hypothesis {
     /// The robot's place in the drawing.
     at: Point<Sketch>,
     /// Amount by which the alignment costs more than the best one.
     margin: f64,
-    /// Partners that place the goal where this alignment has it.
+    /// Partners that determine this alignment's place of the goal.
     goal: Vec<Forbidden>,
 }
 
-/// A doubt that a person is asked about, or is about to be.
+/// A doubt about which a person is being asked, or will be.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Doubt {
     /// Amount by which the best rival costs more.
     margin: f64,
-    /// Hypotheses, of which the first is that of the best alignment.
+    /// Hypotheses, starting with that of the best alignment.
     hypotheses: Vec<Hypothesis>,
-    /// Partners that place the goal where the alignments so far have it. The next rival must not use them.
+    /// Partners that determine the places of the goal so far. The next rival must not use them.
     found: Vec<Forbidden>,
     rivals: u32,
     /// True if all rivals are known and a person is being asked.
@@ -50,11 +50,11 @@ pub(super) struct Doubt {
 pub(super) struct Settled {
     /// Amount by which the best rival costs more.
     margin: f64,
-    /// True if a person confirms that the robot is here.
+    /// True if a person confirms the robot's place.
     is_confirmed: bool,
 }
 
-/// A person's report of where the robot is.
+/// A person's report of the robot's place.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Told {
     /// The robot's place in the drawing.
@@ -66,8 +66,8 @@ pub(super) struct Told {
 }
 
 impl Explorer {
-    /// Begins a doubt about an arrival, when nothing is left to look at. `rival` costs `margin` more than the alignment that has
-    /// the goal here.
+    /// Begins a doubt about an arrival, when nothing is left to look at. `rival` costs `margin` more than the best alignment,
+    /// according to which the goal is here.
     pub(super) fn doubt(&mut self, rival: &Alignment, margin: f64) -> Advice {
         if !self.may_ask() || margin > self.parameters.ask_margin {
             return self.arrived(Some(margin));
@@ -86,7 +86,7 @@ impl Explorer {
         self.parameters.ask_margin > 0.0
     }
 
-    /// Adds another rival to a doubt that is being put together. A rival that costs too much completes it.
+    /// Adds another rival to a doubt that is not complete yet. A rival that costs too much completes it.
     pub(super) fn doubt_on(&mut self, doubt: Doubt, rival: &Alignment, margin: f64) -> Advice {
         match margin <= self.parameters.ask_margin {
             true => self.doubt_more(doubt, rival, margin),
@@ -112,7 +112,7 @@ impl Explorer {
         Advice::Drive
     }
 
-    /// Asks a person, unless there is only one place to choose from, in which case nobody can help.
+    /// Asks a person, unless there is only one place to choose from.
     fn ask(&mut self, doubt: Doubt) -> Advice {
         if doubt.hypotheses.len() < 2 {
             return self.arrived(Some(doubt.margin));
@@ -126,14 +126,14 @@ impl Explorer {
         Some(Hypothesis { at, margin, goal: self.goal_places(alignment) })
     }
 
-    /// Returns the number of places that a person is asked to choose from, and the amount by which the second place's alignment
-    /// costs more, while a person is being asked.
+    /// While a person is being asked, returns the number of places to choose from, and the amount by which the second place's
+    /// alignment costs more.
     pub fn asks(&self) -> Option<(usize, f64)> {
         let doubt = self.exploration.doubt.as_ref().filter(|doubt| doubt.is_open)?;
         Some((doubt.hypotheses.len(), doubt.hypotheses.get(1)?.margin))
     }
 
-    /// Writes the places that a person is asked about.
+    /// Writes the places for a question to a person.
     pub fn write_question(&self, out: &mut Question) {
         let doubt = self.exploration.doubt.as_ref().filter(|doubt| doubt.is_open);
         let places = doubt.map_or(&[][..], |doubt| &doubt.hypotheses);
@@ -143,22 +143,22 @@ impl Explorer {
         out.place_count = places.len().min(out.places.len()) as u32;
     }
 
-    /// Believes the arrival by its own evidence, because nobody answers.
+    /// Accepts the arrival on its own evidence, because nobody answers.
     pub fn believe(&mut self) {
         let doubt = self.exploration.doubt.take_if(|doubt| doubt.is_open);
         self.exploration.settled = doubt.map(|doubt| Settled { margin: doubt.margin, is_confirmed: false });
     }
 
-    /// Takes the result of settling a doubt about an arrival, if there is one.
+    /// Takes the result of a settled doubt about an arrival, if there is one.
     pub(super) fn take_settled(&mut self) -> Option<Advice> {
         let Settled { margin, is_confirmed } = self.exploration.settled.take()?;
         let Advice::Arrived(evidence) = self.arrived(Some(margin)) else { return None };
         Some(Advice::Arrived(super::Evidence { is_confirmed, ..evidence }))
     }
 
-    /// Accepts where a person says that the robot is. If that agrees with the best alignment, the arrival in doubt is believed. If
-    /// it agrees with a rival, the places where the other hypotheses have the goal are forbidden. In all cases but the first,
-    /// alignments are anchored at this place from now on.
+    /// Processes a person's report of the robot's place. If it agrees with the best alignment, the arrival in doubt is accepted. If
+    /// it agrees with a rival, the other hypotheses' places of the goal are forbidden. Unless the arrival is accepted, alignments
+    /// are anchored at the reported place from now on.
     pub fn tell(&mut self, here: &Here) {
         if !self.is_in_charge() {
             return;
@@ -190,7 +190,7 @@ impl Explorer {
         }
     }
 
-    /// Returns the index of the hypothesis that a place stands for, or `None` if it is far from all of them.
+    /// Returns the index of the hypothesis nearest to a place, or `None` if all are too far away.
     fn nearest(&self, doubt: &Doubt, at: &Point<Sketch>) -> Option<usize> {
         let off_px = |k: &usize| doubt.hypotheses[*k].at.distance(at);
         let nearest = (0..doubt.hypotheses.len()).min_by(|a, b| off_px(a).total_cmp(&off_px(b)))?;

@@ -1,7 +1,8 @@
-//! Judges by what the robot has seen whether it is on an open floor or among rooms.
+//! Decides from what the robot has seen whether the floor is open or consists of rooms.
 //!
-//! If every passage as narrow as a door is shut, a floor of rooms falls apart and an open floor does not. The map is judged and not
-//! the drawing, because the doors of buildings are about equally wide, whereas nobody knows how wide they are drawn.
+//! If every passage as narrow as a door is shut, a floor of rooms falls apart while an open floor stays connected. The decision is
+//! based on the map rather than the drawing, because doors in buildings are of similar width, whereas their width in drawings is
+//! arbitrary.
 
 use sketchnav_mapping::region::Region;
 
@@ -10,7 +11,7 @@ const DOORS_M: [f64; 3] = [0.9, 1.2, 1.5];
 /// Approximate minimum length of a cell's side, in metres.
 const CELL_M: f64 = 0.1;
 
-/// Judges floors. Owns the working memory for it.
+/// The working memory for judging floors.
 #[derive(Debug, Default)]
 pub struct Judge {
     coarse: Region,
@@ -18,7 +19,7 @@ pub struct Judge {
     waiting: Vec<usize>,
 }
 
-/// Number of stretches of the floor yet to be visited for which memory is reserved.
+/// Number of stretches of the floor waiting to be visited for which memory is reserved.
 const WAITING: usize = 1 << 14;
 
 impl Judge {
@@ -29,8 +30,8 @@ impl Judge {
         Self { coarse: region(), left: region(), waiting: Vec::with_capacity(WAITING) }
     }
 
-    /// Returns the share of the largest part of `free`, for the door width at which this share is least, or 1 if nothing is left at
-    /// all. Only the area that is farther than half the door width from walls counts.
+    /// Returns the share of the largest part of `free` for the door width at which it is smallest, or 1 if nothing is left. Only
+    /// the area that is farther than half the door width from walls counts.
     pub fn open_share(&mut self, free: &Region, cell_m: f64) -> f64 {
         let times = times(cell_m);
         free.coarsen(times, &mut self.coarse);
@@ -60,7 +61,7 @@ mod tests {
         Judge::default().open_share(free, 0.05)
     }
 
-    /// Returns a floor of 10 × 6 m in cells of 5 cm, divided by a wall with a passage of this width.
+    /// Returns a floor of 10 × 6 m in cells of 5 cm, divided by a wall with a passage of the given width.
     fn parted(passage_m: f64) -> Region {
         Region::of(204, 124, |k| {
             let (x, y) = (k % 204, k / 204);

@@ -1,4 +1,4 @@
-//! Where a goal lies according to the outline of what was seen, asked once and for itself.
+//! Locates a goal once by the outline of what was seen, without driving.
 
 use sketchnav_mapping::Survey;
 use sketchnav_mapping::alignment::{Aligner, Anchor, Problem, Search, Weights, turn_by_walls};
@@ -11,8 +11,8 @@ use super::paper::Paper;
 use crate::paths::parameters::Parameters;
 use crate::sketch::SketchGrid;
 
-/// Aligns the outline of a survey with the drawing's, as the planner does on its way. Returns the goal's place in the map, in metres,
-/// or `None` if more of its surroundings lies behind gaps than `parameters.goal_hidden_share`.
+/// Aligns the outline of a survey with the drawing's, as the planner does while driving. Returns the goal's place in the map, in
+/// metres, or `None` if more of its surroundings lies behind gaps than `parameters.goal_hidden_share`.
 pub fn locate(
     sketch: &SketchGrid,
     start: Pose<Sketch>,

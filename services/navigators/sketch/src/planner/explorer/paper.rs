@@ -1,4 +1,4 @@
-//! The drawing as the explorer sees it, reduced to its outline and its inside.
+//! The drawing as the explorer uses it, reduced to its outline and its inside.
 
 use sketchnav_mapping::alignment::Partner;
 use sketchnav_mapping::harmonic::Interior;
@@ -10,11 +10,11 @@ use super::SAMPLES;
 use crate::filter::outline::closed;
 use crate::sketch::SketchGrid;
 
-/// Standard deviation of the smoothing of the outline, in pixels of a drawing that is 512 pixels large.
+/// Standard deviation of the smoothing of the outline, in pixels of a drawing that is 512 pixels wide.
 const SMOOTHING_PX: f64 = 4.0;
 /// Maximum number of cells along the longer side of the reduced drawing.
 const MOST_CELLS: usize = 1024;
-/// Minimum share of the surroundings of a place in the drawing that must have been seen for it to have a place in the map.
+/// Minimum share of the surroundings of a place in the drawing that must have been seen to locate it in the map.
 const LEAST_KNOWN: f64 = 0.3;
 /// Number of cells of the grid on which Laplace's equation is solved, along the longer side of the drawing.
 const INTERIOR_CELLS: usize = 128;
@@ -58,7 +58,7 @@ impl Paper {
         self.interior.measure([goal.x, goal.y].map(|px| px / self.grain_px))
     }
 
-    /// Returns where in the drawing a place of the map lies according to an alignment, or `None` if too little was seen.
+    /// Converts a place of the map to the drawing by an alignment, or returns `None` if too little was seen.
     pub fn place_of(&self, partners: &[Partner], place: Place) -> Option<Point<Sketch>> {
         let image = |partner: &Partner| match partner {
             Partner::Wall(place) => Some(*place),

@@ -1,4 +1,5 @@
-//! Finds paths through what was seen, with a coarse grid of the map and the cost of the path from each cell to the end of a course.
+//! Finds paths through the space that was seen, with a coarse grid of the map and the cost of the path from each cell to the end of
+//! a course.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_mapping::outline::{Place, distance};
@@ -8,7 +9,7 @@ use sketchnav_schemas::geometry::Point;
 
 /// Number of cells of the map along a side of a grid cell.
 const COARSE: usize = 2;
-/// Kind of a cell that was not seen to be free, or is occupied.
+/// Kind of a cell that is occupied or unknown.
 const CLOSED: u8 = 0;
 /// Kind of a free cell that is too close to an obstacle.
 const TIGHT: u8 = 1;
@@ -16,7 +17,7 @@ const TIGHT: u8 = 1;
 const OPEN: u8 = 2;
 /// Number of steps of room above [`OPEN`].
 const ROOM: u8 = 8;
-/// Room, in metres, beyond which more room no longer matters.
+/// Room, in metres, beyond which additional room makes no difference.
 const WIDE_M: f64 = 0.35;
 /// Extra cost of a cell with the least room, per unit of length.
 const NEAR: f32 = 4.0;
@@ -29,14 +30,14 @@ const BEFORE_GAP_M: f64 = 0.9;
 /// Maximum number of points of a path.
 const MAX_PATH: usize = 2048;
 
-/// A grid that says how much room there is around each cell.
+/// A grid of the room around each cell.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PathGrid {
     stride: usize,
     cell_m: f64,
     origin: Place,
     kinds: Vec<u8>,
-    /// Cells through which a robot that is too close to an obstacle may get away.
+    /// Cells through which a robot that is too close to an obstacle may escape.
     escape: Vec<u32>,
 }
 
@@ -99,7 +100,7 @@ impl PathGrid {
         frontier
     }
 
-    /// Finds the cells in reach of the robot, with the length of the path to each.
+    /// Finds the cells within reach of the robot, with the length of the path to each.
     fn reach(&mut self, robot: Place) -> Frontier {
         let own = self.cell(robot);
         self.escape.clear();
@@ -146,7 +147,7 @@ impl PathGrid {
             let mut best = (None, f64::INFINITY);
             for cell in (0..self.kinds.len()).filter(|cell| reach.costs()[*cell].is_finite()) {
                 let off_m = distance(self.middle(cell), target);
-                // Few cells are nearer than the best so far, so the slow check comes last.
+                // The slow check comes last, since few cells are nearer than the best so far.
                 if off_m < best.1 && among(cell) {
                     best = (Some(cell), off_m);
                 }
@@ -167,7 +168,7 @@ fn with_room(kind: u8) -> f32 {
     1.0 + NEAR * lack * lack
 }
 
-/// The cost of the path to the end of a course from everywhere.
+/// The cost of the path to the end of a course, from every cell.
 #[derive(Debug)]
 pub struct Field {
     stride: usize,
@@ -184,7 +185,7 @@ impl Field {
         if grid.kinds.len() <= end {
             return None;
         }
-        // A course may lead through tight cells, because obstacles may push the robot there, but at a high cost.
+        // A course may lead through tight cells at a high cost, because the robot may end up in one when avoiding obstacles.
         let weights = grid.weights(|kind| if kind == TIGHT { 4.0 * ESCAPE } else { with_room(kind) });
         let frontier = grid.flood(&weights, end);
         let PathGrid { stride, cell_m, origin, .. } = *grid;

@@ -102,6 +102,24 @@ fn the_picture_of_a_map_is_read() {
     }
 }
 
+/// A map from SLAM: what the robot has not seen is grey. Regression test: it used to count as paper, so that the walls of a room
+/// that was seen in part were open, and the robot drove past its goal.
+#[test]
+fn unknown_cells_of_a_map_are_solid() {
+    let tone = |column: u32, row: u32| match (column, row) {
+        (10, 10..30) | (10..50, 10) | (49, 10..30) => 0,
+        (11..49, 11..30) => 254,
+        _ => 205,
+    };
+    let map = GrayImage::from_fn(60, 40, |column, row| Luma([tone(column, row)]));
+    let read = cells(&encoded(&map, ImageFormat::Png));
+    for (column, row) in (0..60).flat_map(|column| (0..40).map(move |row| (column, row))) {
+        let cell = read.cells[((39 - row) * 60 + column) as usize];
+        assert_eq!(cell == FREE, tone(column, row) == 254, "column {column}, row {row}");
+    }
+    assert_eq!(read.kind, Kind::Filled);
+}
+
 /// Each pass of a progressive JPEG goes through all of its pixels but takes only a few bytes of the file.
 #[test]
 fn a_jpeg_of_passes_without_end_is_refused_before_it_is_decoded() {

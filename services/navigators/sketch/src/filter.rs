@@ -201,7 +201,10 @@ impl Filter {
             sample_size: SampleSize::new(parameters.particles),
             search: None,
             state: State {
-                search: parameters.searches.then(|| search::State::new(!start.is_anywhere(grid.size_px()))),
+                search: parameters.searches.then(|| match start.is_anywhere(grid.size_px()) {
+                    true => search::State::anywhere(&start.pose),
+                    false => search::State::certain(),
+                }),
                 ..State::new(&parameters, mission_seed)
             },
             grid,

@@ -13,7 +13,7 @@ use std::f32::consts::TAU;
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
-use sketchnav_schemas::geometry::{Odom, Pose, wrap_angle};
+use sketchnav_schemas::geometry::{Odom, Pose, Sketch, wrap_angle};
 use sketchnav_schemas::message::LaserScan;
 
 use super::beams::{Beams, Mounting};
@@ -62,10 +62,17 @@ const FINE_DENSITIES: usize = 1;
 const BLOCK: usize = 256;
 /// Number of independent beams that a full local map counts as.
 const INDEPENDENT: f32 = 40.0;
+/// Evidence, in nats, of a scan whose beams have a mean log likelihood of 1.
+const NATS: f32 = INDEPENDENT / SCANS as f32;
 /// Minimum share of the evidence of a hypothesis that is certain.
 const CERTAIN: f32 = 0.99;
 /// Minimum number of scans in the local map of a hypothesis that is certain.
 const LEAST_SCANS: usize = 9;
+/// The same for the pose at which the robot stood when it was last localized.
+const LEAST_SCANS_LIKELY: usize = 4;
+/// Log odds, in nats, that the robot still stands where it was last localized, against any other place that fits its scans: ten to
+/// one. Alone, they do not make it certain, so that a robot that was carried to a room that looks the same goes on to look.
+const LAST_POSE: f32 = std::f32::consts::LN_10;
 /// Number of scans with which a robot that has doubted searches again.
 const RECENT: usize = 8;
 /// Minimum share of the beams of the local map that returned for a hypothesis to be certain. In the middle of a hall, where hardly
@@ -96,6 +103,8 @@ pub struct Hypothesis {
     /// Sum of the mean log likelihoods of scans that have left the local map, less that of the best hypothesis. One that is found
     /// later has the same past as the best.
     past: f32,
+    /// Log odds, in nats, in favour of this hypothesis before any scan.
+    prior: f32,
     /// Width of the poses that are tried around it, as a share of [`AROUND`].
     width: f32,
     /// Number of steps in which it was refined.
@@ -117,16 +126,25 @@ pub struct State {
 }
 
 impl State {
-    /// Creates the state of a search that has not begun. If `is_certain`, the robot knows where it is.
-    pub fn new(is_certain: bool) -> Self {
+    /// Creates the state of a search that is over, because the robot knows where it is.
+    pub fn certain() -> Self {
         Self {
             scans: Vec::with_capacity(SCANS),
             hypotheses: Vec::with_capacity(HYPOTHESES + NEW),
             at: None,
             tried: 0,
-            is_certain,
+            is_certain: true,
             has_doubted: false,
         }
+    }
+
+    /// Creates the state of a search that has not begun, with one hypothesis: the pose `last`, where the robot stood when it was
+    /// last localized.
+    pub fn anywhere(last: &Pose<Sketch>) -> Self {
+        let mut state = Self { is_certain: false, ..Self::certain() };
+        let pose = [last.x as f32, last.y as f32, wrap(last.yaw_rad as f32)];
+        state.hypotheses.push(Hypothesis { prior: LAST_POSE, ..Hypothesis::new(pose) });
+        state
     }
 
     /// Reserves room, so that steps do not allocate.
@@ -160,6 +178,7 @@ impl State {
     /// Begins a search with the last scans.
     pub fn doubt(&mut self) {
         self.scans.drain(..self.scans.len().saturating_sub(RECENT));
+        self.hypotheses.iter_mut().for_each(|hypothesis| hypothesis.prior = 0.0);
         (self.tried, self.is_certain, self.has_doubted) = (0, false, true);
     }
 
@@ -175,16 +194,16 @@ impl State {
         let (beams, returned) = self.scans.iter().fold((0, 0), |(beams, returned), scan| {
             (beams + scan.beams.len(), returned + scan.beams.end_m.len())
         });
-        self.scans.len() >= LEAST_SCANS && returned as f32 >= RETURNED * beams as f32
+        let is_likely = self.hypotheses.first().is_some_and(|best| best.prior > 0.0);
+        let least = if is_likely { LEAST_SCANS_LIKELY } else { LEAST_SCANS };
+        self.scans.len() >= least && returned as f32 >= RETURNED * beams as f32
     }
 
     /// Returns the share of the evidence of each hypothesis.
     pub fn shares(&self) -> impl Iterator<Item = f32> + '_ {
         let scans = self.scans.len();
         let best = self.hypotheses.first().map_or(0.0, |best| best.evidence(scans));
-        let weight = move |hypothesis: &Hypothesis| {
-            ((hypothesis.evidence(scans) - best) * (INDEPENDENT / SCANS as f32)).exp()
-        };
+        let weight = move |hypothesis: &Hypothesis| (hypothesis.evidence(scans) - best).exp();
         let sum: f32 = self.hypotheses.iter().map(weight).sum();
         self.hypotheses.iter().map(move |hypothesis| weight(hypothesis) / sum)
     }
@@ -217,7 +236,11 @@ impl State {
         for i in 0..hypotheses.len() {
             let hypothesis = hypotheses[i];
             let has_room = kept < HYPOTHESES - GRACE as usize * NEW || hypothesis.age < GRACE;
-            if has_room && hypotheses[..kept].iter().all(|better| !better.is_same(&hypothesis, scale_pxpm)) {
+            if let Some(better) =
+                hypotheses[..kept].iter_mut().find(|better| better.is_same(&hypothesis, scale_pxpm))
+            {
+                better.prior = better.prior.max(hypothesis.prior);
+            } else if has_room {
                 hypotheses[kept] = hypothesis;
                 kept += 1;
             }
@@ -480,16 +503,16 @@ impl Try {
 impl Hypothesis {
     /// Creates a hypothesis at a position, in pixels, and a heading.
     pub fn new([x_px, y_px, yaw_rad]: [f32; 3]) -> Self {
-        Self { x_px, y_px, yaw_rad, fit: f32::MIN, past: 0.0, width: 1.0, age: 0 }
+        Self { x_px, y_px, yaw_rad, fit: f32::MIN, past: 0.0, prior: 0.0, width: 1.0, age: 0 }
     }
 
     fn pose(&self) -> [f32; 3] {
         [self.x_px, self.y_px, self.yaw_rad]
     }
 
-    /// Returns the evidence for the hypothesis, in units of the mean log likelihood of a scan.
+    /// Returns the log odds of the hypothesis, in nats, up to a constant.
     fn evidence(&self, scans: usize) -> f32 {
-        self.fit * scans as f32 + self.past
+        (self.fit * scans as f32 + self.past) * NATS + self.prior
     }
 
     fn is_same(&self, other: &Self, scale_pxpm: f32) -> bool {

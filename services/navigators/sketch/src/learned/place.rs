@@ -4,11 +4,11 @@ use image::{GrayImage, Luma};
 use sketchnav_mapping::Cell;
 use sketchnav_mapping::outline::distance;
 use sketchnav_schemas::codes::{FREE, WALL};
-use sketchnav_schemas::geometry::{Point, Sketch};
+use sketchnav_schemas::geometry::{Point, Pose, Sketch, wrap_angle};
 use sketchnav_schemas::seed;
 use sketchnav_stage::drawn::UNSEEN;
 
-use super::{Goal, Learned, LearnedMap, Warp};
+use super::{Goal, Learned, LearnedEnd, LearnedMap, Warp};
 use crate::messages::SketchMap;
 use crate::reading::{self, DrawnMap, ImageTask, Intent, Kind, Marks, Options, Places, SketchError};
 
@@ -65,7 +65,8 @@ impl Goal {
 
 impl Learned {
     /// Returns the map as a drawing, with the tasks of a mission placed in it. `intent` contains the tasks in pixels of the
-    /// drawing's file. The robot may start anywhere in the area that was seen, with any heading.
+    /// drawing's file. The robot may start anywhere in the area that was seen, with any heading, but is most likely where it was
+    /// at the end of the drive, or if that is unknown, at its beginning.
     ///
     /// # Errors
     /// [`SketchError::Unseen`] if a task leads to a place that was not seen.
@@ -96,7 +97,11 @@ impl Learned {
         let start = drawing.to_image(&reading::nearest_free(&drawing, &origin).unwrap_or(origin));
         let placed = Intent { start: Some(start), heading_deg: Some(0.0), tasks };
         let places = placed.place(&drawing, &options.settings)?;
+        let end = self.end.unwrap_or(LearnedEnd { at_m: [0.0; 2], heading_deg: 0.0 });
+        let likely = drawing.from_image(self.map.to_image(end.at_m));
+        let likely = free_near(&drawing, &likely).unwrap_or(likely);
         let anywhere = Places {
+            start: Pose::new(likely.x, likely.y, wrap_angle(end.heading_deg.to_radians())),
             start_spread_px: drawing.diagonal_px(),
             start_spread_rad: std::f64::consts::PI,
             ..places

@@ -47,7 +47,7 @@ impl DrawnMap {
         let pen_width_px = walls.pen_width();
         let settings = &options.settings;
         let gap_px = settings.close_gaps_pen_widths * pen_width_px;
-        let closed = pen::close_gaps(&walls.mask, gap_px, walls.kind == Kind::Filled);
+        let closed = pen::close_gaps(&walls.mask, gap_px, walls.kind.is_filled());
         let cells: Vec<u8> = closed.iter().map(|&v| if v > 0 { WALL } else { FREE }).collect();
         if !cells.contains(&WALL) {
             return Err(broken.no_walls("a drawing without strokes on the page"));

@@ -89,6 +89,13 @@ struct Keyframe {
     beams: Beams,
 }
 
+impl Keyframe {
+    /// Creates room for a scan.
+    fn room() -> Self {
+        Self { odometry: Pose::new(0.0, 0.0, 0.0), beams: Beams::with_capacity(BEAMS) }
+    }
+}
+
 /// A pose at which the robot may be.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Hypothesis {
@@ -115,6 +122,9 @@ pub struct Hypothesis {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct State {
     scans: Vec<Keyframe>,
+    /// Room for further scans.
+    #[serde(skip)]
+    spare: Vec<Keyframe>,
     /// The hypotheses, the best one first, at the pose `at` of the odometry.
     hypotheses: Vec<Hypothesis>,
     at: Option<Pose<Odom>>,
@@ -130,6 +140,7 @@ impl State {
     pub fn certain() -> Self {
         Self {
             scans: Vec::with_capacity(SCANS),
+            spare: (0..SCANS).map(|_| Keyframe::room()).collect(),
             hypotheses: Vec::with_capacity(HYPOTHESES + NEW),
             at: None,
             tried: 0,
@@ -149,7 +160,10 @@ impl State {
 
     /// Reserves room, so that steps do not allocate.
     pub fn reserve(&mut self) {
-        self.scans.reserve(SCANS.saturating_sub(self.scans.len()));
+        let free = SCANS.saturating_sub(self.scans.len());
+        self.scans.reserve(free);
+        self.spare = Vec::with_capacity(SCANS);
+        self.spare.extend((0..free).map(|_| Keyframe::room()));
         self.hypotheses.reserve((HYPOTHESES + NEW).saturating_sub(self.hypotheses.len()));
     }
 
@@ -170,14 +184,15 @@ impl State {
 
     /// Ends the search, because the robot knows where it is.
     pub fn settle(&mut self) {
-        self.scans.clear();
+        self.spare.append(&mut self.scans);
         self.hypotheses.clear();
         (self.is_certain, self.has_doubted) = (true, false);
     }
 
     /// Begins a search with the last scans.
     pub fn doubt(&mut self) {
-        self.scans.drain(..self.scans.len().saturating_sub(RECENT));
+        let old = self.scans.len().saturating_sub(RECENT);
+        self.spare.extend(self.scans.drain(..old));
         self.hypotheses.iter_mut().for_each(|hypothesis| hypothesis.prior = 0.0);
         (self.tried, self.is_certain, self.has_doubted) = (0, false, true);
     }
@@ -280,7 +295,6 @@ pub struct Search {
     parameters: Parameters,
     /// The free places of the lattice, in pixels.
     places: Vec<[f32; 2]>,
-    beams: Beams,
     readings: Vec<Reading>,
     tries: Vec<Try>,
     /// Numbers of the tries, the best one first.
@@ -298,7 +312,6 @@ impl Search {
             densities: None,
             parameters: parameters.clone(),
             places: places(map.grid, map.scale_pxpm),
-            beams: Beams::with_capacity(BEAMS),
             readings: Vec::with_capacity(BEAMS),
             tries: Vec::with_capacity(most),
             order: Vec::with_capacity(most),
@@ -355,16 +368,15 @@ impl Search {
         if state.scans.len() == SCANS {
             self.remember_oldest(state, table, workers);
         }
-        let scans = &mut state.scans;
-        self.beams.select(scan, &self.mounting, BEAMS);
+        let State { scans, spare, .. } = state;
         if scans.len() < SCANS {
-            scans.push(Keyframe { odometry: *odometry, beams: Beams::with_capacity(BEAMS) });
+            scans.push(spare.pop().unwrap_or_else(Keyframe::room));
         } else {
             scans.rotate_left(1);
         }
         if let Some(last) = scans.last_mut() {
             last.odometry = *odometry;
-            last.beams.clone_from(&self.beams);
+            last.beams.select(scan, &self.mounting, BEAMS);
         }
         true
     }

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Decodes every message of a recording with rosbags and with mcap-ros2-support.
 
-Both get only the file, and take the types from the schemas in it. Prints the number of messages by topic. Exit code 0: both decoded
-everything and agree; 1: they did not; 2: wrong usage, or a package is missing (pip install rosbags==0.11.9
-mcap-ros2-support==0.6.0).
+Both get only the file, and take the types from the schemas in it. Prints the number of messages by topic. The exit
+code is 0 if both decoded everything and agree, 1 if they did not, and 2 if the usage was wrong or a package is missing (pip install
+rosbags==0.11.9 mcap-ros2-support==0.6.0).
 """
 
 import sys

@@ -1,4 +1,4 @@
-"""A robot in the two rooms of tests/support/room.rs, for drivers of any protocol. It is a point and has no noise.
+"""A robot in the two rooms of tests/support/room.rs, for drivers of any protocol. The robot is a point, without noise.
 
 Its laser scans ten times a second, and its wheels are read fifty times a second. Its odometry does not start at 0.
 """
@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-#: Two rooms of 3 × 4 m with a door of 1.2 m between them, metres: from x, y to x, y.
+#: Walls of two rooms of 3 × 4 m with a door of 1.2 m between them: x, y of both ends, in metres.
 WALLS = np.array(
     [
         [0.0, 0.0, 6.0, 0.0],

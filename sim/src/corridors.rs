@@ -40,7 +40,7 @@ pub enum Shape {
     L,
     /// A corridor with two turns to the left.
     U,
-    /// A corridor that ends at another one, which leads to the left and to the right.
+    /// A corridor that ends at another, which leads to the left and to the right.
     T,
 }
 

@@ -9,7 +9,7 @@ use sketchnav_schemas::mission::MissionError;
 use sketchnav_schemas::robot::RobotError;
 use sketchnav_schemas::toml_text::TomlError;
 
-/// The reason why a world cannot be created.
+/// Why a world cannot be created.
 #[derive(Debug, thiserror::Error)]
 pub enum SimError {
     /// A value is invalid.

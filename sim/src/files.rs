@@ -18,7 +18,7 @@ use crate::{floor_plan, robots};
 /// Reads the world that a mission names from disk. Paths are used as they are.
 ///
 /// # Errors
-/// See [`world_in`].
+/// Any error of [`world_in`].
 pub fn world(source: &WorldSource) -> Result<WorldDescription, SimError> {
     world_in(&Disk, source)
 }
@@ -71,7 +71,7 @@ fn floor_plan_in(files: &dyn Files, path: &Path) -> Result<WorldDescription, Sim
 /// Reads a map in the format of map_server as a world with walls.
 ///
 /// # Errors
-/// See [`occupancy_map`].
+/// Any error of [`occupancy_map`].
 pub fn map_file(path: &Path) -> Result<WorldDescription, SimError> {
     map_in(&Disk, path)
 }
@@ -92,7 +92,7 @@ pub fn occupancy_map(path: &Path) -> Result<OccupancyMap, SimError> {
 /// Like [`occupancy_map`], but reads from a store of files.
 ///
 /// # Errors
-/// See [`occupancy_map`].
+/// Any error of [`occupancy_map`].
 pub fn occupancy_map_in(files: &dyn Files, path: &Path) -> Result<OccupancyMap, SimError> {
     let parse = |text: String| MapInfo::parse(&text);
     let yaml = files.read_to_string(path, MAP).map_err(SimError::from);
@@ -119,7 +119,7 @@ pub fn picture_of(map: &Path) -> Option<PathBuf> {
 /// Reads a plane of dots from disk.
 ///
 /// # Errors
-/// See [`plane_in`].
+/// Any error of [`plane_in`].
 pub fn plane_file(path: &Path) -> Result<PlaneDescription, SimError> {
     plane_in(&Disk, path)
 }

@@ -43,7 +43,7 @@ pub fn describe(plan: &FloorPlan) -> Result<WorldDescription, SimError> {
 /// Returns the centre lines of the walls between doors, as a person would draw them, in metres, in frame `World`.
 ///
 /// # Errors
-/// See [`describe`].
+/// Any error of [`describe`].
 pub fn middle_lines(plan: &FloorPlan) -> Result<Vec<Segment>, SimError> {
     check_plan(plan)?;
     let lines: Vec<Segment> = plan.wall.iter().flat_map(Wall::lines).collect();

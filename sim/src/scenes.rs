@@ -25,7 +25,7 @@ const PIXEL_M: f64 = 0.127;
 const WALLS_M: f64 = 7.5;
 /// Half the side length of the open area, in metres.
 const OPEN_M: f64 = 70.0;
-/// The robot stops within this distance of its goal, in metres. It is the sum of 30 inches measured by the sensors, the robot's
+/// Distance from its goal within which the robot stops, in metres. It is the sum of 30 inches measured by the sensors, the robot's
 /// radius, and a margin.
 const THERE_M: f64 = 1.15;
 /// Minimum distance between the route and an object, and between two objects, in metres. A robot can pass with room to spare.

@@ -338,6 +338,10 @@ fn another_users_file_among_those_of_a_system_ends_the_mission() {
     let ended = running.end();
     assert_eq!(ended.code, Some(3), "{ended}");
     assert!(ended.err.contains(&format!("{foreign}: expected a regular file owned by user")), "{ended}");
+    // Programs used to get the error alone, and had to read on standard error what was kept.
+    let report = ended.json();
+    let is_kept = |key: &str| report[key].as_str().is_some_and(|path| place.files().join(path).exists());
+    assert!(report["exit"] == 3 && is_kept("recording") && is_kept("logs"), "{report:#}");
     assert_eq!(place.living(), []);
     // Root can remove the file, but other users cannot. Nothing else is left.
     place.files_of("day").into_iter().for_each(|file| assert_eq!(file, foreign));

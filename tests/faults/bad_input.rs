@@ -400,8 +400,8 @@ fn bad_usage_is_refused() {
     assert_eq!(place.living(), []);
 }
 
-/// Runs the demo on a tiny file system with only 500 kB of space, which is part of the mission. It is mounted in a namespace of the
-/// command's own, so it needs no cleaning up. The recording is copied out of it afterwards.
+/// Runs the demo on a file system with only 500 kB of space, enough to record part of the mission. It is mounted in a namespace of
+/// the command's own, so it needs no cleaning up. The recording is copied to another place afterwards.
 const ON_A_TINY_DISK: &str = "mkdir tiny && mount -t tmpfs -o size=500k tmpfs tiny || exit 77\n\
     \"$0\" demo --json --system full --out tiny\ncode=$?\n\
     cp -r tiny/demo-001 saved\nexit $code";

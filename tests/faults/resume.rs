@@ -95,9 +95,9 @@ fn a_mission_resumes_in_real_time_too() {
     place.assert_nothing_left("killed");
 }
 
-/// A real robot was driving when its supervisor was killed and the mission was resumed. All processes were then
-/// started, including the simulated world, which took over from the robot's driver. Now a process that was left out
-/// before is left out again.
+/// Regression test: when the supervisor of a real robot was killed and the mission was resumed, all processes were started,
+/// including the simulated world, which took over from the robot's driver. Now, a process that was left out before is left out
+/// again.
 #[test]
 fn resuming_does_not_replace_a_robot_by_a_simulated_world() {
     let place = Place::new();

@@ -126,7 +126,7 @@ fn only_listed_programs_are_called() {
     assert!(found.is_empty(), "call it by needs::program:\n{}", found.join("\n"));
 }
 
-/// A navigator can be understood, changed and removed without looking at the other ones.
+/// A navigator can be understood, changed and removed without looking at the others.
 #[test]
 fn no_navigator_imports_another() {
     let all = dependencies();
@@ -263,8 +263,8 @@ fn the_command_line_shows_the_actual_pipeline() {
 /// that each sensor of a robot writes.
 const OWN_LISTS: [&str; 2] = ["services/lab/src/judge/log.rs", "schemas/src/robot.rs"];
 
-/// A second copy of a list of processes or channels becomes wrong when an entry is added. In the first edition, the
-/// graph was written down in about twelve places.
+/// A second copy of a list of processes or channels becomes wrong when an entry is added. The graph was once written down in about
+/// twelve places.
 #[test]
 fn the_pipeline_is_written_down_once() {
     let processes: Vec<_> = Process::ALL.iter().map(|process| format!("Process::{process:?}")).collect();

@@ -275,7 +275,7 @@ fn a_written_branching_map_is_followed_and_judged_entry_by_entry() {
         assert_eq!(journey["attained"], serde_json::json!(taken), "{map}{landmarks}: {journey}");
         assert_eq!((&journey["accepted"], &journey["right"]), (&3.into(), &right.into()), "{journey}");
     }
-    // All of its signs differ from that of C.
+    // All of its signs differ from the sign of C.
     let knows_neither = "(*, SW)\n(Isol, (group+group+none+none, NW, 1), (group+none+none+group, -), -)\n";
     let (code, journey) = ended(knows_neither, &format!("{A}, {B}"), &all);
     assert_eq!((code, &journey["kind"]), (Some(1), &"lost".into()), "{journey}");

@@ -113,7 +113,7 @@ fn an_experiment_in_parts_has_the_report_of_one_machine_byte_for_byte() {
     let place = Place::new();
     let jobs = in_parts(&place);
     assert_eq!(jobs, 3);
-    // A worker that was believed dead delivers after all. Its part contains a range of jobs.
+    // A worker that was assumed dead delivers after all. Its part contains a range of jobs.
     let ended = eval(&place, &format!("{FEW} --job 2-3 -o parts/again.json"));
     assert_eq!(ended.code, Some(0), "{ended}");
     let local = eval(&place, &format!("{FEW} -o page.html --verbose"));

@@ -1,4 +1,5 @@
-//! The next drive starts from the map that a robot learned on a drive by a drawing: anywhere, with any heading, without a mark.
+//! The next drive uses the map that a robot learned while driving by a drawing. It starts anywhere, with any heading and without a
+//! mark.
 
 use std::fs;
 
@@ -99,7 +100,7 @@ fn kills_leave_the_same_bytes() {
     place.is_identical_after("again.toml", 6, "sketcher,localizer,planner");
 }
 
-/// A robot with another laser, another drive and another size.
+/// A robot with a different laser, drive and size.
 #[test]
 fn another_robot_drives_in_what_was_learned() {
     let (place, _) = learned();

@@ -268,7 +268,7 @@ fn a_driver_that_is_asked_to_end_leaves_its_loop() {
     let again = "    import os, signal\n    try:\n        os.kill(os.getpid(), signal.SIGINT)\n        time.sleep(10)\n    \
                  except KeyboardInterrupt:\n        print('Python again')\n    try:\n        system.tick()\n    \
                  except RuntimeError as error:\n        print(error)\n";
-    // A shell starts what runs in the background with SIGINT ignored.
+    // A shell starts background commands with SIGINT ignored.
     let joins = "    with sketchnav.drive(";
     let heeds =
         format!("    import signal\n    signal.signal(signal.SIGINT, signal.default_int_handler)\n{joins}");

@@ -1,7 +1,7 @@
 // Acts as a person whose drawing is checked before a robot drives by it: `node checking.mjs URL OUT`.
 // Environment: SKETCHNAV_PLAYWRIGHT (the folder of node_modules), SKETCHNAV_CHROMIUM.
 //
-// Draws paths through walls, closed rooms and rooms that look alike by mouse, fingers and keys, checks the page's warnings and
+// With mouse, fingers and keys, draws paths through walls, closed rooms and rooms that look alike, checks the page's warnings and
 // marks, and corrects the drawing. Sends a goal that is named after its room. Saves screenshots in OUT. Fails at the first
 // violation.
 
@@ -100,7 +100,7 @@ async function roomsWithoutADoor(me) {
   assert.ok(!await me.isMarked([1900, 350]));
   await me.page.keyboard.press("Control+z");
   await me.doubts("Goal 1 cannot be reached");
-  // By keys: the goal is moved out of the wall in which it was placed.
+  // With the keys, the goal is moved out of the wall in which it was placed.
   await me.hand.tool("select");
   await me.hand.tap([1900, 350]);
   await me.page.focus("#sheet");
@@ -140,7 +140,7 @@ async function goalsHaveTheNamesOfRooms(me) {
   assert.deepEqual(JSON.parse(await me.hand.saved()).goals.map(({ name }) => name), [undefined, undefined]);
 }
 
-/** By a finger on a phone, and in both themes on a phone and on a desktop. */
+/** With a finger on a phone, and in both themes on a phone and on a desktop. */
 async function byFingers() {
   const context = await browser.newContext({ viewport: { width: 360, height: 740 }, hasTouch: true, acceptDownloads: true, reducedMotion: "reduce" });
   const me = await visit(context);

@@ -258,7 +258,7 @@ async function savesPictures(me) {
   assert.match(svg.name, /court\.svg$/);
 }
 
-/** By fingers on a phone. */
+/** With fingers on a phone. */
 async function byFingers(me) {
   await me.page.setViewportSize({ width: 360, height: 740 });
   const chooser = me.page.waitForEvent("filechooser");

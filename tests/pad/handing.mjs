@@ -2,7 +2,7 @@
 // Environment: SKETCHNAV_PLAYWRIGHT (the folder of node_modules), SKETCHNAV_CHROMIUM.
 //
 // One page drives. The other asks for the wheel, is declined, asks again and gets it with one tap, while the robot drives on. It
-// stops the robot, and hands the wheel back. Leaves screenshots in OUT; fails with the first thing that does not hold.
+// stops the robot, and hands the wheel back. Saves screenshots in OUT. Fails at the first violation.
 
 import assert from "node:assert/strict";
 import { join } from "node:path";
@@ -11,7 +11,7 @@ import { BROWSER, LIMIT_MS, assertNoFaults, chromium, inTurn, opened } from "./v
 
 const [url, out] = process.argv.slice(2);
 const browser = await chromium.launch(BROWSER);
-/** The states of the mission that a page was told of. */
+/** The states of the mission that a page received. */
 const states = new Set();
 let desktop = null;
 let phone = null;

@@ -3,7 +3,7 @@
 // Environment: SKETCHNAV_PLAYWRIGHT (the folder of node_modules), SKETCHNAV_CHROMIUM.
 //
 // Draws, closes pages, kills the browser, and finds every drawing again; opens, renames, duplicates, deletes and restores drawings
-// by mouse, fingers and keys; opens one drawing twice. Without a server, opens the page again and continues. Saves screenshots in
+// with mouse, fingers and keys; opens one drawing twice. Without a server, opens the page again and continues. Saves screenshots in
 // OUT. Fails at the first violation.
 
 import assert from "node:assert/strict";
@@ -65,7 +65,7 @@ async function ink(page, name) {
   });
 }
 
-// ---------------------------------------------------------------------------- kept without being asked
+// ---------------------------------------------------------------------------- saved without being asked
 
 async function aPageThatIsClosedLosesNothing(context) {
   let { page, hand } = await visit(context);
@@ -207,7 +207,7 @@ async function aDrawingThatIsOpenTwiceIsKeptTwice(context) {
   for (const { page } of [one, two]) await page.close();
 }
 
-/** By fingers on a phone, and with keys only. */
+/** With fingers on a phone, and with keys only. */
 async function byFingersAndByKeys(context) {
   const { page, hand } = await visit(context);
   await page.setViewportSize({ width: 360, height: 740 });

@@ -237,7 +237,7 @@ async function sizesAndTurns(me) {
   assert.equal(await me.hand.saved(), me.before, "Escape in the middle of a drag");
 }
 
-// ---------------------------------------------------------------------------- by keys, fingers, pen
+// ---------------------------------------------------------------------------- with keys, fingers, pen
 
 async function byKeys(me) {
   await me.room();
@@ -258,7 +258,7 @@ async function byKeys(me) {
   drawing = await me.drawing();
   me.near(drawing.obstacles[0].polygon, [[500, 400], [700 + 10 * px, 400], [700 + 10 * px, 500], [500, 500]], "Alt and arrows scale");
   await me.undone("sizes in a row");
-  // With the crosshair only: a marquee around the middle of the sheet.
+  // With the crosshair only, a marquee is drawn around the middle of the sheet.
   await me.keys("Escape", ...Array(4).fill("ArrowLeft"), " ", ...Array(6).fill("ArrowLeft"), ...Array(10).fill("ArrowDown"), " ");
   await me.keys("Escape");
   assert.equal(await me.hand.saved(), me.before, "a marquee changes nothing");
@@ -332,7 +332,7 @@ async function editsPoints(me) {
   me.near(drawing.strokes[0].points, [[300, 200], [1300, 200]], "and Delete removes it");
   await me.keys("Control+z");
   await me.undone("added");
-  // By keys: the next point, one more, moved.
+  // With the keys: the next point, one more, moved.
   await me.keys("n", "n", "i", "Shift+ArrowDown");
   drawing = await me.drawing();
   assert.equal(drawing.strokes[0].points.length, 3);

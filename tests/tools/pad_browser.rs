@@ -89,7 +89,7 @@ fn drawings_are_kept_in_a_library_with_and_without_the_server() {
     place.assert_nothing_left("pad");
 }
 
-/// Drawings come in by drop, paste and choice, whatever program made them, and nothing in them is run. An SVG that the page saves
+/// Drawings can be dropped, pasted or opened, whichever program made them, and nothing in them is run. An SVG that the page saves
 /// has the walls of the drawing for every reader.
 #[test]
 fn drawings_are_exchanged_with_other_programs() {
@@ -114,7 +114,7 @@ fn drawings_are_exchanged_with_other_programs() {
     place.assert_nothing_left("pad");
 }
 
-/// Ways through walls, closed rooms and rooms that look alike are marked on the drawing until it is mended.
+/// Ways through walls, closed rooms and rooms that look alike are marked on the drawing until it is corrected.
 #[test]
 fn drawings_are_checked_before_a_robot_drives_by_them() {
     let Some(browser) = Browser::find() else { return };
@@ -160,7 +160,8 @@ fn what_the_robot_has_learned_is_accepted_driven_by_and_rejected() {
 }
 
 /// A robot follows a route past landmarks that was drawn on the page, and gets lost because the route ends in open space. A person
-/// taps its position, then adds an object that was missing from the map and draws the rest of the route, which leads it to the goal.
+/// chooses one of the places that it offers, then taps its position, adds an object that was missing from the map, and draws the
+/// rest of the route, which leads it to the goal.
 #[test]
 fn a_route_past_landmarks_is_corrected_and_drawn_on_from_where_the_robot_stands() {
     let Some(browser) = Browser::find() else { return };
@@ -195,7 +196,7 @@ fn a_question_is_answered_by_a_tap_and_by_a_button() {
     place.assert_nothing_left("asks");
 }
 
-/// Only a page that could not be heard used to lose the wheel. A person who watches can ask for it.
+/// Regression test: a page lost the wheel only if its link was lost. Now, a person who watches can ask for it.
 #[test]
 fn the_wheel_is_handed_over_while_the_robot_drives() {
     let Some(browser) = Browser::find() else { return };

@@ -81,7 +81,7 @@ fn another_parameter_makes_a_difference_that_is_named_and_judged() {
     assert!(difference["what"]["field"]["a"].is_string(), "{output}");
     assert_eq!(output["judged"].as_array().map(Vec::len), Some(2));
     fine(&place, "info now.mcap");
-    // Whatever differs, it differs by less than this tolerance.
+    // All differences are below this tolerance.
     let all = [
         "pose",
         "covariance",

@@ -4,7 +4,8 @@
 //   node watch.mjs ws://127.0.0.1:8765 /scan,/odometry [picture.svg]
 //
 // Prints one JSON object: for each topic its type, the number of decoded messages, and the bytes of the first ones in hexadecimal.
-// Needs the packages in SKETCHNAV_FOXGLOVE (a folder with node_modules). Exit code 0: all arrived and were decoded; 1: otherwise.
+// Needs the packages in SKETCHNAV_FOXGLOVE (a folder with node_modules). The exit code is 0 if all arrived and were decoded, and 1
+// otherwise.
 import { createRequire } from "node:module";
 import { writeFileSync } from "node:fs";
 import { picture } from "./picture.mjs";

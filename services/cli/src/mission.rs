@@ -188,7 +188,8 @@ fn follow(
             if let Some(logs) = supervisor.logs() {
                 say!("what the processes printed: {}", logs.display());
             }
-            return Err(classify(error));
+            let failure = classify(error);
+            return Err(if options.json { broken_off(&supervisor, run, failure)? } else { failure });
         }
     };
     let report = match report::Report::new(run, &supervisor, wall, folder, warnings) {
@@ -196,7 +197,7 @@ fn follow(
         // The errors of processes are closer to the cause, such as a full disk, so they take precedence.
         Err(failure) => {
             let failure = ended.err().map_or(failure, classify);
-            return Err(if options.json { without_recording(&supervisor, failure)? } else { failure });
+            return Err(if options.json { broken_off(&supervisor, run, failure)? } else { failure });
         }
     };
     report.print(options.json)?;
@@ -212,8 +213,12 @@ fn follow(
     }
 }
 
-/// Prints an object with the error and the tasks as the planner reported them, since there is no recording to judge.
-fn without_recording(supervisor: &Supervisor, failure: Failure) -> Result<Failure, Failure> {
+/// Prints an object with the error, the tasks as the planner reported them, and what was kept of the run, since there is no whole
+/// recording to judge. Bad input is returned as it is.
+fn broken_off(supervisor: &Supervisor, run: &RunConfig, failure: Failure) -> Result<Failure, Failure> {
+    if matches!(failure, Failure::Input(_)) {
+        return Ok(failure);
+    }
     let error = failure.into_error();
     let task = |status: &MissionStatus| {
         serde_json::json!({
@@ -225,7 +230,14 @@ fn without_recording(supervisor: &Supervisor, failure: Failure) -> Result<Failur
         })
     };
     let tasks: Vec<_> = supervisor.ended_tasks().map(task).collect();
-    out!("{}", serde_json::json!({ "error": story(&error), "exit": 3, "tasks": tasks }))?;
+    let report = serde_json::json!({
+        "error": story(&error),
+        "exit": 3,
+        "tasks": tasks,
+        "recording": run.recording,
+        "logs": supervisor.logs(),
+    });
+    out!("{report}")?;
     Ok(Failure::Reported(error))
 }
 

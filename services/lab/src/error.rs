@@ -13,7 +13,7 @@ use crate::judge::anchors::AnchorsError;
 use crate::judge::homotopy::CorrespondenceError;
 use crate::picture::PictureError;
 
-/// The reason why a suite cannot be loaded or a trial cannot be driven.
+/// Why a suite cannot be loaded or a trial cannot be driven.
 #[derive(Debug, thiserror::Error)]
 pub enum EvalError {
     /// The suite does not exist.

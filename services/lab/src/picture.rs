@@ -31,7 +31,7 @@ use svg::{GREEN, Sheet, View};
 pub use task::{TaskMark, TaskPicture};
 pub use witnesses::{Claims, claims, drawn_rooms};
 
-/// The reason why a picture cannot be drawn.
+/// Why a picture cannot be drawn.
 #[derive(Debug, thiserror::Error)]
 pub enum PictureError {
     /// The number of cells does not match the size of the grid.

@@ -271,7 +271,8 @@ impl QuestionView {
                 let others: Vec<_> = others.iter().map(|place| place.name.to_string()).collect();
                 format!("Is the robot at {} or {}? Tap where it is.", others.join(", "), last.name)
             }
-            _ => "The robot is lost. Tap where it is.".to_owned(),
+            Some((only, _)) => format!("Is the robot at {}? Tap where it is.", only.name),
+            None => "The robot is lost. Tap where it is.".to_owned(),
         };
         Self { text, places }
     }

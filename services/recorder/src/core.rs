@@ -39,7 +39,7 @@ pub struct Report {
     pub refused: u64,
     /// Number of messages that arrived after writing had failed.
     pub unrecorded: u64,
-    /// The reason why writing failed, or `None` if it did not.
+    /// Why writing failed, or `None` if it did not.
     pub failure: Option<String>,
 }
 
@@ -55,7 +55,7 @@ impl<W: Write> Core<W> {
     /// Like [`Core::new`], for a file that begins at this time of the run, in nanoseconds.
     ///
     /// # Errors
-    /// As [`Core::new`].
+    /// Any error of [`Core::new`].
     pub fn at(sink: W, run: &RunConfig, files: &[Attachment], begin_ns: u64) -> Result<Self, RecordingError> {
         let writer = Some(Writer::create_at(sink, run, files, begin_ns)?);
         let newest_tick = Header { seq: 0, stamp_ns: 0, source_seq: 0 };

@@ -116,7 +116,7 @@ impl<'a> Recorder<'a> {
     /// Begins the recording that the node's run names, or its next part, and opens all channels.
     ///
     /// # Errors
-    /// As [`run`].
+    /// Any error of [`run`].
     pub fn open(node: &'a Node) -> anyhow::Result<Self> {
         let run = node.run_config()?;
         let path = path(&run)?;
@@ -580,9 +580,9 @@ impl Input {
         true
     }
 
-    /// Resumes after the message `position`, starting with the messages in the channel's history, and returns the core's
-    /// errors. Messages with cells wait in the channel itself. Right after a recorder's death none are there yet: they
-    /// arrive once the writer has noticed the new reader, and a writer that has died as well sends its last message again.
+    /// Resumes after the message `position`, starting with the messages in the channel's history, and returns the core's errors.
+    /// Messages with cells wait in the channel itself. Right after a recorder's death none are there yet: they arrive once the
+    /// writer has noticed the new reader, and a writer that has also died sends its last message again.
     fn catch_up(
         &mut self,
         node: &Node,

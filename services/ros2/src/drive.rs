@@ -52,7 +52,7 @@ struct Robot {
     /// The last velocity that was sent, and the tick that it responds to.
     sent: (Twist, u64),
     refused: u64,
-    /// Once this is dropped, nothing is received any longer.
+    /// Nothing more is received once this is dropped.
     participant: Participant,
 }
 

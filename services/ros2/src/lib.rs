@@ -105,7 +105,7 @@ pub struct Summary {
     pub lost: u64,
 }
 
-/// The reason why a bridge failed.
+/// Why a bridge failed.
 #[derive(Debug, thiserror::Error)]
 pub enum BridgeError {
     /// DDS or Zenoh reported an error.

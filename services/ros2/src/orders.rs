@@ -18,7 +18,7 @@ pub type FindGoal<'a> = dyn Fn(&str) -> Result<Ordered, String> + 'a;
 /// Maximum length of a text that is looked at, in bytes. Names in missions are shorter.
 const MAX_BYTES: usize = 256;
 
-/// The reason why an order was rejected.
+/// Why an order was rejected.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum OrderError {
     /// The word is unknown.
@@ -27,7 +27,7 @@ pub enum OrderError {
         /// The text.
         found: String,
     },
-    /// The number is not that of a task of the mission, or a word other than `goal` is followed by a name.
+    /// No task of the mission has this number, or a word other than `goal` is followed by a name.
     #[error("{found:?}: expected a task from 1 to {count}")]
     Task {
         /// The text.

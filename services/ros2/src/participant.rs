@@ -70,7 +70,7 @@ impl Participant {
     /// Subscribes to a topic.
     ///
     /// # Errors
-    /// As [`Participant::publisher`].
+    /// Any error of [`Participant::publisher`].
     pub fn subscription<F: DeserializeOwned + 'static>(
         &mut self,
         name: &str,

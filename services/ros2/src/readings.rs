@@ -18,7 +18,7 @@ pub type ScanForm = <LaserScan as Ros2>::Form;
 /// The form of `nav_msgs/msg/Odometry`.
 pub type OdometryForm = <Odometry as Ros2>::Form;
 
-/// The reason why a reading was rejected.
+/// Why a reading was rejected.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadingError {
     /// The reading does not fit into a message.

@@ -38,7 +38,7 @@ pub enum Error {
         process: Process,
         /// Path of the program.
         program: String,
-        /// The reason why it could not be started.
+        /// Why it could not be started.
         source: std::io::Error,
     },
     /// A process could not be waited for.
@@ -46,7 +46,7 @@ pub enum Error {
     Wait {
         /// The process.
         process: Process,
-        /// The reason why waiting failed.
+        /// Why waiting failed.
         source: std::io::Error,
     },
     /// A process died before the mission ended, or failed when it ended.

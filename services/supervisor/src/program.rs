@@ -18,7 +18,7 @@ pub fn start_by(program: PathBuf, arguments: Vec<OsString>) {
 /// Returns a command that starts this program. The caller adds the arguments.
 ///
 /// # Errors
-/// If the path of the executable is unknown.
+/// An error if the path of the executable is unknown.
 pub fn this_program() -> io::Result<Command> {
     let Some((program, arguments)) = GIVEN.get() else { return Ok(Command::new(std::env::current_exe()?)) };
     let mut command = Command::new(program);

@@ -1,4 +1,4 @@
-//! Detects a lockstep where every process waits for another one, so that nothing will ever happen again.
+//! Detects a lockstep where every process waits for another, so that nothing will ever happen again.
 //!
 //! The cause is always a defect, such as a message that its reader rejects. Without this check, the mission would silently wait
 //! forever. Time in which the supervisor itself did not run is not counted.

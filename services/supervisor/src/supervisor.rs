@@ -103,7 +103,7 @@ pub struct Supervisor {
     recording: Option<PathBuf>,
     /// The folder next to the recording that contains the output of the processes.
     logs: Option<PathBuf>,
-    /// The reason why the output of a process is missing from that folder.
+    /// Why the output of a process is missing from that folder.
     logs_failure: Option<String>,
     /// Detects a stuck lockstep. `None` unless the processes are paced only by each other.
     stall: Option<Stall>,
@@ -124,8 +124,8 @@ impl Supervisor {
     /// First clears what dead systems have left behind.
     ///
     /// # Errors
-    /// If the system is running already, or if a process cannot be started. In either case, nothing of the new system is left
-    /// behind.
+    /// An error if the system is already running, or if a process cannot be started. In either case, nothing of the new system is
+    /// left behind.
     pub fn start(run: &RunConfig, lines: Vec<ProcessLine>, grace: Grace) -> Result<Self> {
         let mut supervisor = Self::start_without_order(run, lines, grace)?;
         supervisor.order_start()?;
@@ -135,7 +135,7 @@ impl Supervisor {
     /// Like [`Supervisor::start`], but the mission waits for [`Supervisor::order_start`].
     ///
     /// # Errors
-    /// See [`Supervisor::start`].
+    /// Any error of [`Supervisor::start`].
     pub fn start_without_order(run: &RunConfig, lines: Vec<ProcessLine>, grace: Grace) -> Result<Self> {
         check_limits()?;
         Self::begin(System::create(run)?, lines, grace, Ceded::default())
@@ -144,7 +144,7 @@ impl Supervisor {
     /// Like [`Supervisor::start`], but for a player that may also write the `ceded` channels of the supervisor.
     ///
     /// # Errors
-    /// See [`Supervisor::start`].
+    /// Any error of [`Supervisor::start`].
     pub fn start_for_player(
         run: &RunConfig,
         lines: Vec<ProcessLine>,
@@ -160,7 +160,7 @@ impl Supervisor {
     /// Continues a dead system that was taken over. Its processes resume from where they were.
     ///
     /// # Errors
-    /// See [`Supervisor::start`]. The system is cleared if that happens.
+    /// Any error of [`Supervisor::start`]. The system is cleared if that happens.
     pub fn resume(system: System, lines: Vec<ProcessLine>, grace: Grace) -> Result<Self> {
         let mut supervisor = Self::begin(system, lines, grace, Ceded::default())?;
         supervisor.order_start()?;
@@ -194,7 +194,7 @@ impl Supervisor {
     /// Orders the mission to start, unless that has already been done, or people do it from the pad.
     ///
     /// # Errors
-    /// If the order cannot be sent.
+    /// An error if the order cannot be sent.
     pub fn order_start(&mut self) -> Result<()> {
         // If an earlier supervisor gave orders, they were sent again when this one started.
         let mission = self.ports.as_ref().and_then(|ports| ports.mission.as_ref());
@@ -295,8 +295,7 @@ impl Supervisor {
         self.logs.as_deref()
     }
 
-    /// Returns the reason why the output of a process could not be copied to the folder of [`Supervisor::logs`], or `None` if all
-    /// of it was.
+    /// Returns why the output of a process could not be copied to the folder of [`Supervisor::logs`], or `None` if all of it was.
     pub fn logs_failure(&self) -> Option<&str> {
         self.logs_failure.as_deref()
     }

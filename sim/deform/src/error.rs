@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use sketchnav_sim::SimError;
 
-/// The reason why a floor cannot be drawn.
+/// Why a floor cannot be drawn.
 #[derive(Debug, thiserror::Error)]
 pub enum DeformError {
     /// The floor plan or the map is invalid.

@@ -79,7 +79,7 @@ pub(crate) fn draw(wall: &Wall, degree: f64, pen_px: f64, rng: &mut Pcg64Mcg) ->
     lines.into_iter().map(stroke).collect()
 }
 
-/// Splits a wall at its corners, at most of which the pen is lifted.
+/// Splits a wall at the corners where the pen is lifted.
 fn at_corners(points: &[Vector2<f64>], degree: f64, rng: &mut Pcg64Mcg) -> Vec<Vec<Vector2<f64>>> {
     let mut lines = vec![vec![points[0]]];
     for i in 1..points.len() {

@@ -260,8 +260,7 @@ impl Piece {
         self.at + self.along * self.along.dot(&(place - self.at))
     }
 
-    /// Returns the point near `near` where the piece meets another one, or the point halfway between both if they do not meet near
-    /// it.
+    /// Returns the point near `near` where the piece meets another, or the point halfway between both if they do not meet near it.
     fn meets(&self, other: &Self, near: Vector2<f64>, within: f64) -> Vector2<f64> {
         let across = self.along.perp(&other.along);
         let meeting = self.at + self.along * ((other.at - self.at).perp(&other.along) / across);

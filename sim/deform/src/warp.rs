@@ -36,7 +36,7 @@ const SHIFT_PATCH_M: f64 = 8.0;
 const STEP_M: f64 = 0.1;
 /// Minimum share of the scale that remains where parts are shifted against each other.
 const LEAST_STRETCH: f64 = 0.3;
-/// Margin around the walls that is mapped as well, in metres.
+/// Margin around the walls that is also mapped, in metres.
 const RIM_M: f64 = 1.0;
 
 /// A map from the floor, in metres, to a drawing of no particular size. The result of [`Warp::apply`] is in metres at the mean

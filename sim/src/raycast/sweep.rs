@@ -6,12 +6,12 @@
 //! in memory, the compiler can use vector instructions. A face is skipped if it is farther away than
 //! everything that its rays have already hit.
 //!
-//! **Bit-identical results.** Each intersection is computed in the same way as by parry. Nevertheless, the tree's result can
-//! differ from the nearest intersection: the tree skips a face whose bounding box begins after the best hit so far, and because
-//! of rounding the box may begin after its own face, or miss the ray. The tree never skips a face whose box begins before the
-//! second hit. In the other cases, which are rare, the sweep asks the tree. Rays that are almost parallel to a face, which
-//! parry treats specially, are left to parry. Anything skipped by the sweep would be hit at least `CLEAR_M` after the nearest
-//! hit, which is beyond the reach of rounding, since a hit is within the ends of its face.
+//! **Bit-identical results.** Each intersection is computed in the same way as by parry. Nevertheless, the tree's result can differ
+//! from the nearest intersection: the tree skips a face whose bounding box begins after the best hit so far, and because of
+//! rounding the box may begin after its own face, or miss the ray. The tree never skips a face whose box begins before the second
+//! hit. In the other cases, which are rare, the sweep asks the tree. Rays that are almost parallel to a face are left to parry,
+//! which treats them specially. Anything skipped by the sweep would be hit at least `CLEAR_M` after the nearest hit, which is
+//! beyond the reach of rounding, since a hit is within the ends of its face.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops::Range;

@@ -21,7 +21,7 @@ use super::{
 const CELL_M: f64 = 0.2;
 /// Distance between the way and objects before its corners are rounded, in metres.
 const CLEAR_M: f64 = 1.2;
-/// The first and the last part of the way are straight for this length, in metres.
+/// Length of the straight part at either end of the way, in metres.
 const STRAIGHT_M: f64 = 1.2;
 /// Distance from the end of the way to the goal, in metres.
 const GAP_M: f64 = 1.3;
@@ -30,7 +30,7 @@ const STEP_M: f64 = 0.1;
 /// Number of times that each point of the way moves halfway to the middle of its neighbours, which rounds corners over about a
 /// metre.
 const ROUNDINGS: usize = 50;
-/// Objects that are farther from the way than this are left out, in metres, because nobody would draw them.
+/// Distance from the way, in metres, beyond which objects are left out because nobody would draw them.
 const DRAWN_M: f64 = 4.0;
 /// Minimum sum of all turns of a way, in radians. A way straight to the goal needs no landmarks.
 const LEAST_TURNS_RAD: f64 = 1.8;
@@ -245,7 +245,7 @@ impl Ord for Step {
     }
 }
 
-/// Returns the point at a distance from another one.
+/// Returns the point at a distance from another.
 fn ahead(at: At, heading: f64, distance_m: f64) -> At {
     [at[0] + distance_m * heading.cos(), at[1] + distance_m * heading.sin()]
 }

@@ -21,19 +21,19 @@ pub const PROGRAMS: [&str; 18] = [
     "ip",       // network namespaces: two hosts on one machine
     "kill",     // signals a process, as a person does
     "man",      // reads the manual pages
-    "mount",    // a disk of a test's own
+    "mount",    // a separate disk for a test
     "node",     // the pad's modules, the browser's driver, Foxglove's packages
     "prlimit",  // limits a running process
-    "promtool", // checks what Prometheus is to read
+    "promtool", // checks what Prometheus would read
     "python3",  // other people's readers of recordings
     "sed",      // in scripts
     "setpriv",  // another user
-    "setsid",   // a terminal of its own
+    "setsid",   // a separate terminal
     "sh",       // scripts, limits
     "umount",   // the other half of `mount`
-    "unshare",  // shared memory and disks of a test's own
+    "unshare",  // separate shared memory and disks for a test
     "chromium", // the pad's page
-    "git",      // the commit of what was driven
+    "git",      // the commit that was driven
 ];
 
 /// The coreutils that the tests and the commands in the documentation call.
@@ -43,7 +43,7 @@ pub const COREUTILS: [&str; 3] = ["mkdir", "printf", "sleep"];
 /// which `SKETCHNAV_ALL_TESTS` requires it.
 ///
 /// # Panics
-/// If `SKETCHNAV_ALL_TESTS` requires it.
+/// Panics if `SKETCHNAV_ALL_TESTS` requires it.
 pub fn skipped(kind: &str, what: impl Display) {
     let asked = std::env::var(ALL_TESTS).unwrap_or_default();
     let is_asked_for = asked.split(',').any(|word| word == kind || word == "1");
@@ -58,7 +58,7 @@ pub fn skipped(kind: &str, what: impl Display) {
 /// and returns `None`.
 ///
 /// # Panics
-/// If the program is not in the list.
+/// Panics if the program is not in the list.
 pub fn program(name: &str) -> Option<Command> {
     assert!(PROGRAMS.contains(&name), "{name}: add it to needs::PROGRAMS");
     let path = std::env::var_os("PATH").unwrap_or_default();

@@ -70,7 +70,7 @@ impl Browser {
         self.runs(script)
     }
 
-    /// Takes drawings and pictures of other programs in, and saves pictures, on the page at `link`.
+    /// Imports drawings and pictures of other programs, and saves pictures, on the page at `link`.
     pub fn exchanges(&self, place: &Place, link: &str) -> Ended {
         let mut script = needs::program("node").expect("node, which was there before");
         script.arg(repository().join("tests/pad/exchanging.mjs")).arg(link).arg(place.files());
@@ -143,7 +143,7 @@ pub fn pad(place: &Place) -> (Running, String) {
     pad_in(place, MISSION, 1)
 }
 
-/// As [`pad`], in the world of any mission of the repository, `speed` times as fast as real time.
+/// Like [`pad`], but in the world of any mission of the repository, and `speed` times as fast as real time.
 pub fn pad_in(place: &Place, mission: &str, speed: u32) -> (Running, String) {
     let file = repository().join(format!("{mission}.toml"));
     let options = format!("--port 0 --system pad --out results --speed {speed}");

@@ -1,9 +1,8 @@
 //! Shared support for tests of whole process trees: a separate place for each user, commands that run in it, and checks
 //! for leftovers.
 //!
-//! Every test has its own root (`XDG_RUNTIME_DIR`), so no test sees the systems of another one. Nothing here waits for
-//! a fixed time. Instead, tests poll for a condition or wait for a process to end. The time limits only keep a test
-//! from hanging forever.
+//! Every test has its own root (`XDG_RUNTIME_DIR`), so no test sees the systems of another. Nothing here waits for a fixed time.
+//! Instead, tests poll for a condition or wait for a process to end. The time limits only keep a test from hanging forever.
 pub mod arms;
 pub mod browser;
 pub mod building;

@@ -1,9 +1,9 @@
 //! The suites of corridors with markers: `corridor` (Patil 2019, 5.4), `corridor-turns` and `corridor-person`.
 //!
-//! A drive ends with the first touch, in which case it counts as failed. The lines of the `corridor` suite are the twelve
-//! conditions of the thesis: three starts, with markers opposite each other or staggered, and with equal or different numbers of
-//! them on the two walls. Each condition is driven in both directions, in corridors of several widths. The table also summarises
-//! figures 5.2 to 5.7 of the thesis in words.
+//! A drive ends at the first contact, which counts as a failure. The lines of the `corridor` suite are the twelve conditions of the
+//! thesis: three starts, with markers opposite each other or staggered, and with equal or different numbers of them on the two
+//! walls. Each condition is driven in both directions, in corridors of several widths. The table also summarises figures 5.2 to 5.7
+//! of the thesis in words.
 
 use std::path::Path;
 
@@ -96,7 +96,7 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
 /// Loads the `corridor-turns` suite.
 ///
 /// # Errors
-/// Same as [`suite`].
+/// Any error of [`suite`].
 pub fn turns(folders: &Folders) -> Result<Suite, EvalError> {
     let mut trials = Vec::new();
     for corridor in Corridor::shipped().into_iter().filter(|corridor| corridor.shape != Shape::Straight) {
@@ -112,7 +112,7 @@ pub fn turns(folders: &Folders) -> Result<Suite, EvalError> {
 /// Loads the `corridor-person` suite.
 ///
 /// # Errors
-/// Same as [`suite`].
+/// Any error of [`suite`].
 pub fn person(folders: &Folders) -> Result<Suite, EvalError> {
     let mut trials = Vec::new();
     let is_chosen = |corridor: &Corridor| {
@@ -134,7 +134,7 @@ pub fn person(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(Suite { title, trials, lines, repetitions: REPETITIONS, ..Suite::default() })
 }
 
-/// Returns a person who walks from beyond the goal to beyond the start, `side_m` beside the middle.
+/// Returns a person who walks from beyond the goal to beyond the start, offset from the middle by `side_m`.
 fn walker(drive: &Drive, side_m: f64) -> Person {
     let (start, goal) = (drive.start, drive.goal);
     let beyond = 1.5 * (goal[0] - start.x).signum();
@@ -222,8 +222,8 @@ pub(crate) const LINES: [&str; 12] = [
     "left wall, staggered, uneven",
 ];
 
-/// Summary of figures 5.2 to 5.4 about QTC_B on each line, and whether it passes according to them. Starts along a wall pass "only
-/// if the starting position still allowed the camera to detect both the markers". The thesis counts ten that pass (5.4.1).
+/// What figures 5.2 to 5.4 show about QTC_B on each line, and whether they let it pass. Starts along a wall pass "only if the
+/// starting position still allowed the camera to detect both the markers". The thesis counts ten that pass (5.4.1).
 pub(crate) const QTC_B: [(&str, bool); 12] = [
     ("passes, in the middle", true),
     ("passes; collides too near a wall", true),
@@ -239,7 +239,7 @@ pub(crate) const QTC_B: [(&str, bool); 12] = [
     ("passes while two markers are in view", true),
 ];
 
-/// Summary of figures 5.5 to 5.7 about ARGD on each line. The eight conditions that pass are those that the thesis counts (5.4.2).
+/// What figures 5.5 to 5.7 show about ARGD on each line. The eight conditions that pass are those that the thesis counts (5.4.2).
 /// Along a wall, they pass "if the markers are detected simultaneously".
 pub(crate) const ARGD: [(&str, bool); 12] = [
     ("passes, in the middle", true),

@@ -90,7 +90,7 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
 /// Loads the `corridor-published-10hz` suite.
 ///
 /// # Errors
-/// Same as [`suite`].
+/// Any error of [`suite`].
 pub fn at_10_hz(folders: &Folders) -> Result<Suite, EvalError> {
     at(folders, 10.0)
 }
@@ -117,7 +117,7 @@ fn at(folders: &Folders, pair_rate_hz: f64) -> Result<Suite, EvalError> {
 /// Loads the `corridor-unknowns` suite.
 ///
 /// # Errors
-/// Same as [`suite`].
+/// Any error of [`suite`].
 pub fn unknowns(folders: &Folders) -> Result<Suite, EvalError> {
     let published = Conditions::published()?;
     let (mut trials, mut notices) = (Vec::new(), vec![NOTICE.to_owned()]);

@@ -13,8 +13,8 @@ use sketchnav_sim::convex::Convex;
 use crate::experiments::outcome::TaskOutcome;
 use crate::experiments::table::Table;
 
-/// Power of the computer and electronics, in watts. This is assumed from a youBot's 24 V and 5 Ah lasting about 90 minutes
-/// (Patil 2019, 4.1).
+/// Power of the computer and electronics, in watts. A youBot's 24 V and 5 Ah last for about 90 minutes (Patil 2019, 4.1), which is
+/// 80 W with the motors. 20 W of this is assumed to go into driving.
 pub const IDLE_W: f64 = 60.0;
 /// Rolling resistance as a share of the weight. This is assumed, for mecanum wheels on a hard floor.
 pub const ROLLING: f64 = 0.05;
@@ -33,7 +33,7 @@ pub struct Cost {
     pub busy_s: f64,
     /// Energy by the model, in joules.
     pub energy_j: f64,
-    /// Minimum distance of the footprint from walls and furniture, in metres. It is only measured if a touch ends the drive.
+    /// Minimum distance of the footprint from walls and furniture, in metres. It is only measured if a contact ends the drive.
     pub clearance_m: Option<f64>,
     /// Root mean square of the true jerk, in m/s³.
     pub jerk_mps3: f64,
@@ -101,8 +101,8 @@ pub fn clearance_m(truth: &[GroundTruth], half_extents_m: [f64; 2], world: &Worl
     truth.iter().map(nearest).min_by(f64::total_cmp).filter(|least_m| least_m.is_finite())
 }
 
-/// Returns the distance from a segment to a box around the origin, or 0 if they meet. Two convex shapes are nearest at a
-/// corner of one.
+/// Returns the distance from a segment to a box around the origin, or 0 if they meet. The shortest distance between two convex
+/// shapes is always at a corner of one of them.
 fn from_box_m([a, b]: [[f64; 2]; 2], half: [f64; 2]) -> f64 {
     let outside = |p: [f64; 2]| (p[0].abs() - half[0]).max(0.0).hypot((p[1].abs() - half[1]).max(0.0));
     let along = [b[0] - a[0], b[1] - a[1]];
@@ -137,8 +137,7 @@ fn crosses([a, b]: [[f64; 2]; 2], half: [f64; 2]) -> bool {
     from <= to
 }
 
-/// Returns a row for each of `lines` over the tasks that were reached, with means and with the shortest and longest
-/// duration.
+/// Returns a row for each of `lines`, with the means over the tasks that were reached and their shortest and longest duration.
 pub fn table(lines: &[String], outcomes: &[&TaskOutcome]) -> Table {
     let header = [
         "drives",

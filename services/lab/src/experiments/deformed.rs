@@ -1,10 +1,10 @@
 //! The `deformed` suite drives with drawings of four floors that are deformed in the way people deform their drawings. The drawings
 //! are made by `sketchnav deform` at four degrees, of which degree 1 has the statistics of people.
 //!
-//! Each trial drives from a place in one region to a place in another. The positions of both places in the
-//! drawing are derived from the deformation, and a place that was left out of the drawing is never used. As
-//! in the `people` suite, arrival is judged by region. Trials are named by floor, degree, number and pair.
-//! Drawings with the same number share the same places at all degrees.
+//! In each trial, the robot drives from a place in one region to a place in another. The positions of both places in the drawing
+//! are derived from the deformation, and a place that was left out of the drawing is never used. As in the `people` suite, arrival
+//! is judged by region. Trials are named by floor, degree, number and pair. Drawings with the same number share the same places at
+//! all degrees.
 
 use std::path::Path;
 use std::sync::Arc;

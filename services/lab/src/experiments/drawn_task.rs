@@ -25,7 +25,7 @@ pub struct DrawnTask<'a> {
 }
 
 impl<'a> DrawnTask<'a> {
-    /// Returns the task `index` of the run, or `None` if there is no drawing or the task never began.
+    /// Returns task `index` of the run, or `None` if there is no drawing or the task never began.
     pub fn of(
         trial: &'a Trial,
         driven: &'a Driven,

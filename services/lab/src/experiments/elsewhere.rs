@@ -18,7 +18,7 @@ pub fn suite_in(suite: &str, simulator: &str) -> String {
     format!("{suite}@{simulator}")
 }
 
-/// Drives a run of a trial, and shows all its messages in order.
+/// Drives a run of a trial, and passes on all its messages in order.
 type Drive = dyn Fn(&Trial, &RunConfig, &mut dyn Tap) -> Result<(), StageError> + Send + Sync;
 
 /// A simulator that runs trials instead of this project's own world.
@@ -40,10 +40,10 @@ impl Elsewhere {
         Self { simulator, driver, drive: Arc::new(drive) }
     }
 
-    /// Drives a run of a trial, and shows all its messages to `tap`.
+    /// Drives a run of a trial, and passes all its messages to `tap`.
     ///
     /// # Errors
-    /// Those of the drive.
+    /// Any error of the drive.
     pub fn drive(&self, trial: &Trial, run: &RunConfig, tap: &mut dyn Tap) -> Result<(), StageError> {
         (self.drive)(trial, run, tap)
     }
@@ -51,7 +51,7 @@ impl Elsewhere {
     /// Sets all trials of a suite to be driven in the simulator by these methods.
     ///
     /// # Errors
-    /// A description of the first trial that needs something that the simulator lacks.
+    /// A description of the first trial that needs something the simulator lacks.
     pub fn take(&self, suite: &mut Suite, methods: &[String]) -> Result<(), String> {
         if let Some((trial, what)) =
             suite.trials.iter().find_map(|trial| Some((trial, lacks(trial, methods)?)))
@@ -95,7 +95,7 @@ fn lacks(trial: &Trial, methods: &[String]) -> Option<String> {
     .or_else(|| methods.iter().find_map(|method| needs_markers(trial, method)))
 }
 
-/// Returns the reason why a drive requires the markers of a corridor.
+/// Returns why a drive requires the markers of a corridor.
 fn needs_markers(trial: &Trial, method: &str) -> Option<String> {
     let run = trial.is_corridor().then(|| trial.run(method, 1, 0).ok()).flatten()?;
     let mission = CorridorMission::of(&run.mission).ok().filter(CorridorMission::needs_markers)?;

@@ -217,7 +217,7 @@ impl Experiment {
         Ok(figures.map(|figures| figures.join(", ")))
     }
 
-    /// Returns the text about the experiment as a whole, or `None` if it was not kept.
+    /// Returns the text about the experiment as a whole, or `None` if it is not stored.
     fn whole(&self, form: Whole) -> Option<String> {
         let tally = |method: &str, line: &str| {
             let found = self.methods.iter().find(|found| found.method == method);
@@ -242,7 +242,7 @@ impl Experiment {
         Some(format!("\n\n{}", table.markdown()))
     }
 
-    /// Returns the table of groups of lines, by the true pose and on the sketch, or `None` if they were not kept.
+    /// Returns the table of groups of lines, by the true pose and on the sketch, or `None` if they are not stored.
     fn groups(&self) -> Option<table::Table> {
         let names = self.methods.first()?.groups.iter().map(|(name, _)| name);
         let head = |method: &Method| {
@@ -262,12 +262,12 @@ impl Experiment {
         Some(table::Table { header, rows })
     }
 
-    /// Returns the text for a marker of a study, or `None` if the tables of the study were not kept.
+    /// Returns the text for a marker of a study, or `None` if the tables of the study are not stored.
     fn study(&self, number: &str, shown: &Shown) -> Result<Option<String>, Wrong> {
         numbered(&self.tables, number)?.map(|table| shown.of(table)).transpose()
     }
 
-    /// Returns the table of a suite's section, or `None` if the sections of the suite were not kept.
+    /// Returns the table of a suite's section, or `None` if the sections of the suite are not stored.
     fn section(&self, number: &str) -> Result<Option<String>, Wrong> {
         Ok(numbered(&self.sections, number)?.map(|table| format!("\n\n{}", table.markdown())))
     }
@@ -454,7 +454,7 @@ mod tests {
             ("deformed outline share", "95.0 %", "95.0 % †", "deformed"),
             ("deformed outline share", "", "†", "deformed"),
             ("deformed outline share", "†", "†", "deformed"),
-            // Figures that the kept results do not have yet: a compared method, a judgement, and groups.
+            // Figures that are not in the stored results yet: those of a compared method, of a judgement, and of groups.
             ("people beam share", "78.8 %", "78.8 % †", "people"),
             ("people outline share-on-sketch", "", "†", "people"),
             ("people groups", "", "†", "people"),

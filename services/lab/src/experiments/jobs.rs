@@ -33,8 +33,7 @@ impl<'a> Job<'a> {
     }
 }
 
-/// Runs all jobs, `threads` at a time, and returns the outcomes in the order of the jobs. Calls `progress` as each job is
-/// done.
+/// Runs all jobs, `threads` at a time, and returns the outcomes in the order of the jobs. Calls `progress` whenever a job is done.
 ///
 /// # Errors
 /// The first error, in the order of the jobs, of trials that could not start.

@@ -14,19 +14,23 @@ pub mod unknowns;
 mod variants;
 mod warnings;
 
+use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 
 use sketchnav_landmarks::file;
 use sketchnav_landmarks::mission::{KIND, METHODS};
-use sketchnav_landmarks::sketch::{Reading, Sketch};
+use sketchnav_landmarks::sketch::{Landmark, Reading, Sketch};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::floor_plan::FloorPlan;
+use sketchnav_schemas::geometry::Point;
 use sketchnav_schemas::mission::{Mission, NavigatorChoice, Parameters, Task, WorldSource};
 use sketchnav_sim::files;
-use sketchnav_sim::scenes::Scene;
+use sketchnav_sim::scenes::{Scene, middle};
 
 use self::variants::{paper, variants};
 use crate::error::EvalError;
+use crate::experiments::person::{self, Person};
 use crate::experiments::suite::{Curve, Folders, Remark, Suite};
 use crate::experiments::trial::Trial;
 
@@ -219,6 +223,18 @@ pub fn labels(folders: &Folders) -> Result<Suite, EvalError> {
     })
 }
 
+/// Loads the `landmark-answers` suite, which repeats the drives of `landmark-deformed` with a person who watches and answers.
+///
+/// # Errors
+/// Same as [`scenes`].
+pub fn answered(folders: &Folders) -> Result<Suite, EvalError> {
+    Ok(Suite {
+        title: "The same scenes and sketches. A person watches and, if the robot is lost, chooses one of the places that it offers, or points at its place in the sketch.".into(),
+        sections: Some(person::sections),
+        ..by_degrees(folders, Scene::twelve(1), by_answers)?
+    })
+}
+
 /// Loads the `landmark-sites` suite, whose scenes are of other kinds than those of `landmark-choice` and by another generator.
 ///
 /// # Errors
@@ -316,15 +332,42 @@ fn by_labels(
     one.robot = files::robot(ROBOT_WITH_CAMERA)?;
     one.mission.robot = ROBOT_WITH_CAMERA.into();
     one.mission.world.marker = scene.markers();
-    let sketch = sketchnav_deform::scenes::sketch(scene, degree, sketch_seed(degree, number));
-    let reading = Reading { canvas_m: sketch.canvas_m(), ..Reading::default() };
-    let read = file::read(sketch.file().as_bytes()).and_then(|drawing| Sketch::read(&drawing, &reading));
-    let known = read.map_or(Vec::new(), |sketch| sketch.landmarks);
-    let is_known = |name: &str| known.iter().filter(|landmark| landmark.name == name).count() == 1;
-    let labels = scene.marker_numbers().filter(|(name, _)| is_known(name));
+    let known = known(scene, degree, number);
+    let labels = scene.marker_numbers().filter(|(name, _)| known.contains_key(*name));
     let table: toml::Table = labels.map(|(name, numbers)| (name.to_owned(), numbers.into())).collect();
     one.mission.navigator.given.insert("markers".into(), table.into());
     Ok(one)
+}
+
+/// Creates a trial like [`by_deformed`], but with a person who watches and tells a lost robot where it is.
+fn by_answers(
+    folders: &Folders,
+    scene: &Scene,
+    degree: f64,
+    number: u64,
+    line: String,
+) -> Result<Trial, EvalError> {
+    let one = by_deformed(folders, scene, degree, number, line)?;
+    let known = known(scene, degree, number);
+    let matched = scene.objects.iter().filter_map(|object| {
+        Some((Point::from(middle(&object.outline)), Point::from(*known.get(&object.name)?)))
+    });
+    let person = Some(Arc::new(Person::new(matched)));
+    Ok(Trial { person, ..one })
+}
+
+/// Returns the middles of the objects of a sketch whose label is their own, in pixels of the canvas, by their names.
+fn known(scene: &Scene, degree: f64, number: u64) -> BTreeMap<String, [f64; 2]> {
+    let sketch = sketchnav_deform::scenes::sketch(scene, degree, sketch_seed(degree, number));
+    let reading = Reading { canvas_m: sketch.canvas_m(), ..Reading::default() };
+    let read = file::read(sketch.file().as_bytes()).and_then(|drawing| Sketch::read(&drawing, &reading));
+    let Ok(Sketch { landmarks, metres_per_pixel, .. }) = read else { return BTreeMap::new() };
+    let is_known = |name: &str| landmarks.iter().filter(|landmark| landmark.name == name).count() == 1;
+    let known = landmarks.iter().filter(|landmark| is_known(&landmark.name));
+    let outline = |landmark: &Landmark| -> Vec<_> {
+        landmark.outline.iter().map(|at| [at.x, at.y].map(|x| x / metres_per_pixel)).collect()
+    };
+    known.map(|landmark| (landmark.name.clone(), middle(&outline(landmark)))).collect()
 }
 
 /// Returns the seed of a sketch.

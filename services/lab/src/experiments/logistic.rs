@@ -54,7 +54,7 @@ fn sigmoid(x: f64) -> f64 {
 }
 
 /// Returns the area under the curve of a score that should be larger for successes: the probability that it is larger for a random
-/// success than for a random failure, with ties counted as half. `None` without successes or failures.
+/// success than for a random failure, with ties counted as half. Returns `None` if there are no successes or no failures.
 pub fn area_under_curve(scores: &[(f64, bool)]) -> Option<f64> {
     let of = |success: bool| scores.iter().filter(move |(_, is)| *is == success).map(|(score, _)| *score);
     let (pairs, wins) =

@@ -26,7 +26,7 @@ const REPETITIONS: u32 = 2;
 /// Loads the suite.
 ///
 /// # Errors
-/// Same as [`routes::suite`].
+/// Any error of [`routes::suite`].
 pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     let drives = routes::suite(folders)?.trials;
     let line = |value: f64| format!("{value} m");

@@ -3,10 +3,9 @@
 //! used to choose parameters, but the second never is. In the `people-answers` and `people-exam-answers` suites, a [person] watches
 //! the same drives and answers the robot's questions.
 //!
-//! Each trial drives from one matched place to another in a different region, with the start marked as people
-//! would mark it. Arrival is judged by region, since two annotators' marks in the same hall can be metres
-//! apart. Data: M. Mielle et al., "A method to find the robot's place in a hand-drawn map"
-//! (sketch_map_matching).
+//! In each trial, the robot drives from one matched place to another in a different region, with the start marked as people would
+//! mark it. Arrival is judged by region, since two annotators' marks in the same hall can be metres apart. Data: M. Mielle et al.,
+//! *Using sketch-maps for robot navigation*, 2016 (repository sketch_map_matching).
 //!
 //! - [`mod@matches`] parses the annotators' files, and [`regions`] contains the rooms of the environment.
 
@@ -84,7 +83,7 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
 /// Loads the suite of drawings that may not be used to choose anything.
 ///
 /// # Errors
-/// Same as [`suite`].
+/// Any error of [`suite`].
 pub fn exam(folders: &Folders) -> Result<Suite, EvalError> {
     six(folders, false)
 }
@@ -92,7 +91,7 @@ pub fn exam(folders: &Folders) -> Result<Suite, EvalError> {
 /// Loads the drives of [`suite`] with a person who watches and answers.
 ///
 /// # Errors
-/// Same as [`suite`].
+/// Any error of [`suite`].
 pub fn answered(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(with_onlooker(ten(folders, true)?))
 }
@@ -100,7 +99,7 @@ pub fn answered(folders: &Folders) -> Result<Suite, EvalError> {
 /// Loads the drives of [`exam`] with a person who watches and answers.
 ///
 /// # Errors
-/// Same as [`suite`].
+/// Any error of [`suite`].
 pub fn exam_answered(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(with_onlooker(six(folders, true)?))
 }

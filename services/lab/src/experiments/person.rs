@@ -1,18 +1,23 @@
 //! A person who watches a drive with the drawing in hand, and answers when the robot asks where it is.
 //!
 //! The person sees the true position of the robot, and points at the corresponding position in the drawing as precisely as people
-//! mark a start. After a few answers, the person gives up on the drive. The person only answers questions of the robot.
+//! mark a start. If a robot that drives past landmarks offers places to choose from, and one of them is about right, the person
+//! chooses that one. After a few answers, the person gives up on the drive. The person only answers questions of the robot.
 
 use nalgebra::Complex;
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64Mcg;
+use sketchnav_landmarks::mission as landmarks;
 use sketchnav_schemas::channels::ChannelSpec;
-use sketchnav_schemas::codes::FREE;
+use sketchnav_schemas::codes::{FREE, Process};
 use sketchnav_schemas::geometry::{Point, Pose, Sketch, World, wrap_angle};
 use sketchnav_schemas::message::Here;
+use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::seed;
 use sketchnav_sketch::messages::{QUESTION, QuestionKind};
 use sketchnav_sketch::reading::DrawnMap;
+use sketchnav_stage::lookout::Lookout;
+use sketchnav_stage::{Access, Incoming};
 
 use crate::experiments::outcome::{Kind, TaskOutcome};
 use crate::experiments::section::Section;
@@ -23,6 +28,8 @@ use crate::experiments::trial::StartError;
 const MOST_ANSWERS: u32 = 4;
 /// Pause between two answers, in nanoseconds of simulation.
 const PAUSE_NS: u64 = 5_000_000_000;
+/// Distance at which an offered place is about right, as a share of the distance between the matched places that are farthest apart.
+const ABOUT: f64 = 0.05;
 
 /// A person's knowledge of the correspondence between places in the world and in the drawing.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,6 +46,12 @@ impl Person {
             [Complex::new(world.x, world.y), Complex::new(sketch.x, sketch.y)]
         };
         Self { matched: matched.into_iter().map(pair).collect() }
+    }
+
+    /// Returns the greatest distance between two matched places in the drawing, in pixels.
+    fn extent_px(&self) -> f64 {
+        let places = || self.matched.iter().map(|[_, sketch]| sketch);
+        places().flat_map(|a| places().map(move |b| (a - b).norm())).fold(0.0, f64::max)
     }
 
     /// Returns the pose of the robot as the person would draw it, using the similarity transform that best
@@ -65,7 +78,10 @@ impl Person {
 /// A person during a drive.
 pub struct Bystander<'a> {
     person: &'a Person,
-    paper: &'a DrawnMap,
+    /// The drawing, if it is one of walls.
+    paper: Option<&'a DrawnMap>,
+    /// The page on which a robot that drives past landmarks asks.
+    page: Option<(Access, Box<dyn Lookout>)>,
     rng: Pcg64Mcg,
     question: QuestionKind,
     asked_ns: Option<u64>,
@@ -74,17 +90,25 @@ pub struct Bystander<'a> {
 }
 
 impl<'a> Bystander<'a> {
-    /// Creates the person before a drive by `paper`. `seed` is the seed of the run.
-    pub fn new(person: &'a Person, paper: &'a DrawnMap, seed: u64) -> Self {
+    /// Creates the person before a drive by `paper`, or past landmarks. `run` is the run.
+    /// `seed` is the seed of the trial's first run.
+    pub fn new(person: &'a Person, paper: Option<&'a DrawnMap>, run: &RunConfig, seed: u64) -> Self {
         let rng = seed::stream(seed, "eval/person");
-        Self { person, paper, rng, question: QuestionKind::Nothing, asked_ns: None, asked: 0 }
+        let lookout = sketchnav_landmarks::NAVIGATOR.lookout.filter(|_| paper.is_none());
+        let page = lookout.map(|lookout| (Access::new(Process::Pad, landmarks::KIND), lookout(run)));
+        Self { person, paper, page, rng, question: QuestionKind::Nothing, asked_ns: None, asked: 0 }
     }
 
     /// Processes a message, which may be a question.
-    pub fn receive(&mut self, spec: &ChannelSpec, message: &[u8]) {
+    pub fn receive(&mut self, spec: &'static ChannelSpec, message: &[u8], cells: &[u8]) {
         let asked =
             QUESTION.message(spec, message).and_then(|question| QuestionKind::from_code(question.kind));
         self.question = asked.unwrap_or(self.question);
+        if let Some((access, page)) = &mut self.page {
+            // The page ignores what it does not read.
+            let _ = page.receive(&Incoming::new(access, spec, message, cells));
+            self.question = page.question().map_or(QuestionKind::Nothing, |_| QuestionKind::Where);
+        }
     }
 
     /// Returns the number of answers so far.
@@ -113,10 +137,22 @@ impl<'a> Bystander<'a> {
         if self.gives_up() {
             return None;
         }
+        if let Some(at) = self.offered(robot) {
+            return Some(Here { at, yaw_rad: None });
+        }
         let pose = self.point_at(robot);
         // Only `Where` asks for a heading, so the answer to `Which` has none.
         let yaw_rad = (self.question == QuestionKind::Where).then_some(pose.yaw_rad);
         Some(Here { at: pose.position(), yaw_rad })
+    }
+
+    /// Returns the place on the page that is about right, if there is one.
+    fn offered(&self, robot: &Pose<World>) -> Option<Point<Sketch>> {
+        let (_, page) = self.page.as_ref()?;
+        let truth = self.person.drawn(robot).position();
+        let places = page.question()?.into_iter().map(Point::from);
+        let nearest = places.min_by(|a, b| a.distance(&truth).total_cmp(&b.distance(&truth)))?;
+        (nearest.distance(&truth) <= ABOUT * self.person.extent_px()).then_some(nearest)
     }
 
     /// Returns the pose that the person marks for the robot: the free position nearest to the truth, with the errors of people.
@@ -127,11 +163,14 @@ impl<'a> Bystander<'a> {
         let mut draw = || normal.sample(&mut self.rng);
         let yaw_rad = wrap_angle(drawn.yaw_rad + (error.heading_deg * draw()).to_radians());
         let place = drawn.position();
-        let is_free = |cell: usize| self.paper.cells[cell] == FREE;
-        let nearest =
-            (self.paper.cell(&place) != Some(FREE)).then(|| nearest_cell(self.paper, &place, is_free));
+        let Some(paper) = self.paper else {
+            let spread_px = error.spread_share * self.person.extent_px();
+            return Pose::new(place.x + spread_px * draw(), place.y + spread_px * draw(), yaw_rad);
+        };
+        let is_free = |cell: usize| paper.cells[cell] == FREE;
+        let nearest = (paper.cell(&place) != Some(FREE)).then(|| nearest_cell(paper, &place, is_free));
         let free = nearest.flatten().unwrap_or(place);
-        let at = error.mark(self.paper, &free, draw).unwrap_or(free);
+        let at = error.mark(paper, &free, draw).unwrap_or(free);
         Pose::new(at.x, at.y, yaw_rad)
     }
 }
@@ -196,10 +235,14 @@ pub fn sections(outcomes: &[TaskOutcome]) -> Vec<Section> {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use bytemuck::Zeroable;
     use sketchnav_sketch::messages::Question;
     use sketchnav_sketch::mission::WallTone;
     use sketchnav_sketch::reading::Options;
+    use sketchnav_stage::Denied;
+    use sketchnav_stage::lookout::Picture;
 
     use super::*;
 
@@ -234,9 +277,15 @@ mod tests {
         sketchnav_sketch::reading::read(svg.as_bytes(), "room.svg", &options).unwrap()
     }
 
+    fn run() -> RunConfig {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../sim/missions/landmarks/scene-a.toml");
+        let (mission, robot) = sketchnav_sim::mission_file::load(&folder).unwrap();
+        RunConfig::lockstep("person", mission, robot, 1)
+    }
+
     fn asks(bystander: &mut Bystander<'_>, kind: QuestionKind) {
         let question = Question { kind: kind.code(), ..Question::zeroed() };
-        bystander.receive(QUESTION.spec, bytemuck::bytes_of(&question));
+        bystander.receive(QUESTION.spec, bytemuck::bytes_of(&question), &[]);
     }
 
     /// Returns a person in a world that coincides with the sheet, at a tenth of a metre per pixel.
@@ -249,7 +298,7 @@ mod tests {
     fn repeated_questions_are_answered_after_a_pause_and_only_a_few_times() {
         let paper = paper();
         let person = person_of(&paper);
-        let mut bystander = Bystander::new(&person, &paper, 1);
+        let mut bystander = Bystander::new(&person, Some(&paper), &run(), 1);
         let robot = Pose::new(1.0, 1.0, 0.5);
         assert_eq!(bystander.answer(&robot, 0), None, "nobody has asked");
         asks(&mut bystander, QuestionKind::Which);
@@ -268,12 +317,49 @@ mod tests {
         assert!(bystander.gives_up() && bystander.leaves_it_lost());
     }
 
+    /// A page that offers these places.
+    struct Offers(Vec<[f64; 2]>);
+
+    impl Lookout for Offers {
+        fn receive(&mut self, _: &Incoming<'_>) -> Result<(), Denied> {
+            Ok(())
+        }
+
+        fn question(&self) -> Option<Vec<[f64; 2]>> {
+            Some(self.0.clone())
+        }
+
+        fn draw(&mut self, _: &mut Picture) {}
+    }
+
+    #[test]
+    fn an_offered_place_is_chosen_if_it_is_about_right() {
+        let person = person(&CORNERS);
+        let at_a_corner = Pose::new(0.0, 0.0, 0.3);
+        let answer = |places: &[[f64; 2]]| {
+            let page: Box<dyn Lookout> = Box::new(Offers(places.to_vec()));
+            let page = Some((Access::new(Process::Pad, landmarks::KIND), page));
+            let mut bystander = Bystander { page, ..Bystander::new(&person, None, &run(), 1) };
+            bystander.receive(QUESTION.spec, bytemuck::bytes_of(&Question::zeroed()), &[]);
+            bystander.answer(&at_a_corner, 0).unwrap()
+        };
+        let chosen = answer(&[[30.0, 30.0], [102.0, 1.0]]);
+        assert_eq!(chosen, Here { at: Point::new(102.0, 1.0), yaw_rad: None });
+        for places in [&[][..], &[[30.0, 30.0]]] {
+            let pointed = answer(places);
+            assert!(pointed.at.distance(&Point::new(100.0, 0.0)) < 4.0, "{pointed:?}");
+            assert!(pointed.yaw_rad.is_some(), "{pointed:?}");
+        }
+    }
+
     #[test]
     fn answers_never_lie_in_a_wall_or_behind_it() {
         let paper = paper();
         let person = person_of(&paper);
         for seed in 0..200 {
-            let at = Bystander::new(&person, &paper, seed).point_at(&Pose::new(2.85, 1.0, 0.0)).position();
+            let at = Bystander::new(&person, Some(&paper), &run(), seed)
+                .point_at(&Pose::new(2.85, 1.0, 0.0))
+                .position();
             assert!(paper.cell(&at) == Some(FREE) && paper.to_image(&at)[0] < 30.0, "{at:?}");
         }
     }

@@ -94,7 +94,7 @@ pub fn building(folders: &Folders) -> Result<Suite, EvalError> {
 /// Loads Table II in our laboratory, a part of which is shown at a different scale by both drawings.
 ///
 /// # Errors
-/// Same as [`building`].
+/// Any error of [`building`].
 pub fn laboratory(folders: &Folders) -> Result<Suite, EvalError> {
     let mut suite = Suite {
         title: "Table II of Boniardi et al. 2015: seven legs joined to a chain, ten attempts; the lower part is drawn at half the scale.".into(),

@@ -79,7 +79,7 @@ impl Tap for Watcher<'_> {
         self.log.see(spec, message, cells);
         self.stamps_ns.push(erased::header(message).stamp_ns);
         if let Some(bystander) = &mut self.bystander {
-            bystander.receive(spec, message);
+            bystander.receive(spec, message, cells);
         }
         if let Some(witness) = &mut self.witness {
             witness.see(spec, message, cells);
@@ -123,8 +123,8 @@ impl Watcher<'_> {
 
 /// Drives one repetition of a trial.
 ///
-/// If the trial has `restarts`, a run ends with the first task that fails, and another one starts at the goal of that task
-/// (Boniardi et al. 2015, IV).
+/// If the trial has `restarts`, a run ends with the first task that fails, and another starts at the goal of that task (Boniardi et
+/// al. 2015, IV).
 ///
 /// # Errors
 /// [`EvalError::Trial`] if the mission cannot start, or the error in creating the page.
@@ -164,8 +164,7 @@ fn drive_from(
         bystander: trial
             .person
             .as_deref()
-            .zip(sheet)
-            .map(|(person, sheet)| Bystander::new(person, &sheet.paper, seed)),
+            .map(|person| Bystander::new(person, sheet.map(|sheet| &*sheet.paper), &run, seed)),
         witness: trial.asks_rooms.then(|| Witness::new(&run)).flatten(),
         lesson: Attended::of(trial).map_err(|error| RehearsalError::Stage(error.into()))?,
     };
@@ -203,7 +202,7 @@ fn drive_from(
     })
 }
 
-/// Returns the time that localizer and planner computed as processes, in seconds, according to their last reports.
+/// Returns the time that the processes of localizer and planner spent computing, in seconds, according to their last reports.
 fn busy_s(health: &[Health]) -> f64 {
     let last = |process: Process| health.iter().rfind(|health| health.process == process.code());
     let both = [Process::Localizer, Process::Planner].into_iter().filter_map(last);
@@ -213,7 +212,7 @@ fn busy_s(health: &[Health]) -> f64 {
 /// Drives one repetition of a trial and returns how its tasks ended.
 ///
 /// # Errors
-/// Same as [`drive`].
+/// Any error of [`drive`].
 pub fn run(trial: &Trial, method: &str, repetition: u32, seed: u64) -> Result<Vec<TaskOutcome>, EvalError> {
     if let Some(series) = &trial.series {
         return series.run(trial, method, repetition, seed);
@@ -222,7 +221,7 @@ pub fn run(trial: &Trial, method: &str, repetition: u32, seed: u64) -> Result<Ve
     Ok(runs.iter().flat_map(|driven| outcomes(trial, method, repetition, driven)).collect())
 }
 
-/// Returns the outcome of the task `index` of a run, taking its path into account.
+/// Returns the outcome of task `index` of a run, taking its path into account.
 pub fn kind_of(trial: &Trial, driven: &Driven, span: Option<&TaskSpan>, index: usize) -> Kind {
     let verdict = &driven.verdicts[index];
     if trial.ends_with_contact && verdict.collisions > 0 {
@@ -267,8 +266,8 @@ fn cost(trial: &Trial, driven: &Driven, span: &TaskSpan, time_s: f64) -> Cost {
     }
 }
 
-/// Returns the states of a drive by landmark states. They are empty for any other drive, and for one by words, since
-/// nothing is drawn for it.
+/// Returns the states of a drive by landmark states. There are none for other drives, nor for a drive by words, since nothing is
+/// drawn for it.
 fn states(driven: &Driven, is_reached: bool) -> Vec<StateDriven> {
     let log = &driven.log;
     let by_states =

@@ -194,7 +194,7 @@ mod tests {
         assert_eq!(Tally::of(&driven[2..]).displacement_m, None);
     }
 
-    /// Results that were kept before these judgements existed have none of them.
+    /// Results that were stored before these judgements existed do not include them.
     #[test]
     fn a_tally_without_the_new_figures_can_be_read() {
         let old = r#"{"attempts": 4, "reached": 3, "wrong_arrival": 1, "wrong_side": 0, "collided": 0, "lost": 0,

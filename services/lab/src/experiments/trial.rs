@@ -233,7 +233,7 @@ impl Trial {
         Ok(RunConfig { method, pad, ..RunConfig::lockstep("eval", mission, self.robot.clone(), seed) })
     }
 
-    /// Creates the rehearsal of a run of the trial. `page` is its page, if that is in no file.
+    /// Creates the rehearsal of a run of the trial. Pass its `page` if that is not in a file.
     ///
     /// # Errors
     /// [`RehearsalError`] if the run cannot start.

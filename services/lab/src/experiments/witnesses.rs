@@ -35,8 +35,8 @@ const FLOORS: u64 = 3;
 const DEGREES: [f64; 2] = [1.0, 1.5];
 /// Number of drawings of each floor at each degree.
 const DRAWINGS_OF_FLOOR: u64 = 4;
-/// Number of the first drawing of the first floor, and the difference to that of the next floor. No other suite uses drawings with
-/// such numbers, and no two floors share one, because drawings with the same number are deformed in the same way.
+/// Number of the first drawing of the first floor, and the difference between it and that of the next floor. No other suite uses
+/// drawings with such numbers, and no two floors share one, because drawings with the same number are deformed in the same way.
 const FIRST_DRAWING: [u64; 2] = [104, 8];
 /// Maximum distance, in metres, between the goals of two witnesses that agree.
 const AGREE_M: f64 = 2.5;
@@ -178,12 +178,12 @@ impl Witness {
         })
     }
 
-    /// Returns the answer of regions and doors about the task `index`, whose place in the true world is `there`.
+    /// Returns the answer of regions and doors about task `index`, whose place in the true world is `there`.
     pub fn said(&self, log: &Log, index: usize, there: &Place) -> RoomsSaid {
         self.ask(log, index).map(|asked| asked.said(there)).unwrap_or_default()
     }
 
-    /// Evaluates the task `index` by all witnesses. Returns `None` if there is no drawing or no goal in it.
+    /// Evaluates task `index` by all witnesses. Returns `None` if there is no drawing or no goal in it.
     pub fn ask(&self, log: &Log, index: usize) -> Option<Asked> {
         let (message, cells) = log.sketch.as_ref()?;
         let sketch = SketchGrid::of_map(message, cells).ok()?;

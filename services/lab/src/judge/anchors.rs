@@ -29,7 +29,7 @@ pub struct Anchors {
     drawing: BTreeMap<String, Places>,
 }
 
-/// The reason why a file of anchors is rejected.
+/// Why a file of anchors is rejected.
 #[derive(Debug, thiserror::Error)]
 pub enum AnchorsError {
     /// The text is not TOML, has an unknown key, or has a value of the wrong type.

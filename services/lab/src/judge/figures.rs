@@ -43,8 +43,8 @@ pub struct Figures {
     pub estimates: usize,
     /// Conversion of the trajectory to metres: `map` or `mean scales`.
     pub metres_by: &'static str,
-    /// The reason why the trajectory is not aligned with the true one although there are estimates. In this case, there is neither
-    /// an absolute nor a local error.
+    /// Why the trajectory is not aligned with the true one although there are estimates. In this case, there is neither an absolute
+    /// nor a local error.
     pub not_aligned: Option<NotAligned>,
     /// Absolute trajectory error after alignment, in metres.
     pub absolute_m: Option<Statistics>,
@@ -70,8 +70,7 @@ pub struct Figures {
     pub latency_ms: BTreeMap<&'static str, Statistics>,
     /// Time that each process took per step, according to its health messages.
     pub stages: Vec<Stage>,
-    /// Number of scans without a command in response. This is 0 if there are no commands at all, since no robot was driven in that
-    /// case.
+    /// Number of scans without a command in response. This is 0 if there are no commands, since no robot was driven in that case.
     pub unanswered_scans: u64,
 }
 
@@ -137,7 +136,7 @@ pub fn figures(
     }
 }
 
-/// Returns the reason why the estimates are not aligned with the truth, or `None` if they are or if there are no estimates.
+/// Returns why the estimates are not aligned with the truth, or `None` if they are or if there are no estimates.
 fn not_aligned(log: &Log, truth: &[Pose<World>], estimate: &[Pose<World>]) -> Option<NotAligned> {
     let estimates = log.estimates.len();
     if estimates == 0 {

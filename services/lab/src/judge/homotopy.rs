@@ -41,7 +41,7 @@ pub struct Anchor {
     pub drawing: Point<Sketch>,
 }
 
-/// The reason why anchors do not join the planes.
+/// Why anchors do not join the planes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum CorrespondenceError {
     /// There are fewer than three anchors, all of them are on a line, or the drawing is a mirror image of the floor.
@@ -74,7 +74,7 @@ impl Correspondence {
     /// best affine map. This ensures that every point near the anchors is in some triangle.
     ///
     /// # Errors
-    /// [`CorrespondenceError`] if the anchors are too few or contradict each other.
+    /// [`CorrespondenceError`] if there are too few anchors, or if they contradict each other.
     pub fn new(anchors: &[Anchor]) -> Result<Self, CorrespondenceError> {
         let mut floor: Vec<_> = anchors.iter().map(|a| a.world).collect();
         let mut drawing: Vec<_> = anchors.iter().map(|a| a.drawing).collect();

@@ -28,7 +28,7 @@ struct Room {
     sketch: Vec<[f64; 2]>,
 }
 
-/// The reason why a file of rooms is rejected.
+/// Why a file of rooms is rejected.
 #[derive(Debug, thiserror::Error)]
 pub enum RoomsError {
     /// The text is not TOML, has an unknown key, or has a value of the wrong type.

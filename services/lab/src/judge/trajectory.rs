@@ -13,8 +13,7 @@ const SHORTEST_SPAN_M: f64 = 0.5;
 /// Minimum extent of an estimated path as a share of the extent of the true one. An estimate below this has collapsed.
 const LEAST_SHARE: f64 = 0.1;
 
-/// The reason why a trajectory is not aligned with the true one. Without these checks, anything could be fitted to a
-/// single point.
+/// Why a trajectory is not aligned with the true one. Without these checks, anything could be fitted to a single point.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum NotAligned {
     /// There are estimates, but the recording has no true poses.
@@ -55,7 +54,7 @@ impl Serialize for NotAligned {
     }
 }
 
-/// Returns the reason why two trajectories in metres cannot be aligned, or `None` if they can.
+/// Returns why two trajectories in metres cannot be aligned, or `None` if they can.
 pub fn not_aligned<F>(truth: &[Pose<F>], estimate: &[Pose<F>]) -> Option<NotAligned> {
     let (true_m, estimated_m) = (span(truth), span(estimate));
     let least_m = SHORTEST_SPAN_M.max(LEAST_SHARE * true_m);

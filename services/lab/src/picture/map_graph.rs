@@ -162,7 +162,7 @@ fn arrow_down(sheet: &mut Sheet, [from, to]: [f64; 2], colour: &str) {
     ));
 }
 
-/// Draws an arc on the left of the entries. Arcs between distant entries bulge further. `height` is that of the whole graph.
+/// Draws an arc on the left of the entries. Arcs between distant entries bulge further. `height` is the height of the whole graph.
 fn arc(sheet: &mut Sheet, [from, to]: [f64; 2], height: f64, colour: &str) {
     let x = COLUMN - RADIUS;
     // An entry may lead to itself.

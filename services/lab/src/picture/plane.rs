@@ -18,8 +18,8 @@ pub struct PlannedMap {
     pub landmarks: Vec<Point<World>>,
     /// Pairs of landmarks one of which leads to the other.
     pub links: Vec<[Point<World>; 2]>,
-    /// Whether the map branches. The landmark at which an entry begins then has the number of that entry, otherwise the landmark
-    /// that an entry attains has it.
+    /// Whether the map branches. If it does, the number of an entry is at the landmark where the entry begins, otherwise at the one
+    /// that it attains.
     pub branches: bool,
 }
 

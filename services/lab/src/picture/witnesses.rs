@@ -10,7 +10,7 @@ use super::{DrawnGoal, FloorShapes, PictureError};
 /// Names of the witnesses, each with its colour.
 const WITNESSES: [(&str, &str); 3] =
     [("particle filter", "#2f6fd0"), ("outline", "#c2410c"), ("regions and doors", "#8a3ffc")];
-/// Hue of the first region, and the difference to that of the next one, in degrees. By the golden angle, neighbouring
+/// Hue of the first region, and the difference between it and that of the next one, in degrees. By the golden angle, neighbouring
 /// numbers never have similar hues.
 const HUES: [f64; 2] = [30.0, 137.5];
 const NO_PARTNER: &str = "#aab0ba";

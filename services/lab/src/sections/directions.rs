@@ -68,7 +68,7 @@ fn walls(run: &RunConfig, files: &dyn Files) -> anyhow::Result<Arc<Walls>> {
 /// Returns the verdicts on a run's journeys, or nothing if its world has no dots or landmarks.
 ///
 /// # Errors
-/// Same as [`dots`].
+/// Any error of [`dots`].
 pub fn verdicts(run: &RunConfig, files: &dyn Files, log: &Log) -> anyhow::Result<Vec<JourneyVerdict>> {
     let Some(dots) = dots(run, files)? else { return Ok(Vec::new()) };
     let names: Vec<_> = run.mission.task.iter().map(|task| task.name.clone()).collect();
@@ -93,7 +93,7 @@ fn kinds(run: &RunConfig, files: &dyn Files, dots: &[[f64; 2]]) -> anyhow::Resul
 /// Returns the verdicts on journeys by custom maps, judged by the plane inside the recording.
 ///
 /// # Errors
-/// Same as [`dots`]. Also fails if the recorded run cannot be read.
+/// Any error of [`dots`]. Also fails if the recorded run cannot be read.
 pub fn verdicts_of(recording: &Recording, log: &Log) -> anyhow::Result<Vec<JourneyVerdict>> {
     if log.journeys.is_empty() {
         return Ok(Vec::new());
@@ -105,7 +105,7 @@ pub fn verdicts_of(recording: &Recording, log: &Log) -> anyhow::Result<Vec<Journ
 /// Draws the plane or land of a run with its journeys. Returns `None` if the world has no dots or landmarks.
 ///
 /// # Errors
-/// Same as [`dots`].
+/// Any error of [`dots`].
 pub fn plane_picture(
     run: &RunConfig,
     files: &dyn Files,

@@ -119,7 +119,7 @@ impl<'a> Landmarks<'a> {
         page::table(&header, &moments.iter().map(row).collect::<Vec<_>>())
     }
 
-    /// Draws the sketch with its states and the believed trajectory, or returns `None` if the route was given only in words.
+    /// Draws the sketch with its states and the estimated trajectory, or returns `None` if the route was given only in words.
     pub fn sketch_picture(&self) -> Option<String> {
         let sketch = self.instructions.sketch.as_ref()?;
         let all = || sketch.route.iter().chain(sketch.landmarks.iter().flat_map(|one| &one.outline));

@@ -151,7 +151,7 @@ impl Occupancy {
     /// Returns the index of the tile's slot and the index of the cell within the tile, or `None` beyond the extent.
     fn split(&self, cell: [i32; 2]) -> Option<(usize, usize)> {
         let half = self.tiles_per_side * TILE / 2;
-        // A cell below the extent wraps around to a very large number, which is beyond the extent as well.
+        // A cell below the extent wraps around to a very large number, which is also beyond the extent.
         let [x, y] = cell.map(|at| at.wrapping_add(half as i32) as u32 as usize);
         let (column, row) = (x / TILE, y / TILE);
         let is_within = column < self.tiles_per_side && row < self.tiles_per_side;

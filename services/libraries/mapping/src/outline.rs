@@ -105,8 +105,8 @@ pub struct Taking {
 }
 
 impl SeenOutline {
-    /// Returns the outline of the free space around the robot. Cells near any of the `shut` places count as
-    /// wall as well, which closes gaps that turned out to have nothing to see beyond them.
+    /// Returns the outline of the free space around the robot. Cells near any of the `shut` places also count as wall, which closes
+    /// gaps beyond which there turned out to be nothing to see.
     pub fn of_map(survey: &Survey, shut: &[Place], taking: &Taking) -> Self {
         let (grid, border) = (survey.grid(), survey.free().border());
         if border.len() < 8 {

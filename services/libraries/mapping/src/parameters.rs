@@ -58,8 +58,7 @@ pub struct Parameters {
     pub enter_m: f64,
     /// Angle turned between scans that are entered into the map, in radians.
     pub enter_rad: f64,
-    /// Number of scans after which a stationary robot adds another one to the map, so that people who have
-    /// left disappear from it.
+    /// Number of scans after which a stationary robot adds another to the map, so that people who have left disappear from it.
     pub enter_scans: u32,
 }
 

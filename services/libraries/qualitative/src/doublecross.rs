@@ -49,7 +49,7 @@ words! {
         Rl = "rl",
         /// Right back.
         Rb = "rb",
-        /// a and b have the same position, and c another one.
+        /// a and b have the same position, and c has a different one.
         Dou = "dou",
         /// All three have the same position.
         Tri = "tri",

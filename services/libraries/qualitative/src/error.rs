@@ -1,6 +1,6 @@
 //! The error type for rejected input.
 
-/// The reason why input was rejected. Each variant gives what was expected and what was found.
+/// Why input was rejected. Each variant gives what was expected and what was found.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Error {
     /// A word names no relation of the calculus.

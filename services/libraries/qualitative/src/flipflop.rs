@@ -29,7 +29,7 @@ words! {
         Start = "s",
         /// On the line, behind a.
         Back = "b",
-        /// a and b have the same position, and c another one.
+        /// a and b have the same position, and c has a different one.
         Dou = "dou",
         /// All three have the same position.
         Tri = "tri",

@@ -210,7 +210,7 @@ impl Rect {
     /// Creates a rectangle around a centre.
     ///
     /// # Errors
-    /// Same as [`Self::new`].
+    /// Any error of [`Self::new`].
     pub fn around(centre: Point, width: f64, height: f64) -> Result<Self, Error> {
         let [x, y] = [width / 2.0, height / 2.0];
         Self::new([centre.x - x, centre.y - y], [centre.x + x, centre.y + y])

@@ -24,7 +24,7 @@ pub struct Network<R: Relation> {
     relations: Vec<RelationSet<R>>,
 }
 
-/// Reason why a network has no model.
+/// Why a network has no model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum Inconsistent {
     /// The relation of one object to another contradicts the relation in the reverse order.
@@ -75,7 +75,7 @@ impl<R: Relation> Network<R> {
     /// Restricts the relations of one object to another to those given.
     ///
     /// # Errors
-    /// Same as [`Self::relations`].
+    /// Any error of [`Self::relations`].
     pub fn constrain(
         &mut self,
         first: usize,

@@ -70,7 +70,7 @@ words! {
         Drb = "drb",
         /// The referent is at the relatum.
         Sam = "sam",
-        /// Origin and relatum have the same position, and the referent another one.
+        /// Origin and relatum have the same position, and the referent has a different one.
         Dou = "dou",
         /// All three points have the same position.
         Tri = "tri",
@@ -236,7 +236,7 @@ impl Curve {
         }
     }
 
-    /// Returns the parameters at which this curve meets another one.
+    /// Returns the parameters at which this curve meets another.
     fn crossings(self, other: Self) -> Vec<f64> {
         match (self, other) {
             (Self::Line(p, d), Self::Line(q, e)) => {

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Base, Point};
 
 use crate::belief::Believing;
-use crate::drawn::{Drawn, DrawnMetres};
+use crate::drawn::{Drawn, DrawnMetres, Stretch};
 use crate::memory::polar;
 use crate::outlines::Outline;
 use crate::shift::{Off, Prior, Shift};
@@ -81,6 +81,12 @@ impl Hypothesis {
             weight: 1.0 / settings.hypotheses.max(1) as f64,
             near: [Known::default(); NEAR],
         }
+    }
+
+    /// Returns a single hypothesis of an average care that knows no shift yet.
+    pub fn at(at: Point<Drawn>, heading_rad: f64, stretch: Stretch) -> Self {
+        let near = [Known::default(); NEAR];
+        Self { at, heading_rad, stretch: [stretch.0; 2], care: 1.0, weight: 1.0, near }
     }
 
     fn prior(&self, settings: &Believing) -> Prior {

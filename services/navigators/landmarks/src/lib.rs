@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 pub mod account;
+pub mod alternatives;
 pub mod belief;
 pub mod control;
 pub mod derived;

@@ -1,5 +1,7 @@
 //! Draws a route past landmarks for a page, with the sketch, the robot's position along the route, the
-//! objects, and the matched state.
+//! objects, and the matched state. If the robot is lost, offers the places where it may be.
+
+use std::f64::consts::FRAC_PI_8;
 
 use sketchnav_schemas::codes::{Tracking, WALL};
 use sketchnav_schemas::geometry::{Base, Point};
@@ -7,6 +9,8 @@ use sketchnav_schemas::robot::Robot;
 use sketchnav_stage::lookout::{self, Color, Picture, Shape, Sheet, Stroke, Walls, Whereabouts, thinned};
 use sketchnav_stage::{Denied, Incoming};
 
+use crate::alternatives::{self, Surroundings};
+use crate::belief::{Beam, Believing};
 use crate::drawn::{Drawn, DrawnMetres, Stretch};
 use crate::error::Pixel;
 use crate::instructions::Instructions;
@@ -14,8 +18,10 @@ use crate::memory::polar;
 use crate::messages::{
     LANDMARK_PROGRESS, LANDMARK_ROUTE, LANDMARK_VIEW, LandmarkProgress, LandmarkView, RouteCommand,
 };
+use crate::outlines::Outlines;
 use crate::plane;
 use crate::route::Route;
+use crate::sketch::Sketch;
 use crate::view;
 
 /// Longer side of the grid on which outlines are painted, in cells.
@@ -29,25 +35,46 @@ const DOUBTFUL: f64 = 0.3;
 /// The latest messages about the route, ready to be drawn.
 pub struct Lookout {
     radius_m: f64,
-    /// Whether the robot drives by its position in the sketch, which a person can then set.
-    is_by_position: bool,
+    /// Parameters of the robot's belief, if it drives by its position in the sketch, which a person can then set.
+    by_position: Option<Believing>,
     sketched: Option<Sketched>,
     walls: Option<Walls>,
     view: Option<Box<LandmarkView>>,
     progress: Option<Box<LandmarkProgress>>,
+    /// The question to a person, with the places where the robot may be, from when it is lost until it drives on.
+    question: Option<Vec<[f64; 2]>>,
 }
 
 impl Lookout {
-    /// Creates a lookout for this robot. `is_by_position` says whether it drives by its position in the sketch.
-    pub fn new(robot: &Robot, is_by_position: bool) -> Self {
+    /// Creates a lookout for this robot. `by_position` are the parameters of its belief, if it drives by its position in the sketch.
+    pub fn new(robot: &Robot, by_position: Option<Believing>) -> Self {
         Self {
             radius_m: robot.radius_m,
-            is_by_position,
+            by_position,
             sketched: None,
             walls: None,
             view: None,
             progress: None,
+            question: None,
         }
+    }
+
+    /// Returns the places on the sheet where the robot may be, as far as it can tell. It may be anywhere if there are none.
+    fn places(&self, settings: &Believing) -> Vec<[f64; 2]> {
+        let Some((sketched, view)) = self.sketched.as_ref().zip(self.view.as_deref()) else {
+            return Vec::new();
+        };
+        let Some(sketch) = &sketched.sketch else { return Vec::new() };
+        let echoes: Vec<_> = view.places().iter().map(|place| place.map(f64::from).into()).collect();
+        let beam = |(i, range_m): (usize, &f64)| Beam {
+            angle_rad: FRAC_PI_8 * i as f64,
+            range_m: range_m + self.radius_m,
+        };
+        let beams: Vec<_> = view.sectors_m.iter().enumerate().map(beam).collect();
+        let along = DrawnMetres(self.progress.as_ref().map_or(0.0, |progress| progress.along_m));
+        let known = Surroundings { estimate: view::estimate(view), along, echoes: &echoes, beams: &beams };
+        let places = alternatives::places(&Outlines::of(sketch), settings, &known);
+        places.iter().map(|place| sketched.point(place)).collect()
     }
 }
 
@@ -60,7 +87,7 @@ impl lookout::Lookout for Lookout {
             let sketched = Sketched::of(&instructions);
             let walls = painted(&sketched.outlines(), sketched.size_px.map(f64::from));
             // What was said before refers to another sketch.
-            (self.view, self.progress) = (None, None);
+            (self.view, self.progress, self.question) = (None, None, None);
             (self.walls, self.sketched) = (Some(walls), Some(sketched));
         }
         if let Some(view) = message.on(LANDMARK_VIEW)? {
@@ -68,6 +95,12 @@ impl lookout::Lookout for Lookout {
         }
         if let Some(progress) = message.on(LANDMARK_PROGRESS)? {
             self.progress = Some(Box::new(*progress));
+            match self.by_position.filter(|_| progress.is_lost > 0) {
+                None => self.question = None,
+                // The robot stands, so the places stay the same.
+                Some(settings) if self.question.is_none() => self.question = Some(self.places(&settings)),
+                Some(_) => {}
+            }
         }
         Ok(())
     }
@@ -80,10 +113,9 @@ impl lookout::Lookout for Lookout {
         self.walls.take()
     }
 
-    /// Asks where the robot is if it drives by its position in a sketch and is lost. It may be anywhere.
+    /// Asks where the robot is if it drives by its position in a sketch and is lost.
     fn question(&self) -> Option<Vec<[f64; 2]>> {
-        let is_lost = self.progress.as_ref().is_some_and(|progress| progress.is_lost > 0);
-        (self.is_by_position && is_lost).then(Vec::new)
+        self.question.clone()
     }
 
     fn draw(&mut self, picture: &mut Picture) {
@@ -132,9 +164,7 @@ struct Sketched {
     /// Width and height of the sheet.
     size_px: [u32; 2],
     route: Option<Route>,
-    /// The drawn route, and the outlines of objects.
-    line: Vec<Point<Drawn>>,
-    outlines: Vec<Vec<Point<Drawn>>>,
+    sketch: Option<Sketch>,
     /// Position of the sketch's origin on the sheet, in pixels.
     origin_px: [f64; 2],
     pixels_per_m: f64,
@@ -151,10 +181,12 @@ impl Sketched {
             }
             None => ([EMPTY_PX; 2], f64::from(EMPTY_PX) / EMPTY_M, [f64::from(EMPTY_PX) / 2.0; 2]),
         };
-        let line = sketch.map_or(Vec::new(), |sketch| sketch.route.clone());
-        let landmarks = sketch.map_or(&[][..], |sketch| &sketch.landmarks);
-        let outlines = landmarks.iter().map(|one| one.outline.clone()).collect();
-        Self { size_px, route, line, outlines, origin_px, pixels_per_m }
+        Self { size_px, route, sketch: sketch.cloned(), origin_px, pixels_per_m }
+    }
+
+    /// Returns the drawn route.
+    fn line(&self) -> &[Point<Drawn>] {
+        self.sketch.as_ref().map_or(&[], |sketch| &sketch.route)
     }
 
     /// Converts a drawn length to pixels of the sheet.
@@ -170,15 +202,15 @@ impl Sketched {
 
     /// Returns the outlines on the sheet.
     fn outlines(&self) -> Vec<Vec<Pixel>> {
-        let outline = |outline: &Vec<Point<Drawn>>| outline.iter().map(|at| self.point(at).into()).collect();
-        self.outlines.iter().map(outline).collect()
+        let landmarks = self.sketch.iter().flat_map(|sketch| &sketch.landmarks);
+        landmarks.map(|one| one.outline.iter().map(|at| self.point(at).into()).collect()).collect()
     }
 
     /// Returns the estimated pose of the robot on the sheet, or `None` if there is no sketch.
     fn robot(&self, view: &LandmarkView, radius_m: f64) -> Option<Whereabouts> {
         let pose = view.in_sketch();
         let spread = self.pixels(DrawnMetres(view.spread_m)) * std::f64::consts::SQRT_2;
-        (!self.line.is_empty()).then(|| Whereabouts {
+        (!self.line().is_empty()).then(|| Whereabouts {
             at: self.point(&pose.position()),
             heading_rad: pose.yaw_rad,
             ellipse: [spread, spread, 0.0],
@@ -206,14 +238,14 @@ impl Sketched {
         let driven = DrawnMetres(progress.along_m);
         let mut along = DrawnMetres::default();
         let mut points: Vec<[f64; 2]> = Vec::new();
-        for pair in self.line.windows(2) {
+        for pair in self.line().windows(2) {
             along = along + DrawnMetres::between(&pair[0], &pair[1]);
             if along >= driven {
                 points.push(self.point(&pair[1]));
             }
         }
         let line = Shape::Line { points, color: Color::Plan, stroke: Stroke::Dashed };
-        (!self.line.is_empty()).then_some(line)
+        (!self.line().is_empty()).then_some(line)
     }
 
     /// Returns the view of the range sensors: rings, and discs for objects that meet the relevant state.
@@ -287,11 +319,11 @@ mod tests {
     /// then never asked.
     #[test]
     fn a_robot_that_is_lost_asks_whichever_message_arrives_first() {
-        let mut lookout = Lookout::new(&robot(), true);
+        let mut lookout = Lookout::new(&robot(), None);
         let access = Access::new(Process::Pad, crate::mission::KIND);
-        let mut tell = |is_lost, is_by_position| {
+        let mut tell = |is_lost, is_by_position: bool| {
             let progress = LandmarkProgress { is_lost, ..LandmarkProgress::zeroed() };
-            lookout.is_by_position = is_by_position;
+            lookout.by_position = is_by_position.then(Believing::default);
             let message = bytemuck::bytes_of(&progress);
             lookout.receive(&Incoming::new(&access, LANDMARK_PROGRESS.spec, message, &[])).unwrap();
             lookout.question()
@@ -311,7 +343,7 @@ mod tests {
         let mut progress = LandmarkProgress::zeroed();
         (progress.next, progress.state_count, progress.met_count) = (1, 3, 1);
         (progress.along_m, progress.length_m) = (5.0, 10.0);
-        let mut lookout = Lookout::new(&robot, true);
+        let mut lookout = Lookout::new(&robot, Some(Believing::default()));
         (lookout.view, lookout.progress) = (Some(Box::new(view)), Some(Box::new(progress)));
         lookout.sketched = Some(Sketched::of(&instructions()));
         let mut picture = Picture::default();

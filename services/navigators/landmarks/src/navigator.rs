@@ -24,7 +24,9 @@ pub const NAVIGATOR: Navigator = Navigator {
     lookout: Some(|run| {
         let mission = crate::mission::LandmarksMission::of(&run.mission);
         let is_by_position = mission.is_ok_and(|mission| mission.method == crate::mission::Method::Belief);
-        Box::new(crate::lookout::Lookout::new(&run.robot, is_by_position))
+        let parameters = crate::mission::Parameters::of(&run.mission).ok().filter(|_| is_by_position);
+        let by_position = parameters.map(|parameters| parameters.localizer.belief);
+        Box::new(crate::lookout::Lookout::new(&run.robot, by_position))
     }),
     canvas: Some(|run, files| Ok(crate::sketcher::canvas(run, files)?)),
     drawn: Some(crate::live::DRAWN),

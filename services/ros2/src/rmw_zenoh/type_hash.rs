@@ -13,7 +13,7 @@ const SEQUENCE: u32 = 144;
 const NESTED: u32 = 1;
 const BOUNDED_STRING: u32 = 21;
 
-/// The reason why the hash of a type cannot be computed.
+/// Why the hash of a type cannot be computed.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("the definition of {kind}: expected {expected}, found {found:?}")]
 pub struct DefinitionError {

@@ -119,7 +119,7 @@ enum Style {
     Attempts,
     /// `80.9 %`, the share of failures that the robot is aware of.
     Known,
-    /// `9 of 12`, the number of lines of which most tasks were reached.
+    /// `9 of 12`, the number of lines on which most tasks were reached.
     Majority,
     /// `0.21 m`, the mean distance from the drawn route.
     Displacement,

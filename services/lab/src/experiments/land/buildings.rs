@@ -1,7 +1,7 @@
-//! The `directions-buildings` suite drives journeys from pole to pole through buildings by a custom map, with a noisy laser, and on
-//! half of the journeys among people who walk around.
+//! The `directions-buildings` suite drives journeys from pole to pole through buildings by a custom map, with a noisy laser. On
+//! half of the journeys, people walk around.
 //!
-//! The journeys among people are repeated with markers on most of the poles, which show the kinds of the poles.
+//! The journeys among people are repeated with markers on most of the poles. A marker shows the kind of its pole.
 //!
 //! The poles are placed so that a robot can find its way: one on either side of each door, and others where there is space. The
 //! map-maker is given the floor plan with its poles, but not the people.
@@ -110,7 +110,7 @@ struct Site<'a> {
     /// People of the floor plan, who walk on every journey.
     inhabitants: Vec<Person>,
     poles: Vec<[f64; 2]>,
-    /// Number of these poles that stand at doors. They come first.
+    /// Number of these poles that stand at doors. These come first.
     at_doors: usize,
     /// The positions where the robot fits, and those where a person fits.
     ground: Ground,
@@ -134,8 +134,8 @@ impl<'a> Site<'a> {
         Ok(Self { folders, name, path, plan, inhabitants, poles, at_doors, ground, pavement })
     }
 
-    /// Returns the journeys, without people, among them, and among them with markers on the poles, and the number of further pairs
-    /// of poles without a path.
+    /// Returns the journeys without people, with people, and with people and markers, in this order, and the number of pairs of
+    /// poles that have no path.
     fn journeys(&self) -> Result<(Vec<Trial>, usize), EvalError> {
         let mut rng = seed::stream(1, &format!("eval/buildings/journeys/{}", self.name));
         let (mut calm, mut among_people, mut marked, mut unjoined) = (Vec::new(), Vec::new(), Vec::new(), 0);
@@ -398,11 +398,11 @@ mod tests {
     #[derive(Debug, Clone, Copy, Default)]
     struct Counts {
         found: u32,
-        /// Expected, but not found.
+        /// Number of landmarks that were expected but not found.
         missed: u32,
-        /// Found, although the map-maker does not expect it.
+        /// Number of landmarks that were found but not expected.
         unexpected: u32,
-        /// Found without a pole there.
+        /// Number of landmarks that were found where there is no pole.
         other: u32,
     }
 

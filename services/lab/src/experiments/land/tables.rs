@@ -59,7 +59,7 @@ fn stated_and_reached(outcomes: &[TaskOutcome]) -> Table {
     table(&["stated", "mean", "reached", "journeys"], rows)
 }
 
-/// Returns a row for each kind of failure, from the most frequent one.
+/// Returns a row for each kind of failure, beginning with the most frequent.
 fn failures(outcomes: &[TaskOutcome]) -> Table {
     let mut counts: Vec<(String, bool, usize)> = Vec::new();
     for ended in outcomes.iter().filter(|ended| !ended.is_success()) {

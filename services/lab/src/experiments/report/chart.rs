@@ -8,7 +8,7 @@ use crate::experiments::statistics::Tally;
 use crate::experiments::suite::Curve;
 use crate::experiments::table::percent;
 
-/// Style of published figures. Methods have styles from 0 up.
+/// Style of published figures. The styles of methods are numbered from 0.
 pub const PAPER: usize = 9;
 
 /// A success rate with its interval.

@@ -50,7 +50,7 @@ const METHODS: [Method; 4] =
 const DEGREES: [f64; 3] = [0.0, 0.5, 1.0];
 /// The folder of the logs within the folder of data.
 const LOGS: &str = "logs";
-/// Size, in metres, of the cells of the map that is built of a log.
+/// Size, in metres, of the cells of the map that is built from a log.
 const MAP_CELL_M: f64 = 0.1;
 /// Spacing, in metres, of the points of the floor that are used to convert estimates in the drawing to the floor.
 const LATTICE_M: f64 = 0.2;

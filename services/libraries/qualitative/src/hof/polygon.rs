@@ -41,7 +41,7 @@ impl Polygon {
     /// Replaces the polygon by one with a single ring, reusing its memory.
     ///
     /// # Errors
-    /// Same as [`Self::new`]. On error, the polygon is left unchanged.
+    /// Any error of [`Self::new`]. On error, the polygon is left unchanged.
     pub fn replace(
         &mut self,
         corners: impl IntoIterator<IntoIter = impl Iterator<Item = Point> + Clone>,

@@ -2,8 +2,8 @@
 //! other point. The table is therefore that of OPRA_2, with any heading for a point at rest, and with coincident points, which move
 //! straight away from each other or rest.
 //!
-//!The composition of QTC_B22 follows: speeds compose like numbers and do not depend on directions, except that a point at rest has
-//!none. Points that must move because another one is slower cannot have all directions.
+//! The composition of QTC_B22 follows: speeds compose like numbers and do not depend on directions, except that a point at rest has
+//! none. Points that must move because another is slower cannot have all directions.
 
 use std::iter;
 use std::sync::LazyLock;
@@ -99,7 +99,7 @@ fn composed(first: QtcC, next: QtcC) -> u128 {
     found
 }
 
-/// Returns the possible relations of k to m, as bits, if l is in another position than both.
+/// Returns the possible relations of k to m, as bits, if l is in a different position from both.
 fn apart([k, l]: [Part; 2], [l_next, m]: [Part; 2]) -> u128 {
     let index = |a: usize, b: usize| a * AROUND + b;
     let firsts = segments(k).flat_map(|k| segments(l).map(move |l| index(k, l)));

@@ -1,4 +1,4 @@
-//! QTC with relative speed (Van de Weghe 2004, level 2): [`QtcB22`] and, with the relative angle as well, [`QtcC22`].
+//! QTC with relative speed (Van de Weghe 2004, level 2): [`QtcB22`] and [`QtcC22`], which also has the relative angle.
 
 use std::fmt;
 use std::str::FromStr;

@@ -4,8 +4,8 @@
 //! robot: it starts where the route starts and faces along it (Boniardi et al. 2016, IV). Later marks leave
 //! the robot where it is, unless they contain a start. A rejected drawing changes nothing.
 //!
-//! A sketch may be followed by a map learned on drives by it. Marks are then placed in the learned map, although they refer to the
-//! sketch as before, and the robot may be anywhere. Sending the same sketch again ends this.
+//! A sketch may be followed by a map learned on drives with it. Marks are then placed in the learned map, although they refer to
+//! the sketch as before, and the robot may be anywhere. Sending the same sketch again ends this.
 //!
 //! Drawings are parsed and checked just like files. This module does not open channels or files.
 
@@ -33,7 +33,7 @@ const LEARNED_NAME: &str = "what was learned";
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct State {
     sketch: Vec<u8>,
-    /// The map learned by the sketch.
+    /// The map learned with the sketch.
     learned: Vec<u8>,
     /// The marks that placed the robot.
     placing: Vec<u8>,
@@ -57,7 +57,7 @@ pub enum Change {
 pub struct Desk {
     options: Options,
     drawing: Option<DrawnMap>,
-    /// The map learned by the drawing, and as a sketch once there are marks in it.
+    /// The map learned with the drawing and, once there are marks in it, the map as a sketch.
     learned: Option<(Learned, Option<DrawnMap>)>,
     places: Option<Places>,
     state: State,
@@ -123,10 +123,10 @@ impl Desk {
         sketch.zip(self.places.as_ref())
     }
 
-    /// Returns what was learned on a drive by the current sketch and its marks, and the drawing.
+    /// Returns what was learned on a drive with the current sketch and its marks, together with the drawing.
     ///
     /// # Errors
-    /// If there are no marks, or those of [`Learner`].
+    /// An error if there are no marks, or any error of [`Learner`].
     pub fn learned_by(&self, learner: &Learner) -> Result<(Learned, DrawnMap), StageError> {
         let placed = self.drawing.as_ref().zip(self.places.as_ref());
         let (drawing, places) = placed.ok_or("expected a drawing with a route or goals in it, found none")?;
@@ -188,7 +188,7 @@ impl Desk {
             intent.heading_deg = Some(before.start.yaw_rad.to_degrees());
         }
         let places = match &mut self.learned {
-            // Doubts about a hand drawing do not apply to a map made by laser.
+            // Doubts about a hand drawing do not apply to a map made with a laser.
             Some((learned, map)) => {
                 let (seen, places) = learned.place(LEARNED_NAME, &intent, &self.options)?;
                 *map = Some(seen);

@@ -1,5 +1,4 @@
-//! Checks whether a robot can drive by a drawing at all, and reports what is doubtful about it, with
-//! positions in image pixels.
+//! Checks whether a robot can navigate by a drawing, and reports what is doubtful about it, with positions in image pixels.
 //!
 //! The true size of a drawing is not known. Like the localizer, these checks assume that the drawn floor is 25 m long. With walls
 //! all around the start, it may just as well be a single room, in which case 6 m are enough. The laser is therefore only expected
@@ -36,7 +35,7 @@ const FRAME_SHARE: f64 = 0.02;
 /// runs along a wall may touch it.
 const BRUSH_PENS: f64 = 4.0;
 
-/// A reason to doubt that a robot can drive by a drawing. Positions and lengths are in image pixels.
+/// A reason to doubt that a robot can navigate by a drawing. Positions and lengths are in image pixels.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Doubt {
     /// The laser sees no wall at the start.
@@ -425,8 +424,8 @@ mod tests {
         );
     }
 
-    /// A robot was driven by a single line without a warning: the line covered more than 0.2 % of the page, and the start was
-    /// near it.
+    /// A robot was driven by a drawing of a single line without a warning: the line covered more than 0.2 % of the page, and the
+    /// start was near it.
     #[test]
     fn walls_that_do_not_enclose_the_start_are_doubted() {
         let line: &[[f64; 2]] = &[[50.0, 700.0], [950.0, 700.0]];

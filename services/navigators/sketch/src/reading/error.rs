@@ -181,7 +181,7 @@ pub enum SketchError {
         /// Estimated range of the laser, in image pixels.
         reach_px: f64,
     },
-    /// A goal is an unknown name.
+    /// A goal is given by an unknown name.
     #[error("{what}: expected the name of a place, found {name:?}; {hint}")]
     UnknownName {
         /// The task.
@@ -191,7 +191,7 @@ pub enum SketchError {
         /// The names of the places, or how to name one.
         hint: String,
     },
-    /// A goal is a name of several places.
+    /// A goal is given by a name that several places share.
     #[error("{what}: expected the name of one place of {file}, found {name:?} at ({:.0}, {:.0}) and at ({:.0}, {:.0}); rename one, or say which in navigator.places", places[0][0], places[0][1], places[1][0], places[1][1])]
     AmbiguousName {
         /// The task.
@@ -234,7 +234,7 @@ pub enum SketchError {
     Learned {
         /// The file.
         file: String,
-        /// The reason that it cannot be read.
+        /// Why it cannot be read.
         reason: LearnedError,
     },
     /// The learned map belongs to another drawing.

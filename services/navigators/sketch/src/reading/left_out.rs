@@ -58,8 +58,8 @@ pub enum LeftOut {
         /// The beginning of the unreadable text.
         found: String,
     },
-    /// Custom properties of an element that refers to another one. They have no effect on the other element,
-    /// which uses those of its own position in the file.
+    /// Custom properties of an element that refers to another. They have no effect on the other element, which uses those of its
+    /// own position in the file.
     Variables(String),
     /// Rules of a style sheet that apply only on some screens or are in another file.
     Rules(String),

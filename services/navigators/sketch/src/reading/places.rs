@@ -42,8 +42,8 @@ pub struct ImageTask {
     pub name: String,
     /// The goal, or the points of the route.
     pub points: Vec<[f64; 2]>,
-    /// True if the point is that of a name. A name may be written across a wall, in which case the goal is
-    /// the nearest free position, which must be reachable.
+    /// True if the point belongs to a name. A name may be written across a wall, in which case the goal is the nearest free
+    /// position, which must be reachable.
     pub is_named: bool,
     /// Simulation time after which the task has failed, in seconds.
     pub time_limit_s: f64,

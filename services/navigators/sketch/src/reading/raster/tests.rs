@@ -102,8 +102,8 @@ fn the_picture_of_a_map_is_read() {
     }
 }
 
-/// A map from SLAM: what the robot has not seen is grey. Regression test: it used to count as paper, so that the walls of a room
-/// that was seen in part were open, and the robot drove past its goal.
+/// In a map from SLAM, whatever the robot has not seen is grey. Regression test: grey used to count as paper, so the walls of a
+/// partly seen room were open, and the robot drove past its goal.
 #[test]
 fn unknown_cells_of_a_map_are_solid() {
     let tone = |column: u32, row: u32| match (column, row) {

@@ -15,3 +15,4 @@ mod shipped;
 mod side_by_side;
 mod simulators;
 mod stranger;
+mod surveyed;

@@ -84,7 +84,7 @@ fn rehearse_all(options: &Options) -> anyhow::Result<(usize, usize)> {
                 mission = support::true_to_scale(&mission, drawing.path())?;
             }
             if let Some(method) = options.method {
-                SketchMission { method, ..SketchMission::of(&mission)? }.write_to(&mut mission);
+                SketchMission { method: Some(method), ..SketchMission::of(&mission)? }.write_to(&mut mission);
             }
             mission.parameters.of_mut(Process::Localizer).extend(set.clone());
             let (sum, of) = rehearse(path, mission, robot, seed, options.verbose)?;

@@ -18,7 +18,7 @@ fn reached(mission: &str, method: Method, tasks: usize, seed: u64) -> usize {
     let (mission, robot) = sketchnav_sim::mission_file::load(&path).unwrap();
     let mut mission = support::true_to_scale(&mission, &folder.path().join("floor.svg")).unwrap();
     mission.task.truncate(tasks);
-    SketchMission { method, ..SketchMission::of(&mission).unwrap() }.write_to(&mut mission);
+    SketchMission { method: Some(method), ..SketchMission::of(&mission).unwrap() }.write_to(&mut mission);
     let run = RunConfig::lockstep("rehearsal", mission, robot, seed);
     let mut log = Log::default();
     Rehearsal::new(&run).unwrap().run(&mut log).unwrap();

@@ -19,7 +19,6 @@ use sketchnav_schemas::robot::{Drive, Laser, Limits, OdometryNoise, Robot};
 use sketchnav_schemas::run::{Pace, Pad, RunConfig, Split};
 use sketchnav_sim::ros_map::{MapInfo, OccupancyMap};
 use sketchnav_sketch::messages::{ROUTE, Route, SKETCH, SketchMap};
-use sketchnav_sketch::method::Method;
 use sketchnav_sketch::mission::{Aim, SketchMission, SketchTask, WallTone};
 
 use super::args::ImportOptions;
@@ -155,7 +154,7 @@ fn run(log: &Log<'_>, options: &ImportOptions) -> Result<RunConfig, Failure> {
     let aim = Aim::Goal(marked.unwrap_or_default());
     let task = SketchTask { name: LOG_SYSTEM.to_owned(), aim, time_limit_s: TIME_LIMIT_S };
     let sketch = SketchMission {
-        method: Method::default(),
+        method: None,
         drawing,
         walls: WallTone::Auto,
         start: marked,

@@ -72,7 +72,7 @@ fn by_map(folders: &Folders, corridor: &Corridor, drive: &Drive) -> Result<Trial
     let Task { name, there, time_limit_s, .. } = trial.mission.task.swap_remove(0);
     let aim = Aim::Goal(drawing.to_image(&goal));
     let sketch = SketchMission {
-        method: Default::default(),
+        method: None,
         drawing: path,
         walls: WallTone::Dark,
         start: Some(drawing.to_image(&start.position())),

@@ -176,7 +176,7 @@ impl Site {
         let start = drawing.pose_to_sketch(&Pose::new(a[0], a[1], heading_deg.to_radians()))?;
         let goal = drawing.to_sketch(&Point::<World>::new(b[0], b[1]))?;
         let sketch = SketchMission {
-            method: Default::default(),
+            method: None,
             drawing: name.to_owned(),
             walls: WallTone::Dark,
             start: Some(drawing.to_image(&start.position())),

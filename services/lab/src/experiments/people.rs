@@ -221,7 +221,7 @@ impl Place {
             time_limit_s: time_limit_s(length_m(&way)),
         };
         let sketch = SketchMission {
-            method: Default::default(),
+            method: None,
             drawing: paper.file.clone(),
             walls: WallTone::Dark,
             start: Some(from.sketch),

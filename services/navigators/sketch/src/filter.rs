@@ -26,6 +26,8 @@ pub mod particles;
 pub mod range_code;
 pub mod range_table;
 pub mod scales;
+pub mod search;
+pub mod sight;
 pub mod start;
 mod sweep;
 pub mod weighing;
@@ -50,12 +52,13 @@ use field::Field;
 use grid::Grid;
 use metric::ScaleFrame;
 use mode::{Kernel, Mode, find_mode};
-use motion::{Motion, Proportions, Terrain, inject, perturb, propagate};
+use motion::{Motion, Proportions, Terrain, perturb, propagate};
 use outline::enclosed;
 use parameters::{Likelihood, ParameterError, Parameters};
 use particles::{ParticleSet, Resampler};
 use range_table::{RANGE_TABLE_CELLS, RangeTable};
 use scales::{ScaledPose, least_squares};
+use search::{Hypothesis, Search};
 pub use start::{Start, extent_px};
 use start::{believed, first_anisotropy};
 use weighing::{BeamModelOfScan, FieldOfScan, weigh};
@@ -63,6 +66,8 @@ use workers::Workers;
 
 /// Amount by which the fit of a scan without valid beams falls below the limit at which the robot counts as lost.
 const BLIND: f32 = 1.0;
+/// Standard deviation of the position that the search over the whole map finds, in metres.
+const FOUND_WITHIN_M: f32 = 0.1;
 
 /// The filter's estimate of the robot's pose in the drawing after a scan.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -127,6 +132,8 @@ pub struct State {
     confidence: Confidence,
     /// The start stated by a person, which takes effect with the next scan.
     told: Option<Start>,
+    /// The state of the search over the whole map.
+    search: Option<search::State>,
 }
 
 /// The localization filter, with the prepared drawing, its state and its working memory.
@@ -149,6 +156,7 @@ pub struct Filter {
     beams: Beams,
     resampler: Resampler,
     sample_size: SampleSize,
+    search: Option<Search>,
     state: State,
 }
 
@@ -176,7 +184,7 @@ impl Filter {
         let enclosed = (gap_px > 0.0).then(|| enclosed(sketch, start.pose.position(), gap_px)).flatten();
         let sketch = enclosed.as_ref().unwrap_or(sketch);
         let grid = Grid::new(sketch, parameters.grid_cells);
-        Ok(Self {
+        let mut filter = Self {
             mounting,
             drive,
             start,
@@ -191,10 +199,22 @@ impl Filter {
             beams: Beams::with_capacity(parameters.beams),
             resampler: Resampler::new(parameters.particles),
             sample_size: SampleSize::new(parameters.particles),
-            state: State::new(&parameters, mission_seed),
+            search: None,
+            state: State {
+                search: parameters.searches.then(|| match start.is_anywhere(grid.size_px()) {
+                    true => search::State::anywhere(&start.pose),
+                    false => search::State::certain(),
+                }),
+                ..State::new(&parameters, mission_seed)
+            },
             grid,
             parameters,
-        })
+        };
+        if let (true, Weigher::Beam(table)) = (filter.parameters.searches, &filter.weigher) {
+            let map = search::Map { sketch, grid: &filter.grid, table, scale_pxpm: scale_guess_pxpm };
+            filter.search = Some(Search::new(&map, mounting, &filter.parameters));
+        }
+        Ok(filter)
     }
 
     /// Lends threads to the filter, which speed up updates without changing their results.
@@ -208,17 +228,99 @@ impl Filter {
         self.beam_model.read(&self.beams, self.state.drawing_error);
         match (self.state.started, self.state.told.take()) {
             (false, told) => {
-                self.start = told.unwrap_or(self.start);
+                if let Some(told) = told {
+                    self.start = told;
+                    self.state.search.iter_mut().for_each(search::State::settle);
+                }
                 self.begin(odometry);
             }
-            (true, Some(told)) => self.begin_anew_at(&told, odometry),
+            (true, Some(told)) => {
+                self.begin_anew_at(&told, odometry);
+                self.state.search.iter_mut().for_each(search::State::settle);
+            }
             (true, None) => {}
         }
         self.state.travel(odometry);
+        if !self.search(odometry, scan) {
+            return self.guess();
+        }
         if self.is_due() {
             self.update();
         }
         self.estimate()
+    }
+
+    /// Takes a step of the search over the whole map, if there is one. Returns true if the robot is certain of its place.
+    fn search(&mut self, odometry: &Pose<Odom>, scan: &LaserScan) -> bool {
+        let mode = self.dead_reckoned(self.state.mode);
+        let known = Hypothesis::new([mode.x_px, mode.y_px, mode.yaw_rad]);
+        let Self { search, state, weigher, workers, .. } = self;
+        let (Some(search), Some(found), Weigher::Beam(table)) = (search, &mut state.search, &*weigher) else {
+            return true;
+        };
+        let is_tracking = found.is_certain();
+        if is_tracking && state.confidence.tracking() == Tracking::Lost {
+            found.doubt();
+        }
+        search.step(found, odometry, scan, &known, table, workers);
+        if !found.is_certain() {
+            self.show_hypotheses();
+            return false;
+        }
+        let prevails = found.prevails();
+        let is_found =
+            |best: &Hypothesis| !is_tracking || prevails && best.is_elsewhere(&known, self.scale_guess_pxpm);
+        if let Some(best) = found.hypotheses().first().copied().filter(is_found) {
+            self.begin_at(&best, odometry);
+        }
+        true
+    }
+
+    /// Starts the filter where the search has found the robot.
+    fn begin_at(&mut self, found: &Hypothesis, odometry: &Pose<Odom>) {
+        let p = &self.parameters;
+        let start = Start {
+            pose: Pose::new(found.x_px.into(), found.y_px.into(), found.yaw_rad.into()),
+            spread_px: f64::from(FOUND_WITHIN_M * self.scale_guess_pxpm),
+            spread_rad: p.start_spread_rad.into(),
+        };
+        self.begin_anew_at(&start, odometry);
+    }
+
+    /// Makes a particle of each hypothesis of the search.
+    fn show_hypotheses(&mut self) {
+        let State { particles, search: Some(found), proportions, .. } = &mut self.state else { return };
+        particles.make_anew(found.hypotheses().len().max(1));
+        for (i, (hypothesis, share)) in found.hypotheses().iter().zip(found.shares()).enumerate() {
+            (particles.x_px[i], particles.y_px[i]) = (hypothesis.x_px, hypothesis.y_px);
+            (particles.yaw_rad[i], particles.weight[i]) = (hypothesis.yaw_rad, share);
+            [particles.ln_a[i], particles.ln_b[i]] = proportions.mean_ln_scales;
+            particles.anisotropy[i] = 0.0;
+        }
+    }
+
+    /// Returns the best hypothesis of the search as an estimate that is as uncertain as the map is large.
+    fn guess(&self) -> Estimate {
+        let found = self.state.search.as_ref();
+        let best = found.and_then(|found| found.hypotheses().first());
+        let pose = best.map_or(self.start.pose, |best| {
+            Pose::new(best.x_px.into(), best.y_px.into(), wrap_angle(best.yaw_rad.into()))
+        });
+        let has_doubted = found.is_some_and(search::State::has_doubted);
+        let [width, height] = self.size_px.map(|side| side as f64);
+        let mut covariance = [0.0; 25];
+        (covariance[0], covariance[6]) = (width * width + height * height, width * width + height * height);
+        covariance[12] = std::f64::consts::PI.powi(2);
+        let scale_pxpm = f64::from(self.scale_guess_pxpm);
+        Estimate {
+            pose,
+            scale_a_pxpm: scale_pxpm,
+            scale_b_pxpm: scale_pxpm,
+            covariance,
+            effective_sample_size: self.state.particles.effective_sample_size(),
+            fit: best.map_or(f32::MIN, |best| best.fit).into(),
+            tracking: if has_doubted { Tracking::Lost } else { Tracking::Doubtful },
+        }
     }
 
     /// Places the robot at a pose stated by a person. At the next scan, all particles are redrawn around it.
@@ -249,6 +351,7 @@ impl Filter {
         }
         self.state = state;
         self.state.particles.reserve(self.parameters.particles);
+        self.state.search.iter_mut().for_each(search::State::reserve);
     }
 
     fn is_due(&self) -> bool {
@@ -345,10 +448,6 @@ impl Filter {
         let share = p.perturbed_share + p.perturbed_share_lost * confidence.decline();
         if share > 0.0 {
             perturb(particles, share, &terrain, p, rng);
-        }
-        let share = p.injected_share_lost * confidence.decline();
-        if share > 0.0 {
-            inject(particles, share, &terrain, p, rng);
         }
     }
 
@@ -456,6 +555,7 @@ impl State {
             effective_sample_size: 0.0,
             confidence: Confidence::default(),
             told: None,
+            search: None,
         }
     }
 

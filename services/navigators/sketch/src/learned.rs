@@ -2,12 +2,13 @@
 //! of the drawing and of the map. The next drive can start from it.
 //!
 //! ```json
-//! { "learned": 1,
+//! { "learned": 2,
 //!   "drawing": { "file": "sketch-a.svg", "bytes": 2345, "crc32": "89abcdef" },
 //!   "map": { "resolution_m": 0.05, "origin_m": [-1.2, -3.0], "width": 300, "rows": ["300u", "120u4f176u"] },
 //!   "start": { "at": [310.0, 822.0], "heading_deg": 90.0 },
 //!   "goals": [ { "task": "office", "at": [700.0, 200.0], "at_m": [7.9, 3.1], "reached": true } ],
-//!   "pairs": [ [310.0, 822.0, 0.0, 0.0] ] }
+//!   "pairs": [ [310.0, 822.0, 0.0, 0.0] ],
+//!   "end": { "at_m": [7.7, 3.0], "heading_deg": -91.5 } }
 //! ```
 //!
 //! Positions called `at` are pixels of the drawing's file (column, row; row 0 at the top), and those called `at_m` are metres in
@@ -23,7 +24,8 @@ mod place;
 mod warp;
 
 use serde::{Deserialize, Serialize};
-use sketchnav_mapping::Cell;
+use sketchnav_mapping::{Cell, Map};
+use sketchnav_schemas::geometry::Pose;
 use sketchnav_schemas::message::MAX_TASKS;
 
 pub use drive::{learn, of_drive};
@@ -35,7 +37,9 @@ pub use warp::Warp;
 use crate::messages::MAX_SKETCH_CELLS;
 
 /// The version of the format.
-pub const VERSION: u64 = 1;
+pub const VERSION: u64 = 2;
+/// The earlier version, which can still be read. It lacks [`Learned::end`].
+const WITHOUT_END: u64 = 1;
 /// Length of a cell's side, in metres. The mapper works with this length, and the format allows no other.
 pub const CELL_M: f64 = 0.05;
 /// Number of cells per metre, which is the scale of a learned map as a drawing, in pixels per metre.
@@ -61,6 +65,9 @@ pub struct Learned {
     pub goals: Vec<Goal>,
     /// Corresponding places: column and row in the drawing, x and y in the map.
     pub pairs: Vec<[f64; 4]>,
+    /// Where the robot was at the end of the drive. `None` in files of version 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub end: Option<LearnedEnd>,
 }
 
 /// The file of a drawing, which identifies the drawing.
@@ -82,6 +89,16 @@ pub struct LearnedStart {
     /// Position, in pixels of the file.
     pub at: [f64; 2],
     /// Heading, in degrees counter-clockwise from "to the right".
+    pub heading_deg: f64,
+}
+
+/// The robot's pose at the end of the drive, which is one hypothesis for where the next drive starts.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LearnedEnd {
+    /// Position in the map, in metres.
+    pub at_m: [f64; 2],
+    /// Heading, in degrees counter-clockwise from the map's x axis.
     pub heading_deg: f64,
 }
 
@@ -129,7 +146,9 @@ pub enum LearnedError {
     #[error("expected a learned map, as `sketchnav learn` writes it: {0}")]
     Broken(String),
     /// The file was written by another version.
-    #[error("learned: expected version {VERSION}, found {0}; learn it again from the recording")]
+    #[error(
+        "learned: expected version {WITHOUT_END} or {VERSION}, found {0}; learn it again from the recording"
+    )]
     Version(String),
     /// A value is out of bounds.
     #[error("{key}: expected {expected}, found {found}")]
@@ -164,18 +183,17 @@ impl DrawingFile {
     }
 }
 
-impl Learned {
-    /// Creates a learned map in the current version of the format.
-    fn new(
-        drawing: DrawingFile,
-        map: LearnedMap,
-        start: LearnedStart,
-        goals: Vec<Goal>,
-        pairs: Vec<[f64; 4]>,
-    ) -> Self {
-        Self { learned: VERSION, drawing, map, start, goals, pairs }
+impl LearnedEnd {
+    /// Returns a pose in the map as it is written to the file.
+    fn new(pose: &Pose<Map>) -> Self {
+        Self {
+            at_m: [pose.x, pose.y].map(|m| rounded(m, 1e3)),
+            heading_deg: rounded(pose.yaw_rad.to_degrees(), 100.0),
+        }
     }
+}
 
+impl Learned {
     /// Returns true if the file identifies itself as a learned map of any version.
     pub fn is_one(bytes: &[u8]) -> bool {
         serde_json::from_slice::<Version>(bytes).is_ok()
@@ -188,13 +206,13 @@ impl Learned {
     pub fn parse(bytes: &[u8]) -> Result<Self, LearnedError> {
         let version: Version =
             serde_json::from_slice(bytes).map_err(|error| LearnedError::Broken(error.to_string()))?;
-        if version.learned.as_u64() != Some(VERSION) {
+        if !matches!(version.learned.as_u64(), Some(WITHOUT_END | VERSION)) {
             return Err(LearnedError::Version(version.learned.to_string()));
         }
         let read: Self =
             serde_json::from_slice(bytes).map_err(|error| LearnedError::Broken(error.to_string()))?;
         read.check()?;
-        Ok(read)
+        Ok(Self { learned: VERSION, ..read })
     }
 
     /// Writes the file.
@@ -223,18 +241,20 @@ impl Learned {
                     .filter_map(|(i, goal)| Some((format!("goals[{i}].at_m"), &goal.at_m.as_ref()?[..]))),
             )
             .chain(self.pairs.iter().enumerate().map(|(i, pair)| (format!("pairs[{i}]"), &pair[..])))
+            .chain(self.end.iter().map(|end| ("end.at_m".to_owned(), &end.at_m[..])))
             .chain([("map.origin_m".to_owned(), &self.map.origin_m[..])]);
         for (key, numbers) in places {
             if let Some(far) = numbers.iter().find(|number| number.abs() > FARTHEST) {
                 return value(key, "numbers from -100000 to 100000", format!("{far:?}"));
             }
         }
-        match self.start.heading_deg.abs() <= 360.0 {
-            true => Ok(()),
-            false => {
-                value("start.heading_deg".into(), "-360 to 360", format!("{:?}", self.start.heading_deg))
+        let headings = [("start", self.start.heading_deg)];
+        for (key, deg) in headings.into_iter().chain(self.end.map(|end| ("end", end.heading_deg))) {
+            if deg.abs() > 360.0 {
+                return value(format!("{key}.heading_deg"), "-360 to 360", format!("{deg:?}"));
             }
         }
+        Ok(())
     }
 
     /// Returns the correspondence of the drawing and the map, from the drawing's file to the map.
@@ -262,6 +282,11 @@ impl LearnedMap {
             (0.0..self.width as f64).contains(&column) && (0.0..self.height() as f64).contains(&row);
         if is_inside { self.cells[row as usize * self.width + column as usize] } else { Cell::Unknown }
     }
+}
+
+/// Rounds a number to whole parts of which `parts` make one.
+fn rounded(number: f64, parts: f64) -> f64 {
+    (number * parts).round() / parts
 }
 
 const fn letter(cell: Cell) -> char {

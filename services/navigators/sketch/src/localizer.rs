@@ -4,7 +4,7 @@
 //! estimate. Instants wait for the sketch, unless people draw during the run. The filter starts over with each new sketch. On an
 //! order `here`, it starts over at the position given by a person.
 
-use crate::messages::{ESTIMATE, PARTICLES, Particles, PoseEstimate, SKETCH, SketchMap};
+use crate::messages::{ESTIMATE, Origin, PARTICLES, Particles, PoseEstimate, SKETCH, SketchMap};
 use crate::mission::SketchMission;
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::channels::{ODOMETRY, SCAN};
@@ -48,14 +48,14 @@ pub enum LocalizerError {
 /// # Errors
 /// [`LocalizerError`], which names the key of the mission or of the robot file.
 pub fn demanded(mission: &Mission, robot: &Robot) -> Result<(Parameters, Laser), LocalizerError> {
-    let parameters = parameters(mission, SketchMission::of(mission)?.is_learned())?;
+    let parameters = parameters(mission, SketchMission::of(mission)?.expected_origin())?;
     robot.odometry()?;
     Ok((parameters, robot.laser()?.clone()))
 }
 
-/// Returns the localizer's parameters in a sketch, which is a learned map or not.
-fn parameters(mission: &Mission, is_learned: bool) -> Result<Parameters, LocalizerError> {
-    let usual = SketchMission::of(mission)?.usual(is_learned, Parameters::of, Parameters::learned);
+/// Returns the localizer's parameters in a sketch of this origin.
+fn parameters(mission: &Mission, origin: Origin) -> Result<Parameters, LocalizerError> {
+    let usual = SketchMission::of(mission)?.usual(origin, Parameters::of, Parameters::learned);
     let parameters = mission.parameters.over(Process::Localizer, &usual)?;
     parameters.check().map_err(FilterError::from)?;
     Ok(parameters)
@@ -162,7 +162,7 @@ impl Localizer {
             spread_px: map.start_spread_px,
             spread_rad: map.start_spread_rad,
         };
-        let mut parameters = parameters(&self.mission, map.is_learned())?;
+        let mut parameters = parameters(&self.mission, map.origin())?;
         if map.is_learned() {
             // The scale is known.
             parameters.building_size_m = filter::extent_px(&sketch) / CELLS_PER_M as f32;
@@ -213,7 +213,7 @@ impl Localizer {
 }
 
 impl Stage for Localizer {
-    const FORM: &'static str = "sketch localizer 5";
+    const FORM: &'static str = "sketch localizer 6";
     type State = State;
 
     fn receive(&mut self, message: &Incoming<'_>) -> Result<(), StageError> {

@@ -11,6 +11,8 @@ use crate::mission::KIND;
 
 mod map;
 
+pub use map::Origin;
+
 /// Maximum number of particles of a set that are published.
 pub const MAX_PARTICLES: usize = 512;
 /// Maximum number of points of the global path in a [`Plan`].
@@ -58,8 +60,8 @@ codes! {
 
 messages! {
     /// The drawing as a grid. Its cells follow the message as a byte slice, row 0 at the bottom, each
-    /// [`sketchnav_schemas::codes::FREE`] or [`sketchnav_schemas::codes::WALL`] (in ROS 2, the cells are a
-    /// `nav_msgs/OccupancyGrid`).
+    /// [`sketchnav_schemas::codes::FREE`] or [`sketchnav_schemas::codes::WALL`], or in a learned map
+    /// [`sketchnav_stage::drawn::UNSEEN`] (in ROS 2, the cells are a `nav_msgs/OccupancyGrid`).
     pub struct SketchMap version 1 {
         /// Width of the grid, in pixels.
         pub width_px: u32,
@@ -68,7 +70,7 @@ messages! {
         /// Direction of the walls in (−π/4, π/4], in radians modulo a right angle (Boniardi et al. 2015, III-B). 0 if there are no
         /// straight lines.
         pub wall_direction_rad: f64,
-        /// Width of the pen's strokes, in pixels.
+        /// Width of the pen's strokes, in pixels. Negative in maps, which nobody drew: see [`SketchMap::origin`].
         pub pen_width_px: f64,
         /// Pose at which the robot starts.
         pub start: PosePx,

@@ -13,6 +13,7 @@ use sketchnav_schemas::mission::{
     task_key,
 };
 
+use crate::messages::Origin;
 use crate::method::Method;
 use sketchnav_schemas::message::MAX_ROUTE_POINTS;
 use sketchnav_schemas::toml_text::in_words;
@@ -23,8 +24,8 @@ pub const KIND: &str = "sketch";
 /// The part of a mission that is specific to the kind `sketch`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SketchMission {
-    /// Method of localization and planning.
-    pub method: Method,
+    /// Method of localization and planning. If it is `None`, the kind of drawing determines it.
+    pub method: Option<Method>,
     /// File name of the drawing, which may be PNG, JPEG, GIF, WebP, BMP, PNM, SVG or strokes in JSON.
     pub drawing: String,
     /// Tone of the walls in the drawing.
@@ -160,7 +161,7 @@ impl SketchMission {
             ["kind", "method", "drawing", "walls", "start", "start_heading_deg", "places", "learned_file"];
         let mut keys = Keys::new("navigator", given, &known)?;
         let read = Self {
-            method: keys.take("method")?.unwrap_or_default(),
+            method: keys.take("method")?,
             drawing: keys.take("drawing")?.ok_or_else(|| keys.missing("drawing", "the name of a file"))?,
             walls: keys.take("walls")?.unwrap_or_default(),
             start: keys.take("start")?,
@@ -174,10 +175,11 @@ impl SketchMission {
         let expected = "at most 8192 points in all goals and routes together";
         check(points <= MAX_ROUTE_POINTS, || "task".into(), expected, || points.to_string())?;
         read.check_places()?;
-        let is_ours = matches!(read.method, Method::Outline | Method::Beam);
-        let expected = "outline or beam with a learned map";
-        let found = || read.method.word().to_owned();
-        check(is_ours || !read.is_learned(), || "navigator.method".into(), expected, found)?;
+        if let (Some(method), true) = (read.method, read.is_learned()) {
+            let is_ours = matches!(method, Method::Outline | Method::Beam);
+            let expected = "outline or beam with a learned map";
+            check(is_ours, || "navigator.method".into(), expected, || method.word().to_owned())?;
+        }
         Ok(read)
     }
 
@@ -186,9 +188,20 @@ impl SketchMission {
         self.learned_file.is_some()
     }
 
-    /// Returns the parameters that are usual in a sketch: those of a learned map, or else those of the mission's method.
-    pub fn usual<P>(&self, is_learned: bool, of_method: fn(Method) -> P, learned: fn() -> P) -> P {
-        if is_learned { learned() } else { of_method(self.method) }
+    /// Returns where the sketch comes from, as far as the mission tells. Whether a drawing is a surveyed map is only known once it
+    /// has been read.
+    pub fn expected_origin(&self) -> Origin {
+        if self.is_learned() { Origin::Learned } else { Origin::Drawn }
+    }
+
+    /// Returns the parameters that are usual in a sketch: those of a learned map, or else those of the mission's method. Without a
+    /// method, this is `beam` in a surveyed map, whose proportions are exact, and `outline` in a drawing, whose proportions are not.
+    pub fn usual<P>(&self, origin: Origin, of_method: fn(Method) -> P, learned: fn() -> P) -> P {
+        match origin {
+            Origin::Learned => learned(),
+            Origin::Surveyed => of_method(self.method.unwrap_or(Method::Beam)),
+            Origin::Drawn => of_method(self.method.unwrap_or_default()),
+        }
     }
 
     fn check_places(&self) -> Result<(), MissionError> {
@@ -208,12 +221,11 @@ impl SketchMission {
         Ok(())
     }
 
-    /// Returns the table `navigator` for a mission file. The method and the tone of the walls are omitted if
-    /// they have their default values.
+    /// Returns the table `navigator` for a mission file. The tone of the walls is omitted if it is the default.
     pub fn navigator(&self) -> NavigatorChoice {
         let places: toml::Table = self.places.iter().map(|(name, at)| (name.clone(), point(*at))).collect();
         let entries = [
-            ("method", (self.method != Method::default()).then(|| self.method.word().into())),
+            ("method", self.method.map(|method| method.word().into())),
             ("drawing", Some(self.drawing.clone().into())),
             ("walls", (self.walls != WallTone::default()).then(|| self.walls.word().into())),
             ("start", self.start.map(point)),
@@ -321,8 +333,13 @@ mod tests {
         let there = mission.task[0].there.clone();
         let places = [("Kitchen".to_owned(), [7.0, 8.0])].into();
         let learned_file = Some("m.learned".to_owned());
-        let changed =
-            SketchMission { method: Method::Beam, walls: WallTone::Light, places, learned_file, ..read };
+        let changed = SketchMission {
+            method: Some(Method::Beam),
+            walls: WallTone::Light,
+            places,
+            learned_file,
+            ..read
+        };
         changed.write_to(&mut mission);
         let text = toml::to_string(&mission).unwrap();
         assert_eq!(parse(&text).unwrap(), changed, "{text}");
@@ -330,10 +347,15 @@ mod tests {
     }
 
     #[test]
-    fn the_method_is_outline_where_none_is_named() {
-        assert_eq!(parse(MISSION).unwrap().method, Method::Outline);
+    fn without_a_method_the_kind_of_drawing_determines_it() {
+        let of = |text: &str, origin| parse(text).unwrap().usual(origin, Some, || None);
+        assert_eq!(of(MISSION, Origin::Drawn), Some(Method::Outline));
+        assert_eq!(of(MISSION, Origin::Surveyed), Some(Method::Beam));
+        assert_eq!(of(MISSION, Origin::Learned), None);
         let mission = |line: &str| MISSION.replace("drawing =", &format!("method = \"{line}\"\ndrawing ="));
-        assert_eq!(parse(&mission("behzadian-2015")).unwrap().method, Method::Behzadian2015);
+        for method in [Method::Behzadian2015, Method::Outline] {
+            assert_eq!(of(&mission(method.word()), Origin::Surveyed), Some(method));
+        }
         for word in ["ours", "theirs"] {
             let error = parse(&mission(word)).unwrap_err().to_string();
             assert!(

@@ -14,7 +14,7 @@ mod pace;
 mod reason;
 
 use crate::messages::{
-    CORRESPONDENCE, ESTIMATE, PLAN, Plan, PoseEstimate, QUESTION, QuestionKind, ROUTE, Route, SKETCH,
+    CORRESPONDENCE, ESTIMATE, Origin, PLAN, Plan, PoseEstimate, QUESTION, QuestionKind, ROUTE, Route, SKETCH,
     SketchMap,
 };
 use crate::mission::SketchMission;
@@ -103,8 +103,8 @@ pub struct Planner {
     /// Time, in nanoseconds, up to which people's reports of the robot's place are too old to use.
     too_old_ns: Option<u64>,
     driver: Driver,
-    /// True if the robot drives in a learned map.
-    is_learned: bool,
+    /// Where the sketch comes from.
+    origin: Origin,
     run: RunConfig,
     agenda: Agenda,
     drawing: DrawingSeq,
@@ -116,8 +116,8 @@ impl Planner {
     /// # Errors
     /// [`PlannerError`] if the mission's table `parameters.planner` is invalid or the robot lacks a sensor.
     pub fn new(run: &RunConfig) -> Result<Self, PlannerError> {
-        let is_learned = SketchMission::of(&run.mission)?.is_learned();
-        let parameters = of_run(run, is_learned)?;
+        let origin = SketchMission::of(&run.mission)?.expected_origin();
+        let parameters = of_run(run, origin)?;
         let robot = &run.robot;
         robot.odometry()?;
         let laser = robot.laser()?;
@@ -133,7 +133,7 @@ impl Planner {
             asking: Asking::default(),
             too_old_ns: None,
             driver: Driver::new(parameters, robot, laser)?,
-            is_learned,
+            origin,
             run: run.clone(),
             agenda: Agenda::empty(run),
             drawing: DrawingSeq::default(),
@@ -144,9 +144,9 @@ impl Planner {
     /// that belong to the previous drawing.
     fn on_sketch(&mut self, map: &SketchMap, cells: &[u8]) -> Result<(), PlannerError> {
         let sketch = SketchGrid::of_map(map, cells)?;
-        if map.is_learned() != self.is_learned {
-            self.is_learned = map.is_learned();
-            let parameters = of_run(&self.run, self.is_learned)?;
+        if map.origin() != self.origin {
+            self.origin = map.origin();
+            let parameters = of_run(&self.run, self.origin)?;
             self.driver = Driver::new(parameters, &self.run.robot, self.run.robot.laser()?)?;
         }
         self.wall_direction_rad = map.wall_direction_rad;
@@ -420,12 +420,12 @@ impl Stage for Planner {
 /// # Errors
 /// [`PlannerError`] with the key of the mission.
 pub fn parameters(mission: &Mission) -> Result<Parameters, PlannerError> {
-    in_sketch(mission, SketchMission::of(mission)?.is_learned())
+    in_sketch(mission, SketchMission::of(mission)?.expected_origin())
 }
 
-/// Returns the planner's parameters for a run, in a drawing or in a learned map.
-fn of_run(run: &RunConfig, is_learned: bool) -> Result<Parameters, PlannerError> {
-    let mut parameters = in_sketch(&run.mission, is_learned)?;
+/// Returns the planner's parameters for a run, in a sketch of this origin.
+fn of_run(run: &RunConfig, origin: Origin) -> Result<Parameters, PlannerError> {
+    let mut parameters = in_sketch(&run.mission, origin)?;
     if run.pad.is_absent() {
         // Without a pad, nobody can answer.
         parameters.ask_margin = 0.0;
@@ -433,8 +433,8 @@ fn of_run(run: &RunConfig, is_learned: bool) -> Result<Parameters, PlannerError>
     Ok(parameters)
 }
 
-fn in_sketch(mission: &Mission, is_learned: bool) -> Result<Parameters, PlannerError> {
-    let usual = SketchMission::of(mission)?.usual(is_learned, Parameters::of, Parameters::learned);
+fn in_sketch(mission: &Mission, origin: Origin) -> Result<Parameters, PlannerError> {
+    let usual = SketchMission::of(mission)?.usual(origin, Parameters::of, Parameters::learned);
     let parameters = mission.parameters.over(Process::Planner, &usual)?;
     parameters.check()?;
     Ok(parameters)

@@ -3,6 +3,7 @@
 
 use sketchnav_schemas::codes::WALL;
 use sketchnav_schemas::geometry::{Point, Sketch};
+use sketchnav_stage::drawn::UNSEEN;
 
 use crate::messages::SketchMap;
 
@@ -15,6 +16,8 @@ pub struct SketchGrid {
     width: usize,
     height: usize,
     wall: Vec<bool>,
+    /// What was not seen on earlier drives. Empty in a drawing.
+    unseen: Vec<bool>,
     wall_direction_rad: f64,
 }
 
@@ -42,13 +45,17 @@ impl SketchGrid {
             .ok_or(CellsError { width, height, found: cells.len() })
     }
 
-    /// Creates a grid from cells as they follow a `SketchMap` (row 0 at the bottom; [`WALL`] is wall, everything else free).
-    /// Returns `None` if the number of cells is not width × height.
+    /// Creates a grid from cells as they follow a `SketchMap` (row 0 at the bottom; [`WALL`] is wall, [`UNSEEN`]
+    /// counts as wall, and everything else is free). Returns `None` if the number of cells is not width × height.
     pub fn new(width: usize, height: usize, cells: &[u8], wall_direction_rad: f64) -> Option<Self> {
         (width.checked_mul(height)? == cells.len()).then(|| Self {
             width,
             height,
-            wall: cells.iter().map(|&c| c == WALL).collect(),
+            wall: cells.iter().map(|&c| c == WALL || c == UNSEEN).collect(),
+            unseen: match cells.contains(&UNSEEN) {
+                true => cells.iter().map(|&c| c == UNSEEN).collect(),
+                false => Vec::new(),
+            },
             wall_direction_rad,
         })
     }
@@ -61,13 +68,13 @@ impl SketchGrid {
     /// Returns a copy of the grid with additional walls where `more` is true. `more` must have as many cells as the grid.
     pub fn walled(&self, more: &[bool]) -> Self {
         let wall = self.wall.iter().zip(more).map(|(wall, more)| wall | more).collect();
-        Self { wall, ..*self }
+        Self { wall, unseen: self.unseen.clone(), ..*self }
     }
 
     /// Returns a copy of the grid without the walls where `cleared` is true. `cleared` must have as many cells as the grid.
     pub fn cleared(&self, cleared: &[bool]) -> Self {
         let wall = self.wall.iter().zip(cleared).map(|(wall, cleared)| wall & !cleared).collect();
-        Self { wall, ..*self }
+        Self { wall, unseen: self.unseen.clone(), ..*self }
     }
 
     /// Returns the width in pixels.
@@ -90,6 +97,18 @@ impl SketchGrid {
     pub fn is_wall_cell(&self, column: i64, row: i64) -> bool {
         let inside = (0..self.width as i64).contains(&column) && (0..self.height as i64).contains(&row);
         !inside || self.wall[row as usize * self.width + column as usize]
+    }
+
+    /// Returns true if the position, in pixels, was not seen on earlier drives. Always false in a drawing.
+    pub fn is_unseen(&self, at_px: [f32; 2]) -> bool {
+        let [column, row] = at_px.map(|at| at.floor() as i64);
+        let is_inside = (0..self.width as i64).contains(&column) && (0..self.height as i64).contains(&row);
+        match is_inside {
+            true => {
+                self.unseen.get(row as usize * self.width + column as usize).is_some_and(|unseen| *unseen)
+            }
+            false => !self.unseen.is_empty(),
+        }
     }
 
     /// Returns true if the position is in a wall or outside the grid.

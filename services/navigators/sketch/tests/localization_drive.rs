@@ -5,10 +5,9 @@ mod support;
 
 use sketchnav_schemas::codes::Tracking;
 use sketchnav_schemas::geometry::Pose;
-use sketchnav_sketch::filter::beams::Mounting;
 use sketchnav_sketch::filter::parameters::{Likelihood, Parameters};
-use sketchnav_sketch::filter::{Estimate, Filter, Start, extent_px};
-use support::{Drawing, Drive, WAY};
+use sketchnav_sketch::filter::{Estimate, Filter};
+use support::{Drawing, Drive, MAPPED, WAY};
 
 /// A drawing with 21 pixels per metre along the corridor and 13 across.
 const STRETCHED: Drawing = Drawing { size: [500, 500], a: 21.0, b: 13.0, turn_rad: 0.0, wobble_px: 0.0 };
@@ -122,27 +121,6 @@ fn the_filter_goes_on_from_a_checkpoint() {
     assert_eq!(whole.trace, resumed.trace);
 }
 
-/// A map as a laser has seen it, at 20 pixels per metre.
-const MAPPED: Drawing = Drawing { size: [400, 320], a: 20.0, b: 20.0, turn_rad: 0.0, wobble_px: 0.0 };
-
-/// Returns a drive in the map, where the robot may be anywhere.
-fn anywhere(seed: u64) -> Drive {
-    let map = MAPPED.sketch();
-    let parameters =
-        Parameters { building_size_m: extent_px(&map) / MAPPED.a as f32, ..Parameters::learned() };
-    let [width, height] = MAPPED.size.map(|side| side as f64);
-    let start = Start {
-        pose: Pose::new(width / 2.0, height / 2.0, 0.0),
-        spread_px: width.hypot(height),
-        spread_rad: std::f64::consts::PI,
-    };
-    let mut drive = Drive::new(MAPPED, Parameters::default(), seed);
-    let omnidirectional = sketchnav_schemas::robot::Drive::Omnidirectional;
-    drive.localizer =
-        Filter::new(&map, Mounting::default(), omnidirectional, parameters, start, seed).unwrap();
-    drive
-}
-
 /// Drives along some waypoints. Returns the estimates with their errors in metres.
 fn along(drive: &mut Drive, way: &[[f64; 2]]) -> Vec<(Estimate, f64)> {
     let mut estimates = Vec::new();
@@ -159,11 +137,57 @@ fn along(drive: &mut Drive, way: &[[f64; 2]]) -> Vec<(Estimate, f64)> {
 #[test]
 fn a_robot_anywhere_in_a_map_finds_its_place() {
     for seed in 1..=3 {
-        let estimates = along(&mut anywhere(seed), &WAY);
+        let estimates = along(&mut Drive::anywhere(seed), &WAY);
         let (last, error_m) = estimates.last().unwrap();
         assert!(
             last.tracking == Tracking::Tracking && *error_m < 0.2,
             "{seed}: {last:?}, off by {error_m} m"
         );
     }
+}
+
+/// Somebody carries the robot from the last room to the first one, and its wheels do not notice.
+#[test]
+fn a_robot_that_is_carried_elsewhere_in_a_map_finds_its_place_again() {
+    let mut drive = Drive::anywhere(1);
+    let (_, error_m) = *along(&mut drive, &WAY).last().unwrap();
+    assert!(error_m < 0.2, "{error_m} m before");
+    drive.truth = Pose::new(WAY[0][0], WAY[0][1], 0.0);
+    let estimates = along(&mut drive, &WAY[..9]);
+    let wrong = estimates
+        .iter()
+        .rposition(|(estimate, error_m)| estimate.tracking != Tracking::Tracking || *error_m > 0.5);
+    assert!(wrong.unwrap_or_default() < 250, "it finds itself within 25 s: {wrong:?}");
+    let (last, error_m) = estimates.last().unwrap();
+    assert!(last.tracking == Tracking::Tracking && *error_m < 0.2, "{last:?}, off by {error_m} m");
+}
+
+/// Until the robot knows a single place, the estimate is never one that it is sure of and wrong about.
+#[test]
+fn a_robot_anywhere_in_a_map_is_sure_of_no_wrong_place() {
+    for seed in 4..=9 {
+        let estimates = along(&mut Drive::anywhere(seed), &WAY[..5]);
+        let wrong = estimates
+            .iter()
+            .filter(|(estimate, error_m)| estimate.tracking == Tracking::Tracking && *error_m > 0.5);
+        assert_eq!(wrong.count(), 0, "{seed}");
+    }
+}
+
+#[test]
+fn a_search_goes_on_from_a_checkpoint() {
+    let bits_of =
+        |estimates: Vec<(Estimate, f64)>| estimates.iter().map(|(e, _)| bits(e)).collect::<Vec<_>>();
+    let (mut whole, mut resumed) = (Drive::anywhere(2), Drive::anywhere(2));
+    for drive in [&mut whole, &mut resumed] {
+        along(drive, &WAY[..1]);
+        (0..7).for_each(|_| {
+            let (odometry, scan) = drive.advance(WAY[1]);
+            drive.localizer.step(&odometry, &scan);
+        });
+    }
+    let state = resumed.localizer.state().clone();
+    resumed.localizer = Drive::anywhere(99).localizer;
+    resumed.localizer.restore(state);
+    assert_eq!(bits_of(along(&mut whole, &WAY[1..6])), bits_of(along(&mut resumed, &WAY[1..6])));
 }

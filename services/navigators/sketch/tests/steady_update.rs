@@ -91,6 +91,11 @@ fn a_steady_update_allocates_nothing_and_two_threads_change_no_bit() {
         });
         assert_eq!(*alone, together);
     }
+    // A robot that may be anywhere in a map searches from its second scan on.
+    let mut anywhere = Drive::anywhere(1);
+    let (odometry, scan) = anywhere.advance(WAY[1]);
+    anywhere.localizer.step(&odometry, &scan);
+    steps(&mut anywhere, 120);
     assert_eq!(Parameters::paper().likelihood, Likelihood::Field);
     assert!(ALLOCATIONS.load(Relaxed) > 0, "it does count");
 }

@@ -1,4 +1,4 @@
-//! Times an update of the localization, and measures how many particle-beams it weighs per second.
+//! Times an update of the localization and a step of a search, and measures how many particle-beams it weighs per second.
 
 #[path = "../../tests/support/mod.rs"]
 mod support;
@@ -42,6 +42,24 @@ fn update(criterion: &mut Criterion) {
     }
 }
 
+/// Times a step of the search by a robot that may be anywhere in a map. All steps take the same time until it is localized.
+fn search(criterion: &mut Criterion) {
+    let mut drive = Drive::anywhere(1);
+    let mut step = || {
+        let (odometry, scan) = drive.advance(WAY[1]);
+        black_box(drive.localizer.step(&odometry, &scan));
+        (odometry, scan)
+    };
+    let (odometry, scan) = (0..40).map(|_| step()).last().expect("a step");
+    let state = drive.localizer.state().clone();
+    criterion.bench_function("a step of a search", |bencher| {
+        bencher.iter(|| {
+            drive.localizer.restore(state.clone());
+            black_box(drive.localizer.step(&odometry, &scan))
+        });
+    });
+}
+
 criterion_group!(
     benches,
     weighing::field,
@@ -49,6 +67,7 @@ criterion_group!(
     weighing::scalar,
     weighing::resampling,
     weighing::preparing,
-    update
+    update,
+    search
 );
 criterion_main!(benches);

@@ -1,5 +1,6 @@
 //! The beams of a scan that the filter uses, in the robot's axes.
 
+use serde::{Deserialize, Serialize};
 use sketchnav_schemas::message::{LaserScan, MAX_BEAMS};
 use sketchnav_schemas::robot::Laser;
 
@@ -25,7 +26,7 @@ impl From<&Laser> for Mounting {
 pub const SHORTEST_M: f32 = 0.05;
 
 /// An even selection of a scan's valid beams, with one array per property.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Beams {
     /// Directions in the robot's axes, in radians.
     pub angle_rad: Vec<f32>,

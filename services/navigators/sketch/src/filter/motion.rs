@@ -5,8 +5,6 @@
 //! left and in its heading. A differential drive, which cannot slide sideways, turns, rolls and turns again, with an error in each
 //! (Thrun, Burgard and Fox, *Probabilistic Robotics*, table 5.6).
 
-use std::f32::consts::TAU;
-
 use rand::RngExt;
 use rand_distr::{Distribution, Gamma, StandardNormal};
 use rand_pcg::Pcg64Mcg;
@@ -187,28 +185,6 @@ pub fn perturb(
     }
 }
 
-/// Moves each particle, with probability `share`, to a random place in the free space (Thrun, Burgard and Fox, table 8.3, line 13),
-/// with a random heading and with scales around the drawing's mean.
-pub fn inject(
-    set: &mut ParticleSet,
-    share: f32,
-    terrain: &Terrain<'_>,
-    parameters: &Parameters,
-    rng: &mut Pcg64Mcg,
-) {
-    for i in 0..set.len() {
-        if rng.random::<f32>() >= share {
-            continue;
-        }
-        let Some(place) = free_place_anywhere(terrain, rng) else { continue };
-        [set.x_px[i], set.y_px[i]] = place;
-        set.yaw_rad[i] = wrap(TAU * rng.random::<f32>());
-        set.anisotropy[i] = terrain.proportions.anisotropy(parameters, rng);
-        let mean = terrain.proportions.mean_ln_scales_by(set.anisotropy[i]);
-        [set.ln_a[i], set.ln_b[i]] = scales_about(mean, parameters, rng);
-    }
-}
-
 /// Returns a random free place in the drawing, or `None` if a hundred attempts find none.
 pub(super) fn free_place_anywhere(terrain: &Terrain<'_>, rng: &mut Pcg64Mcg) -> Option<[f32; 2]> {
     let mut place = || terrain.grid.size_px().map(|size| size * rng.random::<f32>());
@@ -235,7 +211,6 @@ pub fn normal(rng: &mut Pcg64Mcg) -> f32 {
 mod tests {
     use super::*;
     use crate::sketch::SketchGrid;
-    use sketchnav_schemas::codes::WALL;
     use sketchnav_schemas::seed;
 
     const OMNI: Drive = Drive::Omnidirectional;
@@ -343,21 +318,6 @@ mod tests {
         assert!((sideways(Drive::Differential, 0.04) - 0.141).abs() < 0.005);
     }
 
-    #[test]
-    fn what_is_injected_lies_in_the_free_space() {
-        let cells: Vec<u8> = (0..160_000).map(|i| if i % 400 < 300 { WALL } else { 0 }).collect();
-        let grid = Grid::new(&SketchGrid::new(400, 400, &cells, 0.0).unwrap(), 1_000_000);
-        let mut set = ParticleSet::new(4000);
-        set.x_px.fill(-1.0);
-        let frame = ScaleFrame::new(0.0);
-        let mut rng = seed::stream(1, "test");
-        inject(&mut set, 0.25, &terrain(&grid, &frame), &Parameters::default(), &mut rng);
-        let thrown: Vec<usize> = (0..4000).filter(|&i| set.x_px[i] >= 0.0).collect();
-        assert!((900..1100).contains(&thrown.len()), "{}", thrown.len());
-        assert!(thrown.iter().all(|&i| set.x_px[i] >= 300.0 && set.y_px[i] <= 400.0));
-        assert!((sample(thrown.iter().map(|&i| set.y_px[i])).0 - 200.0).abs() < 20.0);
-    }
-
     /// Regression test: the scales of all particles were drawn back to the same mean along and across the walls. In some drawings
     /// one scale is nine times the other from end to end, and hardly one of three thousand particles fitted such a drawing.
     #[test]
@@ -368,7 +328,7 @@ mod tests {
         let parameters = Parameters { scale_noise: 0.0, position_noise: 0.0, ..Parameters::default() };
         let mut rng = seed::stream(1, "test");
         let mut set = ParticleSet::new(20_000);
-        inject(&mut set, 1.0, &terrain, &parameters, &mut rng);
+        perturb(&mut set, 1.0, &terrain, &parameters, &mut rng);
         let believers: Vec<f32> = set.anisotropy.iter().copied().filter(|&part| part != 0.0).collect();
         assert!((3800..4200).contains(&believers.len()), "a fifth of them: {}", believers.len());
         // Each assumes its own part of the stretch, uniform from 0 to 1.1.

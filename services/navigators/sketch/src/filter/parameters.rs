@@ -95,6 +95,10 @@ pub struct Parameters {
     /// open the outline.
     pub door_width_m: f32,
 
+    /// True if the robot searches the whole map for its place when it may be anywhere or is lost. This requires a map whose scale is
+    /// known.
+    pub searches: bool,
+
     /// Minimum spread of the start position, in metres.
     pub start_spread_m: f32,
     /// Minimum spread of the start heading, in radians.
@@ -146,9 +150,6 @@ pub struct Parameters {
     /// Additional share of particles to perturb if the scans fit worse than before. It is multiplied by how much worse they fit,
     /// from 0 to 1.
     pub perturbed_share_lost: f32,
-    /// Share of particles to move to anywhere in the drawing's free space if the scans fit worse than before. It is multiplied by
-    /// how much worse they fit, from 0 to 1 (Thrun, Burgard and Fox, table 8.3).
-    pub injected_share_lost: f32,
     /// Standard deviation of a perturbation of the position, in metres.
     pub perturbation_m: f32,
     /// Standard deviation of a perturbation of the heading, in radians.
@@ -200,6 +201,7 @@ impl Default for Parameters {
             wall_crossing_factor: 0.3,
             outline_gap_m: 1.5,
             door_width_m: 0.7,
+            searches: false,
             start_spread_m: 0.4,
             start_spread_rad: 0.08,
             start_log_scale_spread: 0.45,
@@ -220,7 +222,6 @@ impl Default for Parameters {
             bearing_width_rad: 0.87,
             perturbed_share: 0.05,
             perturbed_share_lost: 0.3,
-            injected_share_lost: 0.0,
             perturbation_m: 0.4,
             perturbation_rad: 0.15,
             perturbation_log_scale: 0.3,
@@ -247,10 +248,9 @@ impl Parameters {
     }
 
     /// Returns the parameters for a map recorded by laser, in which the robot may be anywhere. The scale is known and the same
-    /// everywhere. There are many particles at first, and few once the robot is localized (Fox 2003).
+    /// everywhere. The search finds the place, so that few particles are enough from then on (Fox 2003).
     pub fn learned() -> Self {
         Self {
-            particles: 20_000,
             least_particles: 1500,
             scale_noise: 0.0,
             scale_limit: 1e-4,
@@ -261,7 +261,7 @@ impl Parameters {
             outline_gap_m: 0.0,
             door_width_m: 0.0,
             bearing_error_rad: 0.1,
-            injected_share_lost: 0.1,
+            searches: true,
             one_place_share: 0.7,
             ..Self::default()
         }
@@ -315,7 +315,6 @@ impl Parameters {
             // The paper has no recovery.
             perturbed_share: 0.0,
             perturbed_share_lost: 0.0,
-            injected_share_lost: 0.0,
             ..Self::default()
         }
     }
@@ -419,10 +418,9 @@ impl Parameters {
         ]
     }
 
-    fn shares(&self) -> [(&'static str, f64); 12] {
+    fn shares(&self) -> [(&'static str, f64); 11] {
         [
             ("one_place_share", self.one_place_share),
-            ("injected_share_lost", self.injected_share_lost.into()),
             ("resample_below", self.resample_below),
             ("start_anisotropy", self.start_anisotropy.into()),
             ("anisotropic_share", self.anisotropic_share.into()),

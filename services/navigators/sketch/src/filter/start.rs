@@ -49,7 +49,7 @@ impl Start {
     }
 
     /// Returns true if the position is as uncertain as the drawing is large, so that the robot may be anywhere in it.
-    fn is_anywhere(&self, [width, height]: [f32; 2]) -> bool {
+    pub(super) fn is_anywhere(&self, [width, height]: [f32; 2]) -> bool {
         self.spread_px as f32 >= width.max(height)
     }
 

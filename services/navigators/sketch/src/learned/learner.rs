@@ -15,7 +15,9 @@ use sketchnav_schemas::geometry::{Base, Odom, Point, Pose, Sketch};
 use sketchnav_schemas::message::{LaserScan, MissionStatus};
 use sketchnav_schemas::robot::{Robot, RobotError};
 
-use super::{DrawingFile, Goal, Learned, LearnedMap, LearnedStart, MAX_PAIRS, merge};
+use super::{
+    DrawingFile, Goal, Learned, LearnedEnd, LearnedMap, LearnedStart, MAX_PAIRS, VERSION, merge, rounded,
+};
 use crate::messages::{
     CORRESPONDENCE, Correspondence, ESTIMATE, MAX_SKETCH_CELLS, PartnerKind, PoseEstimate,
 };
@@ -242,7 +244,15 @@ impl Learner {
             return Err(LearnError::NowhereInTheDrawing);
         }
         let heading_deg = rounded(places.start.yaw_rad.to_degrees(), 100.0);
-        Ok(Learned::new(file, map, LearnedStart { at: start, heading_deg }, goals, pairs))
+        Ok(Learned {
+            learned: VERSION,
+            drawing: file,
+            map,
+            start: LearnedStart { at: start, heading_deg },
+            goals,
+            pairs,
+            end: Some(LearnedEnd::new(&self.pose())),
+        })
     }
 
     /// Returns the earlier map that was used on this drive, updated by what was seen on the drive. `intent` contains the tasks in
@@ -264,7 +274,8 @@ impl Learner {
             let at_m = arrived(number).then(|| in_m(task.end()).map(|m| rounded(m, 1e3)));
             Goal { task: task.name.clone(), at, at_m, reached: at_m.is_some() }
         });
-        Ok(before.with(map, goals))
+        let end = Some(LearnedEnd::new(&known_from_seen.compose(&self.pose())));
+        Ok(Learned { end, ..before.with(map, goals) })
     }
 
     /// Returns the map, cropped to what was seen. Only space that is connected to the robot's path counts as free. Slits between
@@ -319,11 +330,6 @@ impl Arrived {
         let is_good = |at: &Place| distance(*at, here) <= GOAL_WITHIN_M && map.at_m(*at) == Cell::Free;
         self.goal.filter(is_good).or_else(|| by_estimate().filter(is_good)).unwrap_or(here)
     }
-}
-
-/// Rounds a number to whole parts of which `parts` make one.
-fn rounded(number: f64, parts: f64) -> f64 {
-    (number * parts).round() / parts
 }
 
 /// Visits the cells that a disc covers.

@@ -4,10 +4,11 @@ use image::{GrayImage, Luma};
 use sketchnav_mapping::Cell;
 use sketchnav_mapping::outline::distance;
 use sketchnav_schemas::codes::{FREE, WALL};
-use sketchnav_schemas::geometry::{Point, Sketch};
+use sketchnav_schemas::geometry::{Point, Pose, Sketch, wrap_angle};
 use sketchnav_schemas::seed;
+use sketchnav_stage::drawn::UNSEEN;
 
-use super::{Goal, Learned, LearnedMap, Warp};
+use super::{Goal, Learned, LearnedEnd, LearnedMap, Warp};
 use crate::messages::SketchMap;
 use crate::reading::{self, DrawnMap, ImageTask, Intent, Kind, Marks, Options, Places, SketchError};
 
@@ -23,7 +24,7 @@ impl LearnedMap {
         [x, self.height() as f64 - y]
     }
 
-    /// Returns the map as a drawing at [`CELLS_PER_M`](super::CELLS_PER_M). What was not seen is wall.
+    /// Returns the map as a drawing at [`CELLS_PER_M`](super::CELLS_PER_M).
     fn drawn(&self, file: &str, options: &Options) -> DrawnMap {
         let (width, height) = (self.width as u32, self.height() as u32);
         let picture = GrayImage::from_fn(width, height, |column, row| {
@@ -36,7 +37,15 @@ impl LearnedMap {
             kind: Kind::Filled,
             width_px: width,
             height_px: height,
-            cells: self.cells.iter().map(|&cell| if cell == Cell::Free { FREE } else { WALL }).collect(),
+            cells: self
+                .cells
+                .iter()
+                .map(|cell| match cell {
+                    Cell::Free => FREE,
+                    Cell::Occupied => WALL,
+                    Cell::Unknown => UNSEEN,
+                })
+                .collect(),
             scale: 1.0,
             pen_width_px: SketchMap::NO_PEN_PX,
             wall_direction_rad: reading::wall_direction(&picture, &options.settings, &mut rng),
@@ -56,7 +65,8 @@ impl Goal {
 
 impl Learned {
     /// Returns the map as a drawing, with the tasks of a mission placed in it. `intent` contains the tasks in pixels of the
-    /// drawing's file. The robot may start anywhere in the area that was seen, with any heading.
+    /// drawing's file. The robot may start anywhere in the area that was seen, with any heading, but is most likely where it was
+    /// at the end of the drive, or if that is unknown, at its beginning.
     ///
     /// # Errors
     /// [`SketchError::Unseen`] if a task leads to a place that was not seen.
@@ -87,7 +97,11 @@ impl Learned {
         let start = drawing.to_image(&reading::nearest_free(&drawing, &origin).unwrap_or(origin));
         let placed = Intent { start: Some(start), heading_deg: Some(0.0), tasks };
         let places = placed.place(&drawing, &options.settings)?;
+        let end = self.end.unwrap_or(LearnedEnd { at_m: [0.0; 2], heading_deg: 0.0 });
+        let likely = drawing.from_image(self.map.to_image(end.at_m));
+        let likely = free_near(&drawing, &likely).unwrap_or(likely);
         let anywhere = Places {
+            start: Pose::new(likely.x, likely.y, wrap_angle(end.heading_deg.to_radians())),
             start_spread_px: drawing.diagonal_px(),
             start_spread_rad: std::f64::consts::PI,
             ..places

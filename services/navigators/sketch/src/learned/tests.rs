@@ -30,17 +30,23 @@ fn room() -> Learned {
     // The drawing is 100 px/m and has its origin 1 m to the left of the start and 2 m above it.
     let pairs = vec![[100.0, 200.0, 0.0, 0.0], [300.0, 200.0, 2.0, 0.0], [100.0, 50.0, 0.0, 1.5]];
     let start = LearnedStart { at: [100.0, 200.0], heading_deg: 0.0 };
-    Learned::new(DrawingFile::of("rooms/a.json", b"strokes"), map, start, goals, pairs)
+    let drawing = DrawingFile::of("rooms/a.json", b"strokes");
+    let end = Some(LearnedEnd { at_m: [2.5, 1.0], heading_deg: -90.0 });
+    Learned { learned: VERSION, drawing, map, start, goals, pairs, end }
 }
 
 fn placed(goal: [f64; 2]) -> Result<(DrawnMap, crate::reading::Places), SketchError> {
+    placed_in(&room(), goal)
+}
+
+fn placed_in(learned: &Learned, goal: [f64; 2]) -> Result<(DrawnMap, crate::reading::Places), SketchError> {
     let task = crate::reading::ImageTask {
         name: "tea".into(),
         points: vec![goal],
         is_named: false,
         time_limit_s: 60.0,
     };
-    room().place("a.learned", &Intent { tasks: vec![task], ..Intent::default() }, &Options::default())
+    learned.place("a.learned", &Intent { tasks: vec![task], ..Intent::default() }, &Options::default())
 }
 
 #[test]
@@ -56,9 +62,9 @@ fn what_is_written_is_read() {
 fn files_that_are_no_learned_map_are_refused_with_the_key() {
     let text = String::from_utf8(room().to_bytes()).unwrap();
     for (from, to, words) in [
-        ("\"learned\": 1", "\"learned\": 2", "learned: expected version 1, found 2"),
-        ("\"learned\": 1", "\"learned\": \"new\"", "expected version 1, found \"new\""),
-        ("\"learned\": 1,", "", "as `sketchnav learn` writes it: missing field `learned`"),
+        ("\"learned\": 2", "\"learned\": 3", "learned: expected version 1 or 2, found 3"),
+        ("\"learned\": 2", "\"learned\": \"new\"", "expected version 1 or 2, found \"new\""),
+        ("\"learned\": 2,", "", "as `sketchnav learn` writes it: missing field `learned`"),
         ("\"resolution_m\": 0.05", "\"resolution_m\": 0.1", "map.resolution_m: expected 0.05, found 0.1"),
         ("\"4u82o4u\"", "\"4u81o4u\"", "map.rows[4]: expected runs of u, f and o as long as the map is wide"),
         ("\"4u82o4u\"", "\"4u82o4x\"", "map.rows[4]"),
@@ -66,6 +72,12 @@ fn files_that_are_no_learned_map_are_refused_with_the_key() {
         ("\"4u82o4u\"", "\"4u82o4u1\"", "map.rows[4]"),
         ("\"width\": 90", "\"width\": 4294967296", "map: expected 1 to 3180080 cells"),
         ("\"heading_deg\": 0.0", "\"heading_deg\": 1e9", "start.heading_deg: expected -360 to 360"),
+        ("\"heading_deg\": -90.0", "\"heading_deg\": 361", "end.heading_deg: expected -360 to 360"),
+        (
+            "\"at_m\": [\n      2.5,\n      1.0",
+            "\"at_m\": [\n      1e300,\n      1.0",
+            "end.at_m: expected numbers",
+        ),
         ("300.0,", "1e300,", "expected numbers from -100000 to 100000, found 1e300"),
         ("\"reached\": true", "\"arrived\": true", "unknown field `arrived`"),
     ] {
@@ -74,6 +86,23 @@ fn files_that_are_no_learned_map_are_refused_with_the_key() {
         assert!(error.contains(words), "{to}: {error}");
     }
     assert!(Learned::parse(b"\x89PNG").is_err());
+}
+
+/// Maps that were learned before version 2 can still be used. The robot is then likeliest where the drive began.
+#[test]
+fn a_map_without_the_last_pose_is_read() {
+    let text = String::from_utf8(Learned { end: None, ..room() }.to_bytes()).unwrap();
+    let read = Learned::parse(text.replace("\"learned\": 2", "\"learned\": 1").as_bytes()).unwrap();
+    assert_eq!(read, Learned { end: None, ..room() });
+    let (_, places) = placed_in(&read, [300.0, 100.0]).unwrap();
+    assert_eq!([places.start.x, places.start.y, places.start.yaw_rad], [20.0, 20.0, 0.0]);
+}
+
+#[test]
+fn the_last_pose_is_the_likeliest_start() {
+    let (_, places) = placed([300.0, 100.0]).unwrap();
+    assert_eq!([places.start.x, places.start.y], [70.0, 40.0]);
+    assert!((places.start.yaw_rad + std::f64::consts::FRAC_PI_2).abs() < 1e-9, "{:?}", places.start);
 }
 
 #[test]
@@ -85,7 +114,7 @@ fn a_drawing_is_recognized_by_its_content() {
     assert_eq!(DrawingFile::of("x", b"123456789").crc32, "cbf43926");
 }
 
-/// The map is the drawing, at 20 px/m. What was not seen is wall.
+/// The map is the drawing, at 20 px/m. What was not seen is neither free nor wall.
 #[test]
 fn a_goal_of_the_drive_is_where_the_robot_arrived() {
     let (drawing, places) = placed([300.0, 100.0]).unwrap();
@@ -93,8 +122,9 @@ fn a_goal_of_the_drive_is_where_the_robot_arrived() {
     let end = places.tasks[0].end();
     assert!((end.x - 70.0).abs() < 1e-9 && (end.y - 50.0).abs() < 1e-9, "{end:?}");
     assert!(places.start_spread_px >= 90.0 && places.start_spread_rad >= std::f64::consts::PI);
-    let walls = drawing.cells.iter().filter(|cell| **cell == sketchnav_schemas::codes::WALL).count();
-    assert_eq!(walls, 90 * 70 - 80 * 60 + 39);
+    let count = |code: u8| drawing.cells.iter().filter(|cell| **cell == code).count();
+    let not_free = count(sketchnav_schemas::codes::WALL) + count(sketchnav_stage::drawn::UNSEEN);
+    assert_eq!(not_free, 90 * 70 - 80 * 60 + 39);
 }
 
 #[test]

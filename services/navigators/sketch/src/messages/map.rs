@@ -29,14 +29,36 @@ pub struct SketchMapForm {
 /// The `.msg` text. Its fields match those of [`SketchMapForm`].
 const SKETCH_MAP: &str = include_str!("SketchMap.msg");
 
+/// Where a sketch comes from, which determines by what means a robot drives in it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Origin {
+    /// A person drew it.
+    Drawn,
+    /// It is a picture of a map with the tones of map_server, so its proportions are exact. Its scale is unknown.
+    Surveyed,
+    /// It is a map learned by a robot. It has [`CELLS_PER_M`](crate::learned::CELLS_PER_M) pixels per metre, and the robot may start
+    /// anywhere in it.
+    Learned,
+}
+
 impl SketchMap {
-    /// Pen width that marks a sketch as a map learned by a robot rather than a drawing. It has
-    /// [`CELLS_PER_M`](crate::learned::CELLS_PER_M) pixels per metre, and the robot may start anywhere in it.
+    /// Pen width that marks a sketch as [`Origin::Learned`].
     pub const NO_PEN_PX: f64 = -1.0;
+    /// Pen width that marks a sketch as [`Origin::Surveyed`].
+    pub const SURVEYED_PX: f64 = -2.0;
+
+    /// Returns where the sketch comes from.
+    pub fn origin(&self) -> Origin {
+        match self.pen_width_px {
+            pen_px if pen_px <= Self::SURVEYED_PX => Origin::Surveyed,
+            pen_px if pen_px < 0.0 => Origin::Learned,
+            _ => Origin::Drawn,
+        }
+    }
 
     /// Returns true if the sketch is a map that a robot has learned.
     pub fn is_learned(&self) -> bool {
-        self.pen_width_px < 0.0
+        self.origin() == Origin::Learned
     }
 
     /// Returns the cells as an occupancy grid, reusing the memory of `spare`.

@@ -15,7 +15,6 @@ use super::enclosure::encloses;
 use super::error::SketchError;
 use super::left_out::LeftOut;
 use super::places::{Places, flood};
-use super::walls::Kind;
 
 /// Assumed length of the drawn floor, in metres: for a building, and for a single room.
 const BUILDING_M: f64 = 25.0;
@@ -159,7 +158,7 @@ pub fn doubts(drawing: &DrawnMap, places: &Places, range_max_m: Option<f64>) -> 
 pub fn of_drawing(drawing: &DrawnMap) -> Vec<Doubt> {
     let walls = drawing.cells.iter().filter(|&&cell| cell == WALL).count();
     let share = walls as f64 / drawing.cells.len() as f64;
-    let is_bare = drawing.kind != Kind::Filled && share < LEAST_INK_SHARE;
+    let is_bare = !drawing.kind.is_filled() && share < LEAST_INK_SHARE;
     let is_bare = is_bare.then_some(Doubt::LittleInk { share });
     let is_frame = is_frame(drawing).then_some(Doubt::OnlyFrame);
     let left_out = drawing.left_out.iter().filter(|what| what.is_doubtful());
@@ -196,7 +195,7 @@ fn shut_in(drawing: &DrawnMap, walls: &Walls, start: &Point<Sketch>) -> Option<D
 /// Returns a doubt if the walls do not enclose the start. A filled drawing always does, since it is solid beyond the page.
 fn unenclosed(drawing: &DrawnMap, walls: &Walls, start: &Point<Sketch>) -> Option<Doubt> {
     let opening_px = walls.length_px() * DOOR_M / ROOM_M;
-    let is_open = drawing.kind != Kind::Filled && !encloses(drawing, start, opening_px);
+    let is_open = !drawing.kind.is_filled() && !encloses(drawing, start, opening_px);
     is_open.then(|| Doubt::Unenclosed { at: drawing.to_image(start), opening_px: opening_px / drawing.scale })
 }
 

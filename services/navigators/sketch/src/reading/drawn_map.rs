@@ -23,7 +23,8 @@ pub struct DrawnMap {
     pub width_px: u32,
     /// Height of the grid, in sketch pixels.
     pub height_px: u32,
-    /// The `width_px * height_px` cells, each [`FREE`] or [`WALL`], with row 0 at the bottom.
+    /// The `width_px * height_px` cells, each [`FREE`] or [`WALL`], with row 0 at the bottom. In a learned map, cells that were not
+    /// seen are [`UNSEEN`](sketchnav_stage::drawn::UNSEEN).
     pub cells: Vec<u8>,
     /// Sketch pixels per image pixel. This is below 1 if the picture is larger than the canvas.
     pub scale: f64,
@@ -46,7 +47,7 @@ impl DrawnMap {
         let pen_width_px = walls.pen_width();
         let settings = &options.settings;
         let gap_px = settings.close_gaps_pen_widths * pen_width_px;
-        let closed = pen::close_gaps(&walls.mask, gap_px, walls.kind == Kind::Filled);
+        let closed = pen::close_gaps(&walls.mask, gap_px, walls.kind.is_filled());
         let cells: Vec<u8> = closed.iter().map(|&v| if v > 0 { WALL } else { FREE }).collect();
         if !cells.contains(&WALL) {
             return Err(broken.no_walls("a drawing without strokes on the page"));

@@ -117,7 +117,7 @@ pub(crate) fn contrast(picture: &GrayImage) -> u8 {
 fn find_on(picture: &GrayImage, tone: WallTone) -> Option<Ink> {
     let counts = histogram(picture);
     if tone != WallTone::Light && is_map(&counts) {
-        return Some(Ink { walls: below(picture, FREE_TONE), kind: Kind::Filled, faint: 0.0 });
+        return Some(Ink { walls: below(picture, FREE_TONE), kind: Kind::Surveyed, faint: 0.0 });
     }
     if is_clean(&counts) { clean(picture, &counts, tone) } else { photograph(picture, tone) }
 }

@@ -4,6 +4,7 @@ use sketchnav_schemas::message::{PosePx, Text, Understood};
 
 use super::drawn_map::DrawnMap;
 use super::places::Places;
+use super::walls::Kind;
 use crate::messages::SketchMap;
 
 /// Fills a sketch message. Its cells are filled by [`fill_cells`].
@@ -11,7 +12,10 @@ pub fn fill_sketch(drawing: &DrawnMap, places: &Places, map: &mut SketchMap) {
     map.width_px = drawing.width_px;
     map.height_px = drawing.height_px;
     map.wall_direction_rad = drawing.wall_direction_rad;
-    map.pen_width_px = drawing.pen_width_px;
+    map.pen_width_px = match drawing.kind {
+        Kind::Surveyed => SketchMap::SURVEYED_PX,
+        _ => drawing.pen_width_px,
+    };
     map.start = PosePx::new(&places.start);
     map.start_spread_px = places.start_spread_px;
     map.start_spread_rad = places.start_spread_rad;

@@ -17,10 +17,19 @@ pub enum Kind {
     Lines,
     /// Free space has one tone, and everything solid has the other.
     Filled,
+    /// A map with the tones of map_server, in which everything solid or unknown is filled.
+    Surveyed,
     /// Strokes on paper under uneven light.
     Photograph,
     /// A strokes file.
     Strokes,
+}
+
+impl Kind {
+    /// Returns true if everything solid is filled, so that nothing is drawn with a pen.
+    pub fn is_filled(self) -> bool {
+        matches!(self, Self::Filled | Self::Surveyed)
+    }
 }
 
 /// The walls as they were drawn, before gaps are closed.
@@ -44,7 +53,7 @@ impl Walls {
     pub fn pen_width(&self) -> f64 {
         let brush = (BRUSH_SHARE * diagonal(self.mask.width(), self.mask.height())).max(1.0);
         match self.kind {
-            Kind::Filled => brush,
+            kind if kind.is_filled() => brush,
             _ => self.pen_width_px.or_else(|| pen::stroke_width(&self.mask)).unwrap_or(brush),
         }
     }

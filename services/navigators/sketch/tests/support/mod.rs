@@ -9,7 +9,7 @@ use sketchnav_schemas::message::LaserScan;
 use sketchnav_schemas::seed;
 use sketchnav_sketch::filter::beams::Mounting;
 use sketchnav_sketch::filter::parameters::Parameters;
-use sketchnav_sketch::filter::{Filter, Start};
+use sketchnav_sketch::filter::{Filter, Start, extent_px};
 
 use building::normal;
 pub use building::{Drawing, WAY, scan_from};
@@ -30,6 +30,9 @@ pub fn localizer(drawing: &Drawing, parameters: Parameters, seed: u64) -> Filter
     .unwrap()
 }
 
+/// A map as a laser has seen it, at 20 pixels per metre.
+pub const MAPPED: Drawing = Drawing { size: [400, 320], a: 20.0, b: 20.0, turn_rad: 0.0, wobble_px: 0.0 };
+
 /// A robot driving along [`WAY`].
 pub struct Drive {
     pub localizer: Filter,
@@ -43,6 +46,22 @@ impl Drive {
         let truth = Pose::new(WAY[0][0], WAY[0][1], std::f64::consts::FRAC_PI_2);
         let localizer = localizer(&drawing, parameters, seed);
         Self { localizer, rng: seed::stream(seed, "drive"), truth, odometry: Pose::new(0.0, 0.0, 0.0) }
+    }
+
+    /// Creates a robot that may be anywhere in [`MAPPED`]. It last stood in the middle of the map.
+    pub fn anywhere(seed: u64) -> Self {
+        let map = MAPPED.sketch();
+        let parameters =
+            Parameters { building_size_m: extent_px(&map) / MAPPED.a as f32, ..Parameters::learned() };
+        let [width, height] = MAPPED.size.map(|side| side as f64);
+        let start = Start {
+            pose: Pose::new(width / 2.0, height / 2.0, 0.0),
+            spread_px: width.hypot(height),
+            spread_rad: std::f64::consts::PI,
+        };
+        let drive = sketchnav_schemas::robot::Drive::Omnidirectional;
+        let localizer = Filter::new(&map, Mounting::default(), drive, parameters, start, seed).unwrap();
+        Self { localizer, ..Self::new(MAPPED, Parameters::default(), seed) }
     }
 
     /// Moves the robot for a tenth of a second at half a metre per second towards a waypoint. If the waypoint is to the side, the

@@ -14,7 +14,7 @@ use crate::paths::chart::Chart;
 use crate::planner::reason::Reason;
 
 /// Time for which a single place must have been plausible, in seconds.
-const SURE_S: f64 = 3.0;
+const SURE_S: f64 = 1.0;
 /// Time between two looks around, in seconds.
 const ROAM_S: f64 = 15.0;
 /// Number of looks after which a robot that is still not localized is lost.

@@ -117,7 +117,7 @@ fn unknown_cells_of_a_map_are_solid() {
         let cell = read.cells[((39 - row) * 60 + column) as usize];
         assert_eq!(cell == FREE, tone(column, row) == 254, "column {column}, row {row}");
     }
-    assert_eq!(read.kind, Kind::Filled);
+    assert_eq!(read.kind, Kind::Surveyed);
 }
 
 /// Each pass of a progressive JPEG goes through all of its pixels but takes only a few bytes of the file.

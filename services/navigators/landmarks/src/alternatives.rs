@@ -20,9 +20,10 @@ pub const MOST: usize = 4;
 const STEP: DrawnMetres = DrawnMetres(0.4);
 /// Minimum distance between two places that a person is offered.
 const APART: DrawnMetres = DrawnMetres(2.0);
-/// Standard deviation of the robot's distance from the estimated position: the least, and as a share of the way along the route.
-const ASTRAY: DrawnMetres = DrawnMetres(2.0);
+/// Standard deviation of the robot's distance from the estimated position, as a share of the way along the route, and its limits.
+/// The upper one bounds the time that the comparison takes.
 const ASTRAY_SHARE: f64 = 0.25;
+const ASTRAY: [DrawnMetres; 2] = [DrawnMetres(2.0), DrawnMetres(8.0)];
 /// Distance within which places are compared, in standard deviations.
 const REACH: f64 = 2.5;
 /// Number of independent observations that a remembered echo counts as. Remembered echoes are of different spots, unlike those of
@@ -53,7 +54,7 @@ pub fn places(outlines: &Outlines, settings: &Believing, known: &Surroundings<'_
     }
     let settings = Believing { independent: INDEPENDENT, learned: INDEPENDENT, free: FREE, ..*settings };
     let within = Within { outlines: outlines.all(), settings };
-    let DrawnMetres(sd) = ASTRAY.max(known.along * ASTRAY_SHARE);
+    let DrawnMetres(sd) = (known.along * ASTRAY_SHARE).clamp(ASTRAY[0], ASTRAY[1]);
     let steps = (REACH * sd / STEP.0) as i32;
     let offsets = (-steps..=steps).flat_map(|row| (-steps..=steps).map(move |column| [column, row]));
     let mut found: Vec<(f64, Point<Drawn>)> = offsets
@@ -128,8 +129,8 @@ mod tests {
         if nearest < FAR_M { nearest } else { f64::INFINITY }
     }
 
-    /// Returns the places of a robot that stands at one point of a sketch and believes itself at another, after it has come 3 m
-    /// along x.
+    /// Returns the places offered by a robot that stands at one point of a sketch and whose estimate is at another, after it has
+    /// driven 3 m along x.
     fn of_a_robot(sketch: &Sketch, stands_at: Point<Drawn>, believed: Point<Drawn>) -> Vec<Point<Drawn>> {
         let beams: [Beam; 16] = std::array::from_fn(|i| {
             let angle_rad = FRAC_PI_8 * i as f64;
@@ -152,13 +153,13 @@ mod tests {
     }
 
     #[test]
-    fn one_crossing_looks_as_the_next() {
+    fn one_crossing_looks_like_the_next() {
         let [here, next] = [Point::new(12.5, 0.0), Point::new(18.5, 0.0)];
         let places = of_a_robot(&street(), next, here);
         let is_offered = |crossing: &Point<Drawn>| places.iter().any(|place| place.distance(crossing) < 0.7);
         assert!(is_offered(&here) && is_offered(&next), "{places:?}");
         assert!(places.windows(2).all(|pair| pair[0].distance(&pair[1]) >= APART.0), "{places:?}");
-        assert!(places[0].distance(&here) < 0.7, "the believed place is the likeliest: {places:?}");
+        assert!(places[0].distance(&here) < 0.7, "the estimate is the likeliest place: {places:?}");
     }
 
     #[test]

@@ -38,7 +38,6 @@ const PER_LOGARITHM: usize = 4;
 pub struct Sight {
     /// For each cell of the table, a bit for each direction in which the view ends where nothing was seen.
     unseen: Vec<u64>,
-    shares: [f32; 3],
 }
 
 /// The likelihoods of readings for a typical error of ranges.
@@ -78,7 +77,7 @@ impl Sight {
                 }
             }
         }
-        Self { unseen, shares: SHARES }
+        Self { unseen }
     }
 
     /// Returns Σ ln p over the readings of a sensor at a place, in pixels, whose robot has the heading `yaw_rad`.
@@ -103,7 +102,7 @@ impl Sight {
             for reading in readings {
                 let middle = (heading + reading.turn) as usize + DIRECTIONS - 1;
                 let mut p = 0.0;
-                for (k, share) in self.shares.iter().enumerate() {
+                for (k, share) in SHARES.iter().enumerate() {
                     let direction = (middle + k) % DIRECTIONS;
                     let expected = usize::from(row[direction]);
                     let is_unseen = (unseen >> direction & 1) as usize;

@@ -26,6 +26,7 @@ pub mod guide;
 pub mod heading;
 mod steps;
 pub mod tracks;
+pub mod view;
 
 use arrayvec::ArrayVec;
 use serde::{Deserialize, Serialize};
@@ -34,13 +35,13 @@ use crate::custom_map::CustomMap;
 use crate::description::{Descriptor, Vocabulary};
 use crate::error::Error;
 use crate::geometry::{Corner, Point, Window};
-use crate::markers::View;
 use crate::sides::Course;
 use crate::signature::Signature;
 use by_map::Progress;
 use guide::{Counts, Guide, Next};
 use heading::Heading;
 use tracks::Tracks;
+use view::View;
 
 /// Settings of a navigator. Lengths are in the plane's unit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -6,7 +6,7 @@ use sketchnav_directions::arrival::Pilot;
 use sketchnav_directions::belief::{Chart, Journey, navigator};
 use sketchnav_directions::generate::uniform;
 use sketchnav_directions::geometry::Window;
-use sketchnav_directions::markers::Seen;
+use sketchnav_directions::navigator::view::Seen;
 use sketchnav_directions::navigator::{Activity, Navigator, Settings};
 use sketchnav_directions::path::{Atlas, Measure, Objective, Start, best};
 use sketchnav_directions::plan::{Plan, Verify};

@@ -5,11 +5,12 @@ use arrayvec::ArrayVec;
 use super::guide::{Decision, Guide, Next, Order};
 use super::heading::Heading;
 use super::tracks::{Track, Tracks, nearest};
+use super::view::View;
 use super::{Mark, Navigator, Outcome, Phase, Settings, State, detour};
 use crate::custom_map::Direction;
 use crate::description::{Descriptor, MOST_CANDIDATES};
 use crate::geometry::{Corner, Point};
-use crate::markers::{LandmarkKind, View};
+use crate::markers::LandmarkKind;
 use crate::sides::Course;
 use crate::trajectory::Slide;
 

@@ -6,7 +6,7 @@ use sketchnav_schemas::seed::stream;
 
 use super::*;
 use crate::geometry::Land;
-use crate::markers::Seen;
+use crate::navigator::view::Seen;
 use crate::orientation::Around;
 use crate::plane::DotId;
 use crate::testing::{camera, config, plane, plane_of_kinds};

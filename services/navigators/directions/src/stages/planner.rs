@@ -28,8 +28,9 @@ use crate::arrival::Pilot;
 use crate::custom_map::CustomMap;
 use crate::error::Error;
 use crate::geometry::Point;
-use crate::markers::{LandmarkKind, View};
+use crate::markers::LandmarkKind;
 use crate::navigator::guide::Guide;
+use crate::navigator::view::View;
 use crate::navigator::{self, Activity, Navigator, Outcome, Output, Settings};
 
 /// A guide that the planner receives in an instruction.

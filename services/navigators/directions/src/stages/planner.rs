@@ -287,7 +287,7 @@ fn navigators(text: &str, settings: Settings) -> Result<Vec<Navigator>, Error> {
 }
 
 impl Instructed for CustomMap {
-    const FORM: &'static str = "directions planner 9";
+    const FORM: &'static str = "directions planner 10";
     const WAITING: &'static str = "waiting for the custom map";
 
     fn receive(

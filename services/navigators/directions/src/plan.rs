@@ -118,7 +118,8 @@ impl Plan {
     }
 }
 
-fn entry(atlas: &Atlas, leg: &Leg, verification: Option<Verification>) -> Entry {
+/// Returns the entry for a leg.
+pub(crate) fn entry(atlas: &Atlas, leg: &Leg, verification: Option<Verification>) -> Entry {
     let trajectory = match leg.transition.movement {
         Movement::Seek => None,
         Movement::Forward => Some(Direction::Forward),

@@ -254,7 +254,7 @@ pub enum Command {
         #[command(subcommand)]
         what: Param,
     },
-    /// Save the last seconds of what a running system records, now or when a message arrives on a channel.
+    /// Save the last seconds of a running system's recording, now or when a message arrives on a channel.
     #[command(
         after_help = "The copy is a separate recording that includes the latched messages; the system keeps recording.\nExit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav snapshot --last 20 -o moment.mcap\nExample: sketchnav snapshot --on contact --after 2 -o bump.mcap"
     )]

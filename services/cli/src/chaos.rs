@@ -182,7 +182,7 @@ fn recording(report: &Value) -> Result<PathBuf, Failure> {
     Ok(path.into())
 }
 
-/// Returns the number of messages that the world sends in the whole mission, which is how its progress is counted.
+/// Returns the number of messages that the world sends in the whole mission, against which its progress is measured.
 fn world_messages(recording: &Path) -> Result<u32, Failure> {
     let info = info::info(recording).context("the undisturbed recording")?;
     let is_worlds =
@@ -289,8 +289,8 @@ mod tests {
         }
     }
 
-    /// A run that was identical down to the byte was once called bad because its mission fails even without kills, or
-    /// ends early.
+    /// Regression test: a run that was identical down to the byte was once called bad because its mission fails even without
+    /// kills, or ends early.
     #[test]
     fn an_undisturbed_run_passes_if_it_is_identical() {
         assert!(report().is_good());

@@ -44,7 +44,7 @@ pub struct Ended {
     pub by_person: bool,
 }
 
-/// The folder of the results, the world and the robot.
+/// What a page needs to start a system: the folder for the results, the mission that provides the world, and the robot.
 pub type Stage = (RunFolder, Mission, Robot);
 
 /// Runs the system until a person ends it or `is_over` returns true.

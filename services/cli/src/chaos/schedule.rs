@@ -172,7 +172,7 @@ pub fn kills(recording: &Path) -> anyhow::Result<Vec<Kill>> {
     Ok(kills)
 }
 
-/// Adds the schedule, which repeats the disturbed run, to the failure of the run.
+/// Adds to the error of a failed run how to repeat it: with `--schedule` and this file.
 pub fn with_repetition(failure: Failure, schedule: &Path) -> Failure {
     let words = |error: anyhow::Error| anyhow!("{error:#}; repeat it with --schedule {}", schedule.display());
     match failure {

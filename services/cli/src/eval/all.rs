@@ -320,7 +320,7 @@ mod tests {
         of_suite("laboratory", None, folder, &options(folder)).unwrap().unwrap()
     }
 
-    /// Driving all suites takes hours, and a run that was interrupted used to start again from the beginning.
+    /// Regression test: driving all suites takes hours, and a run that was interrupted used to start again from the beginning.
     #[test]
     fn an_interrupted_evaluation_resumes_from_its_parts() {
         let folder = tempfile::tempdir().unwrap();

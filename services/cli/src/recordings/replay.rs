@@ -118,7 +118,7 @@ fn absolute(path: &Path, what: &'static str) -> Result<String, Failure> {
 mod tests {
     use super::*;
 
-    /// Every replay once suggested the channel `estimate`, which most kinds of navigators do not have.
+    /// Regression test: every replay once suggested the channel `estimate`, which most kinds of navigators do not have.
     #[test]
     fn the_channel_to_look_at_is_one_of_the_navigator() {
         for navigator in sketchnav_navigators::all() {

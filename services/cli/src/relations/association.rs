@@ -12,7 +12,7 @@ const ROUNDING_S: f64 = 1e-9;
 /// seconds.
 const FAR_APART_S: f64 = 1.0;
 
-/// The samples that belong to one time.
+/// The samples of several objects that belong to the same time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
     /// The time of the scene, in seconds.

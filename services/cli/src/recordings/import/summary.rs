@@ -17,12 +17,12 @@ const MAX_SHOWN: usize = 5;
 /// of the previous scan, the user is warned.
 const STANDING_SHARE: f64 = 10.0;
 
-/// What became of a log.
+/// How much of a log was converted, and what was left out.
 #[derive(Debug, Serialize)]
 pub struct Summary {
     recording: String,
     scans: u64,
-    /// The first word of the scans' lines.
+    /// The first word of the lines that contain the scans.
     kind: &'static str,
     lasers: Vec<LaserFigures>,
     odometry: Odometry,

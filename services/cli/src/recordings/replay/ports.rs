@@ -127,8 +127,7 @@ impl Ports {
             }
             decoded => decoded?,
         };
-        // Readers would take the recorded health of a live process for a second life of that process, so it is not
-        // played.
+        // Readers would mistake the recorded health of a live process for that of a second instance, so it is not played.
         if port.writer.spec() == HEALTH.spec {
             let health: &Health = bytemuck::from_bytes(decoded.bytes());
             if self.live.iter().any(|process| process.code() == health.process) {

@@ -216,7 +216,7 @@ impl Comparison {
         }
     }
 
-    /// Number of messages that were found to be the same on both sides.
+    /// Returns the number of messages that were found to be the same on both sides.
     pub fn same(&self) -> u64 {
         self.lanes.iter().map(|lane| lane.compared).sum()
     }

@@ -2,7 +2,7 @@
 //!
 //! iceoryx2 0.10 creates a file that its owner may write and no process may read, sets its size, fills it, and only then makes it
 //! readable. A process that is killed in between leaves a file that will never be finished. Any other process that needs the file,
-//! such as a living writer or the supervisor cleaning up after the dead process, is denied access or, if it runs as root and the
+//! such as a running writer or the supervisor cleaning up after the dead process, is denied access or, if it runs as root and the
 //! file is still empty, waits forever. Such a file is therefore removed once no process has it open.
 
 use std::collections::BTreeMap;

@@ -57,7 +57,7 @@ impl History {
         Ok(history)
     }
 
-    /// Returns the number of the latest message in the file, including those that a living writer has stored since it was opened.
+    /// Returns the number of the latest message in the file, including those that a running writer has stored since it was opened.
     fn newest(&self) -> u64 {
         (0..self.capacity).map(|i| self.number(i).load(SeqCst)).max().unwrap_or(0)
     }

@@ -1,4 +1,4 @@
-//! A file lock held by a living process. The kernel releases the lock as soon as the process dies.
+//! A file lock held by a running process. The kernel releases the lock as soon as the process dies.
 //!
 //! These are open-file-description locks (`F_OFD_SETLK`). Unlike `flock`, they can be queried without being taken.
 //! Unlike POSIX locks, they do not vanish when the process closes another descriptor of the file.

@@ -1,5 +1,4 @@
-//! Starves this process of the processor: for some time, it only gets a share, as on a machine with too few
-//! cores.
+//! Starves this process of the processor: for some time, it only gets a share of it, as on a machine with too few cores.
 //!
 //! To do this, the process repeatedly stops itself (SIGSTOP). This requires neither root nor control groups,
 //! takes nothing away from other processes, and gives the same share on every machine. A process that

@@ -58,7 +58,7 @@ impl Latencies {
     }
 }
 
-/// Returns `None` if by the clock an effect came before its cause, which happens if a dead writer's number is used again.
+/// Returns `None` if an effect was sent before its cause, which happens if a dead writer's number is used again.
 fn of(tick: &Sent, situation: &Sent, command: &Sent) -> Option<Latency> {
     let header = Header { seq: 0, source_seq: tick.header.seq, ..tick.header };
     let situation_ns = situation.at_ns.checked_sub(tick.at_ns)?;

@@ -564,9 +564,9 @@ impl Input {
     }
 
     /// Returns true if the messages stay in the channel while writing has failed. That applies to messages with cells, which are
-    /// stored nowhere else. When writing fails, the reader is opened again to get the history once more, because the latest
-    /// messages may have been in the part that was truncated. If that fails, the old reader still receives the messages from now
-    /// on.
+    /// stored nowhere else. When writing fails, the reader is opened again so that it receives the history once more, because the
+    /// latest messages may have been in the part that was truncated. If the reader cannot be opened, the old one still receives new
+    /// messages.
     fn waits_for_room(&mut self, node: &Node) -> bool {
         if self.reader.spec().max_cells == 0 {
             return false;

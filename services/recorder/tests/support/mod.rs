@@ -16,7 +16,7 @@ pub fn run(name: &str, recording: &Path) -> RunConfig {
     run
 }
 
-/// The header of the scan `seq`.
+/// Returns the header of the scan `seq`.
 pub fn header(seq: u64) -> Header {
     Header { seq: 0, stamp_ns: seq * 100_000_000, source_seq: seq }
 }

@@ -1,4 +1,4 @@
-//! A robot in place of the world.
+//! A driver: a robot, or a third-party simulator, in place of the simulated world.
 
 use std::time::{Duration, Instant};
 
@@ -251,7 +251,7 @@ impl Driver {
     /// simulator in real time, it is the latest command at the time when the next instant is due. Simulators ignore `wait`.
     ///
     /// # Errors
-    /// Those of the runtime.
+    /// Any error of the runtime.
     pub fn command(&mut self, wait: Duration) -> Result<Option<Twist>, DriverError> {
         let twist = match (self.clock, self.run.pace) {
             (Clock::Robot, _) => self.answer_within(wait)?,
@@ -272,7 +272,7 @@ impl Driver {
     /// when they send a reading.
     ///
     /// # Errors
-    /// Those of the runtime.
+    /// Any error of the runtime.
     pub fn idle(&mut self, timeout: Duration) -> Result<(), DriverError> {
         self.wait(timeout)
     }

@@ -15,7 +15,7 @@ use crate::participant::{PublisherId, Receiver, Sender, dds_type_name};
 use crate::topics::Delivery;
 use crate::{BridgeError, Settings, full_name};
 
-/// What precedes the name of a ROS 2 topic in DDS.
+/// Prefix of ROS 2 topics in DDS.
 const PREFIX: &str = "rt";
 
 /// A ROS 2 node.

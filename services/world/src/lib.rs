@@ -84,7 +84,7 @@ struct Shell<'a, S> {
     pace: Pace,
     /// The latest command.
     held: Option<VelocityCommand>,
-    /// The latest tick that has safely been written to a file, or a number above any tick if nothing is recorded.
+    /// The latest tick that is known to be safe in the recording, or a number above any tick if nothing is recorded.
     recorded_tick: u64,
 }
 

@@ -86,18 +86,19 @@ impl Rehearsal {
         Self::by(run, &read_file)
     }
 
-    /// Creates a rehearsal with a drawing that is not in a file. `bytes` are used in place of the file that the mission names.
+    /// Creates a rehearsal with a drawing that is not in a file. `bytes` takes the place of the file that the mission names.
     ///
     /// # Errors
-    /// Like [`Rehearsal::new`].
+    /// Same errors as [`Rehearsal::new`].
     pub fn by_bytes(run: &RunConfig, bytes: &[u8]) -> Result<Self, RehearsalError> {
         Self::by(run, &|_| Ok(bytes.to_vec()))
     }
 
-    /// Creates a rehearsal with the files that `files` returns by their names in the mission, except for those of the world.
+    /// Creates a rehearsal that reads the files named in the mission through `files`, except for those of the world, which are read
+    /// from disk.
     ///
     /// # Errors
-    /// Like [`Rehearsal::new`].
+    /// Same errors as [`Rehearsal::new`].
     pub fn by(run: &RunConfig, files: &Files<'_>) -> Result<Self, RehearsalError> {
         let kind = run.mission.navigator_kind();
         let part = |process| {

@@ -166,7 +166,7 @@ impl<W: Write> Copy<W> {
         self.bytes
     }
 
-    /// The damaged messages that were left out. See [`RawMessage::is_damaged`].
+    /// Returns the damaged messages that were left out. See [`RawMessage::is_damaged`].
     pub fn left_out(&self) -> &Rejections {
         &self.left_out
     }

@@ -174,7 +174,7 @@ impl Tolerances {
     }
 }
 
-/// The messages of a channel that wait for their counterparts, and the first difference on the channel.
+/// The messages of a channel that wait for the same message on the other side, and the first difference on the channel.
 struct Lane {
     spec: &'static ChannelSpec,
     topic: String,

@@ -14,7 +14,7 @@ use crate::writer::Writer;
 
 /// Maximum number of omissions that are listed with their lines. Any further ones are only counted.
 const MAX_NAMED: usize = 1000;
-/// A scan with no reading beyond this distance, in metres, has seen nothing. Lasers report 0 if they have no reading.
+/// A scan without any reading beyond this distance, in metres, counts as blind. Lasers report 0 if they have no reading.
 const NEAREST_M: f32 = 0.01;
 /// Latest timestamp of a recorded message, in seconds.
 const MAX_STAMP_S: f64 = i32::MAX as f64;
@@ -30,7 +30,7 @@ pub struct Rules {
 }
 
 impl Default for Rules {
-    /// The lasers of most logs report 79 m or more if nothing returns.
+    /// Returns a maximum range of 79 m, since the lasers of most logs report 79 m or more if nothing returns.
     fn default() -> Self {
         Self { range_max_m: 79.0, is_strict: false }
     }

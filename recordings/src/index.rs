@@ -180,7 +180,7 @@ impl Index {
         self.chunks.len()
     }
 
-    /// Times of the first and the last message, in nanoseconds, or `None` if there is no message.
+    /// Returns the times of the first and the last message, in nanoseconds, or `None` if there is no message.
     pub fn span_ns(&self) -> Option<(u64, u64)> {
         // A chunk without messages has its times reversed.
         let chunks = || self.chunks.iter().filter(|chunk| chunk.first_ns <= chunk.last_ns);

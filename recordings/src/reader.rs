@@ -190,8 +190,8 @@ impl Recording {
         &self.attachments
     }
 
-    /// The run that was recorded: mission, robot, seed, pace. Its paths are those of the machine on which it
-    /// was recorded. To read its files, use [`RecordedRun`](crate::sources::RecordedRun).
+    /// Returns the run that was recorded: mission, robot, seed, pace. Its paths are those of the machine on which it was recorded.
+    /// To read its files, use [`RecordedRun`](crate::sources::RecordedRun).
     ///
     /// # Errors
     /// [`RecordingError::NotOurs`] if the recording has no run, and [`RecordingError::Run`] if this version cannot read it.

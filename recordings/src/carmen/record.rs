@@ -121,7 +121,7 @@ pub enum Fault {
         /// Time since the first scan, in seconds.
         since_s: f64,
     },
-    /// The scan or its odometry is one that every reader rejects.
+    /// Every reader would reject the scan or its odometry.
     #[error("expected a scan with odometry that readers accept; {0}")]
     Invalid(Invalid),
     /// The data breaks off.

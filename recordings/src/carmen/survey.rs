@@ -188,7 +188,7 @@ struct Facts {
     scans: u64,
     reference: Motion,
     own: Motion,
-    /// The current gap, since the last ODOM line, and the one in which the robot travels farthest.
+    /// The current gap, which began after the last ODOM line, and the gap in which the robot travelled farthest.
     gap: Gap,
     longest_gap: Gap,
     /// True if the two poses of some scan differ.
@@ -247,7 +247,7 @@ pub struct Survey {
     kinds: BTreeMap<ScanKind, Facts>,
     odometry_lines: u64,
     chained: Motion,
-    /// Number of lines of the kinds that are not read, by their first words.
+    /// Number of lines of the kinds that are not read, keyed by the first word of the line.
     others: BTreeMap<String, u64>,
     first_fault: Option<LeftOut>,
     faults: u64,

@@ -296,7 +296,7 @@ proptest! {
         }
     }
 
-    /// Wherever a line is cut off, nothing is read that is not in it.
+    /// Wherever a line is cut off, the parser reads nothing that the line does not contain.
     #[test]
     fn a_truncated_line_is_skipped(cut in 7_usize..40) {
         let line = "FLASER 3 1.5 2.5 3.5 9 0.1 0 9 0.1 0 0.25 h";

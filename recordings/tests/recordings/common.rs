@@ -106,7 +106,7 @@ impl ChannelVisitor for WriteSamples<'_> {
     }
 }
 
-/// The channels that are recorded in a run of this kind of navigator, in the order of an instant.
+/// Returns the channels that are recorded in a run of this kind of navigator, in the order of an instant.
 pub fn channels_of(kind: &str) -> impl Iterator<Item = &'static ChannelSpec> {
     channels::of_kind(kind).filter(|spec| spec.is_recorded())
 }

@@ -32,8 +32,8 @@ use safety::{Safety, safety};
 #[derive(Debug, Serialize)]
 struct Report {
     kills: usize,
-    /// The number of kills that the options asked for. If the mission ends early, there are fewer, and the
-    /// result proves less.
+    /// The number of kills that the user asked for. If the mission ends early, fewer of them happen, and the result is less
+    /// conclusive.
     asked: u32,
     /// Number of kills that starved a process of the processor for a while instead of ending it.
     starvations: usize,

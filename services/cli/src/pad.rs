@@ -22,7 +22,7 @@ use crate::study;
 /// Interval at which to check for dead processes and for the end.
 const REFRESH: Duration = Duration::from_millis(100);
 
-/// Serves the page and drives by people's drawings on it, until a person ends it.
+/// Serves the page, and drives by the drawings that people make on it, until a person ends the system.
 pub fn pad(options: &PadOptions) -> Result<Outcome, Failure> {
     match &options.study {
         Some(folder) if options.report => study::report(folder),

@@ -26,7 +26,7 @@ impl Disk {
         Ok((Self { file, whole_bytes: 0 }, sink))
     }
 
-    /// Marks everything written so far as complete. To be called after a flush.
+    /// Marks everything written so far as complete. Call this after a flush.
     ///
     /// # Errors
     /// Any error of the system.

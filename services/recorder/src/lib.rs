@@ -104,7 +104,7 @@ pub struct Recorder<'a> {
     /// Schedules further attempts if the disk is full.
     attempts: Attempts,
     inputs: Vec<Input>,
-    /// Present only if the world waits for the recorder.
+    /// `None` unless the world waits for the recorder.
     acknowledgements: Option<Writer<Recorded>>,
     latencies: Latencies,
     health: HealthReporter,
@@ -157,7 +157,7 @@ impl<'a> Recorder<'a> {
         Ok(recorder)
     }
 
-    /// Takes the messages after those that the predecessor had made safe.
+    /// Takes the messages that follow those which the predecessor had safely written.
     fn catch_up(&mut self) -> anyhow::Result<()> {
         for (input, position) in self.inputs.iter_mut().zip(self.state.positions) {
             for error in input.catch_up(self.node, position, &mut self.core)? {
@@ -252,7 +252,7 @@ impl<'a> Recorder<'a> {
         Ok(())
     }
 
-    /// Reports that the recording failed between two files. It is tried again as after any other failure.
+    /// Reports that the recording failed between two files. Further attempts follow, as after any other failure.
     fn fail(&mut self, failure: String) {
         let words = format!("{failure}; the mission continues; the recording so far remains readable");
         self.node.report_fault(FaultKind::RecordingFailed, 0, &words);

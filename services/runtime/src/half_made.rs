@@ -26,8 +26,8 @@ const PERMISSIONS: u32 = 0o777;
 /// Time after which an unfinished file counts as abandoned. Creating one takes microseconds. (The files that a creator in another
 /// container has open cannot be determined.)
 const MAKING: Duration = Duration::from_millis(100);
-/// Time without a request for complaints after which the supervisor must be hanging in shared memory. Normally, it requests them
-/// several times a second.
+/// If the supervisor has not asked for complaints for this long, it must be hanging in shared memory. Normally, it asks several
+/// times a second.
 const PATIENCE: Duration = Duration::from_secs(3);
 
 /// Returns true if the file's creator has not finished it.

@@ -492,7 +492,7 @@ fn end_owner(path: &Path, last_word: Duration) -> Result<()> {
             return Ok(());
         }
         let handle = lock::owner(path).and_then(|owner| owner.handle().ok());
-        // It may have ended by itself a moment ago.
+        // The process may have ended by itself a moment ago.
         let is_reached = handle.is_some_and(|handle| handle.send(signal).is_ok());
         if lock::is_free_within(path, patience).map_err(asking())? {
             return Ok(());

@@ -1,7 +1,7 @@
 //! Decides when to restart a process that has died: immediately, then after growing pauses, and finally not at all.
 //!
 //! The decision depends on progress. A process that is killed over and over, but sends something new in between, is restarted each
-//! time. A process that dies on the same message each time, or hangs, is eventually given up.
+//! time. If a process dies on the same message each time, or hangs, the supervisor eventually gives up on it.
 
 use std::time::Duration;
 

@@ -345,7 +345,7 @@ impl Supervisor {
         }
     }
 
-    /// Stores the recorder's report about its files. A recorder that ended because they are incomplete has done all it could.
+    /// Stores the recorder's report about its files. A recorder that ended because its files are incomplete has done all it could.
     fn take_recording_failure_from(&mut self, ended: Result<()>) -> Result<()> {
         if let Some(ports) = &mut self.ports {
             self.recording_failure = ports.faults.take_recording_failure();

@@ -23,7 +23,8 @@ use crate::args::{ChaosOptions, KillSignal};
 
 /// Interval at which to check the processes.
 const LOOK_EVERY: Duration = Duration::from_micros(500);
-/// Fraction of the mission after which no process is killed, since it would have nothing left to recover.
+/// Fraction of the mission after which no process is killed, since it would have no work left by which to tell that it has
+/// recovered.
 const LAST_SHARE: f64 = 0.95;
 /// Like [`LAST_SHARE`], but for runs in real time, where a mission may end earlier than the undisturbed one.
 const LAST_SHARE_IN_REAL_TIME: f64 = 0.8;

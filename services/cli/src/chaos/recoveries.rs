@@ -16,8 +16,8 @@ const LISTED: usize = 10;
 pub struct Recoveries {
     kills: usize,
     starvations: usize,
-    /// Times from a kill until the process had done new work, in milliseconds by the wall clock. Kills after
-    /// which the process was killed again, or the mission ended, before that are not included.
+    /// Times from a kill until the process had done new work, in milliseconds by the wall clock. If the process was killed again
+    /// before that, or the mission ended, the kill is not included.
     recovered_ms: Vec<f64>,
     median_ms: Option<f64>,
 }

@@ -153,7 +153,7 @@ mod tests {
         assert_eq!(judge(&run(), &stopped, &truth(11.9), &[]).unstopped, 1);
     }
 
-    /// Regression test: the robot was once reported to have kept driving, because a second by the clock was mistaken for a
+    /// Regression test: the robot was once reported to have kept driving, because a second of wall-clock time was mistaken for a
     /// simulated second.
     #[test]
     fn while_the_world_is_dead_its_time_stands_still() {

@@ -23,7 +23,7 @@ use sketchnav_stage::Tap;
 use super::processes;
 use crate::args::EvalOptions;
 
-/// Interval between checks for the start of a system.
+/// Interval at which to check whether a system has started.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 /// Counts the systems of this process, so that each has its own name.
 static STARTED: AtomicU32 = AtomicU32::new(0);

@@ -53,7 +53,7 @@ pub fn replay(file: &Path, options: &ReplayOptions) -> Result<Outcome, Failure> 
     }
 }
 
-/// Returns the most informative channel of a run of this kind of navigator: that of the situations.
+/// Returns the channel that is most worth watching in a run of this kind of navigator, which is the one with the situations.
 fn to_look_at(kind: &str) -> &'static str {
     let situation = channels::of_kind(kind).find(|spec| spec.role == Role::Situation);
     situation.map_or(STATUS.spec.name, |spec| spec.name)

@@ -208,7 +208,7 @@ impl Page<'_> {
         }
     }
 
-    /// Returns the distance of the estimates in a drawing from the truth over time.
+    /// Returns the distances of the estimates from the truth over time, in metres, or `None` if the run has no instants.
     fn errors(&self) -> Option<Series> {
         let log = self.log;
         let errors = local_errors_m(log);

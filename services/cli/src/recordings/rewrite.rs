@@ -1,5 +1,5 @@
-//! Makes recordings from recordings. A result gets its final name only when it is complete. The exit codes
-//! are those of the official MCAP tool.
+//! Creates recordings from other ones. A result gets its final name only when it is complete. The exit codes are those of the
+//! official MCAP tool.
 
 use std::path::Path;
 
@@ -143,7 +143,7 @@ impl Made {
     }
 }
 
-/// The losses of a copy compared with the original content of its sources.
+/// What a copy lacks, compared with the original content of its sources.
 struct Lost {
     /// Losses noticed while the copy was made.
     now: Lacks,

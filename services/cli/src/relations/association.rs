@@ -104,7 +104,7 @@ pub struct Meetings {
 }
 
 impl Meetings {
-    /// Counts how often the objects were seen together in the scenes that were made from their samples.
+    /// Counts how often the objects appear together in `scenes`, which were made from their samples.
     pub fn of(tracks: &[&Track], scenes: &[Scene]) -> Self {
         let anchor = anchor(tracks);
         let samples = anchor.map_or(&[][..], |anchor| anchor.samples.as_slice());

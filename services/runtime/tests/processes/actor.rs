@@ -62,7 +62,7 @@ impl Actor {
                 self.node = Some(Node::join(System::open(name)?, process.parse().unwrap())?);
             }
             ["be-asked-to-end"] => {
-                // When the supervisor starts a process, too, the signal waits until the process listens.
+                // A process that the supervisor starts also receives the signal only once it listens for it.
                 SigSet::from(Signal::SIGTERM).thread_block().unwrap();
                 raise(Signal::SIGTERM).unwrap();
             }

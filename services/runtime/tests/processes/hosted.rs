@@ -154,7 +154,7 @@ fn a_stage_killed_again_after_a_fresh_start_answers_no_tick_twice() {
     }
 }
 
-/// Regression test: this used to end the mission, because the error counted as one of the mission, which no restart can cure.
+/// Regression test: this used to end the mission, because the error was attributed to the mission, and a restart cannot fix that.
 #[test]
 fn a_stage_that_refuses_its_state_starts_fresh() {
     let stage = Stage::new();

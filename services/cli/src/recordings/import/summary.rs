@@ -27,7 +27,7 @@ pub struct Summary {
     lasers: Vec<LaserFigures>,
     odometry: Odometry,
     left_out: LeftOut,
-    /// Number of lines of each unsupported kind, by their first words.
+    /// Number of lines of each unsupported kind, keyed by the first word of the line.
     not_read: BTreeMap<String, u64>,
     warnings: Vec<String>,
 }

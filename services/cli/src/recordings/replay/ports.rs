@@ -69,7 +69,7 @@ impl Port {
     }
 }
 
-/// The channels, each by the topic of the recording that is played into it.
+/// The channels, keyed by the topic that is played into each of them.
 pub struct Ports {
     ports: BTreeMap<String, Port>,
     /// The nodes that own the ports. Declared after `ports`, which must be dropped first.

@@ -110,7 +110,7 @@ impl Imported {
     }
 }
 
-/// Writes the scans of a log to a recording, after the navigator's instructions. The caller finishes the recording.
+/// Writes the navigator's instructions, and then the scans of a log, to a recording. The caller finishes the recording.
 ///
 /// # Errors
 /// [`ImportError`] if the log cannot be read, the recording cannot be written, or anything is left out under strict rules.

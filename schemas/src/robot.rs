@@ -45,7 +45,7 @@ pub struct Robot {
     pub view: Option<DotCamera>,
     /// Deviations of the robot from its commands over a plane of dots.
     pub motion_noise: Option<MotionNoise>,
-    /// The errors of the odometry, if the robot has any odometry.
+    /// The errors of the odometry, or `None` if the robot has no odometry.
     pub odometry: Option<OdometryNoise>,
     /// How the wheels slip on a floor. Without this, the robot moves exactly as commanded.
     pub slip: Option<WheelSlip>,

@@ -203,7 +203,7 @@ fn halves_become_one() {
     assert_eq!(messages(&to).len(), messages(&path).len());
 }
 
-/// Regression test: a filter that started at the second second reported everything before as missing. So did every part except
+/// Regression test: a filter that started 2 s into the recording reported everything before as missing. So did every part except
 /// the first and, at any time, `/health`, whose numbers mean nothing.
 #[test]
 fn messages_left_out_on_purpose_do_not_count_as_missing() {

@@ -61,7 +61,7 @@ fn a_recorded_run_reads_nothing_outside_its_recording() {
     assert!(sources::to_record(&run).unwrap().is_empty());
 }
 
-/// The place that a running system names for its files is valid only within that system.
+/// The location that a running system gives for its files is valid only within that system.
 #[test]
 fn a_recording_cannot_refer_to_another_one() {
     let folder = tempfile::tempdir().unwrap();

@@ -472,7 +472,7 @@ pub struct EvalOptions {
     /// world.
     #[arg(long, value_enum, value_name = "SIMULATOR", conflicts_with_all = ["check_processes", "pictures"])]
     pub world: Option<Simulator>,
-    /// With --world: the Python that has the simulator and the package sketchnav.
+    /// With --world: the Python interpreter that has the simulator and the package sketchnav.
     #[arg(long, value_name = "PROGRAM", default_value = "python3", requires = "world")]
     pub python: PathBuf,
     /// Folder of the maps and drawings that are not part of the project. Default: the value of the environment variable

@@ -63,6 +63,7 @@ impl Outlet {
 
     /// Sends a message, or holds it back. `source_seq` is the number of its tick.
     ///
+    /// # Errors
     /// Any error of `fill`, and [`DriverError`] if the message is invalid, not later than the previous one, or more than the channel
     /// can take before the next tick. In any of these cases, it is not sent.
     pub fn send<E: From<DriverError>>(

@@ -1,5 +1,5 @@
-//! Reports the duration of each stage for each tick on a separate channel, so that these figures are in the recording alongside the
-//! health.
+//! Reports the duration of each stage for each tick on a separate channel, so that these figures are recorded, as the health
+//! reports are. health.
 
 use sketchnav_runtime::{Node, Result, SendTimes, Sent, Writer};
 use sketchnav_schemas::channels::{COMMAND, LATENCY, Role, TICK, of_role};

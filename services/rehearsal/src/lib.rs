@@ -45,8 +45,8 @@ pub trait Onlooker: Tap {
         false
     }
 
-    /// Returns a person's answer to where the robot is, if there is one. Its position is in pixels (frame `Sketch`), its
-    /// heading in radians. Called after each instant except the last.
+    /// Returns a person's answer to the question where the robot is, if there is one. Its position is in pixels (frame `Sketch`),
+    /// its heading in radians. Called after each instant except the last.
     fn here(&mut self) -> Option<Here> {
         None
     }
@@ -174,7 +174,7 @@ impl Rehearsal {
         planner.receive(MISSION.spec, &order, tap)
     }
 
-    /// Passes on the onlooker's answer to where the robot is, which takes effect at the next instant.
+    /// Passes on the onlooker's answer to the question where the robot is. It takes effect at the next instant.
     fn give_pose(&mut self, here: Here, tap: &mut impl Tap) -> Result<(), StageError> {
         let Self { world, localizer, planner, supervisor, .. } = self;
         let order = parts::order(supervisor, world.stamp_ns(), (Order::Here, Some(here)), tap)?;

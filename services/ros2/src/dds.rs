@@ -158,7 +158,7 @@ impl Serialize for Cdr {
 mod tests {
     use super::*;
 
-    /// The sent bytes must be those of a recording, so nothing may be aligned or counted a second time.
+    /// The bytes that are sent must equal those in a recording, so serialization may not align them again or add a length.
     #[test]
     fn cdr_bytes_are_passed_through_unchanged() {
         let mut cdr = Vec::new();

@@ -24,7 +24,7 @@ const PERIOD: Duration = Duration::from_millis(100);
 /// until after the first timer, which then has no effect.
 const BACKUPS: [Duration; 3] = [Duration::ZERO, Duration::from_secs(1), Duration::from_secs(30)];
 
-/// Begins immediately with a stop, and continues in a separate thread.
+/// Starves this process: stops it for the first time immediately, and continues in a separate thread.
 ///
 /// # Errors
 /// If the kernel has no timer or no thread left, in which case the process is not stopped.

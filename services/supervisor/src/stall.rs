@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 /// Maximum time between two checks that is counted. If more has passed, the supervisor itself did not run.
 const MOST_AT_ONCE: Duration = Duration::from_millis(100);
 
-/// Measures the time without progress of any process.
+/// Measures for how long none of the processes has made progress.
 #[derive(Debug, Clone)]
 pub(crate) struct Stall {
     limit: Duration,

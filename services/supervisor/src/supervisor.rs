@@ -256,7 +256,7 @@ impl Supervisor {
     }
 
     /// Returns the last status of each task that has ended, in order, for display. The supervisor only looks occasionally, so a
-    /// status may be missing. Only the recording is sure to contain every status.
+    /// status may be missing. Only the recording is guaranteed to contain every status.
     pub fn ended_tasks(&self) -> impl Iterator<Item = &MissionStatus> {
         self.ended_tasks.values()
     }

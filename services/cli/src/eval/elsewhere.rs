@@ -93,7 +93,7 @@ fn drive(trial: &Trial, run: &RunConfig, driver: (&Path, &Path), tap: &mut dyn T
     let mission = processes::write_mission(trial, run, place.path())?;
     let number = STARTED.fetch_add(1, Ordering::Relaxed);
     let system = format!("eval-{}-{number}", std::process::id());
-    // Files, because a pipe that nobody reads would fill up and stop the system.
+    // Use files, because a pipe that nobody reads would fill up and stop the system.
     let printed = ["report", "said"].map(|name| place.path().join(name));
     let mut command = processes::command(&mission, run.seed, place.path(), &system)?;
     command.args(["--without", "world"]);

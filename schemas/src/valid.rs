@@ -193,7 +193,7 @@ pub fn in_order(ids: impl Iterator<Item = u32> + Clone) -> Checked {
         .try_for_each(|(before, id)| ensure(before < id, "markers.id", "a number above the previous one", id))
 }
 
-/// Checks that a pose is near enough, in metres, and has a valid orientation.
+/// Checks that the coordinates of a pose, in metres, are not too large, and that its orientation is valid.
 ///
 /// # Errors
 /// [`Invalid`] with the field.

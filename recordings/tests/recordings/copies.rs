@@ -1,4 +1,4 @@
-//! Recordings made from recordings: intact parts stay as they are, damaged parts are left out and counted.
+//! Recordings made from other ones: intact parts stay as they are, and damaged parts are left out and counted.
 
 use std::collections::BTreeMap;
 use std::fs::File;

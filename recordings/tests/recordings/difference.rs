@@ -1,4 +1,4 @@
-//! Two recordings of the same messages are the same. Any other two differ at a message that is named.
+//! Two recordings of the same messages count as the same. For any others, the first message that differs is named.
 
 use std::path::Path;
 

@@ -167,7 +167,7 @@ impl Robot {
     /// standard error.
     fn passed_on(&mut self, reading: &str, sent: Result<(), ReadingError>) -> Result<(), BridgeError> {
         let error = match sent {
-            // After the end, the loop ends with the next command.
+            // After the end of the mission, the loop ends with the next command.
             Ok(()) | Err(ReadingError::Driver(DriverError::Over { .. })) => return Ok(()),
             Err(ReadingError::Driver(DriverError::Runtime(error))) => return Err(error.into()),
             Err(error) => error,

@@ -15,7 +15,7 @@ use nix::libc;
 
 use crate::identity::{self, Identity};
 
-/// Interval of attempts to take a lock that another process holds.
+/// Interval between attempts to take a lock that another process holds.
 const LOOK_EVERY: Duration = Duration::from_millis(2);
 
 /// A lock, held for the lifetime of this value. The file is not removed.

@@ -81,7 +81,7 @@ fn observers_take_no_readers_place() {
         reader.does("open scan-reader");
         reader.kill();
     }
-    // The place of a killed observer is free again.
+    // The slot of a killed observer is free again.
     observers[0].kill();
     observers[6].does("open scan-reader");
 }

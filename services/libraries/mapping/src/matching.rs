@@ -31,7 +31,8 @@ pub struct Prior {
 pub struct Fit {
     /// The robot's pose.
     pub pose: Pose<Map>,
-    /// Share of the points that lie on walls, from 0 to 1, where points near a wall count partly.
+    /// How well the points lie on walls: the mean value of the field there, from 0 (no point is near a wall) to 1 (all are on
+    /// walls).
     pub score: f64,
     /// Covariance of x, y and the heading, in metres and radians.
     pub covariance: Matrix3<f64>,

@@ -423,7 +423,7 @@ mod tests {
         assert_eq!(region.border(), [[1, 1], [2, 1], [3, 1], [2, 2], [1, 2]]);
     }
 
-    /// The trace follows a spur along both sides, although it passes its first cell before it has returned to it.
+    /// The trace goes along both sides of the spur, so the cells in its middle appear twice.
     #[test]
     fn the_border_follows_both_sides_of_a_spur_one_cell_wide() {
         let region = drawn(&["......", ".####.", ".#....", "......"]);

@@ -21,7 +21,7 @@ pub enum Cause {
     WrongArrival,
     /// The goal is elsewhere in the map, according to the correspondence with the drawing. The first drive did not arrive.
     WrongCorrespondence,
-    /// The goal's distance from where the task began differs by more than [`DRIFT_M`] between map and world.
+    /// The goal's distance from where the task began differs by more than 1 m between map and world.
     Drift,
     /// The robot was certain of a wrong pose.
     WrongPlace,

@@ -43,7 +43,7 @@ impl Regions {
     }
 
     /// Returns the region of a position, in metres: the one that contains it or, since marks slip over walls, the nearest one
-    /// within [`NEAR_M`].
+    /// within a metre.
     pub fn of(&self, at: [f64; 2]) -> Option<usize> {
         if let Some(region) = self.region.iter().position(|region| encloses(&region.polygon, at)) {
             return Some(region);

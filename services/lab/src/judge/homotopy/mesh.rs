@@ -139,7 +139,7 @@ impl Mesh {
     }
 }
 
-/// Returns the triangles that the edges form, have the same orientation in both planes, and do not contain any corner.
+/// Returns the triangles between edges that have the same orientation in both planes and do not contain any corner.
 fn triangles<F: Copy, G: Copy>(
     edges: &[[usize; 2]],
     floor: &Plane<F>,

@@ -1,4 +1,4 @@
-//! The scenes, fields and office floors that ship are those that [`sketchnav_sim::scenes`], [`sketchnav_sim::poles`] and
+//! The scenes, fields and office floors that ship are exactly those that [`sketchnav_sim::scenes`], [`sketchnav_sim::poles`] and
 //! [`sketchnav_sim::offices`] generate.
 
 use std::path::Path;

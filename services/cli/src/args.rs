@@ -254,7 +254,7 @@ pub enum Command {
         #[command(subcommand)]
         what: Param,
     },
-    /// Save the last seconds of what a running system records, now or when a message arrives on a channel.
+    /// Save the last seconds of a running system's recording, now or when a message arrives on a channel.
     #[command(
         after_help = "The copy is a separate recording that includes the latched messages; the system keeps recording.\nExit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav snapshot --last 20 -o moment.mcap\nExample: sketchnav snapshot --on contact --after 2 -o bump.mcap"
     )]
@@ -472,7 +472,7 @@ pub struct EvalOptions {
     /// world.
     #[arg(long, value_enum, value_name = "SIMULATOR", conflicts_with_all = ["check_processes", "pictures"])]
     pub world: Option<Simulator>,
-    /// With --world: the Python that has the simulator and the package sketchnav.
+    /// With --world: the Python interpreter that has the simulator and the package sketchnav.
     #[arg(long, value_name = "PROGRAM", default_value = "python3", requires = "world")]
     pub python: PathBuf,
     /// Folder of the maps and drawings that are not part of the project. Default: the value of the environment variable

@@ -82,7 +82,7 @@ mod built {
     #[cfg(feature = "zenoh")]
     const ROUTER: &str = "tcp/localhost:7447";
 
-    /// Returns Zenoh as a client of the given routers, or as a router itself if `--listen` is given.
+    /// Returns the settings for Zenoh: a router if `--listen` is given, otherwise a client of the given routers or of this host's.
     #[cfg(feature = "zenoh")]
     pub fn zenoh(options: &Ros2Options) -> Middleware {
         let (mut routers, listen) = (options.routers.clone(), options.listen.clone());

@@ -27,7 +27,7 @@ pub struct Tap {
     pub count: Option<u64>,
 }
 
-/// The port at which viewers look first.
+/// Default port of Foxglove's WebSocket protocol, to which viewers connect unless told otherwise.
 pub const VIEW_PORT: &str = "8765";
 
 /// The options of `view`.

@@ -96,7 +96,7 @@ impl Page<'_> {
 
     fn head(&self) -> Markup {
         let fact = |key: &str| match key {
-            "method" => self.log.driven().unwrap_or_else(|| sketchnav_navigators::method_of(self.run)),
+            "method" => self.log.driven().unwrap_or_else(|| self.log.method(self.run)),
             _ => self.recording.fact("sketchnav", key).unwrap_or("–"),
         };
         let file = self.recording.path().file_name().unwrap_or_default().to_string_lossy();
@@ -208,7 +208,7 @@ impl Page<'_> {
         }
     }
 
-    /// Returns the distance of the estimates in a drawing from the truth over time.
+    /// Returns the distances of the estimates from the truth over time, in metres, or `None` if the run has no instants.
     fn errors(&self) -> Option<Series> {
         let log = self.log;
         let errors = local_errors_m(log);

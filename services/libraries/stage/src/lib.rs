@@ -87,5 +87,5 @@ pub use input::{Incoming, Inputs, Instant, Reading, Remains};
 pub use navigator::{Files, Make, Navigator, Review, Watch};
 pub use output::{Fill, Outbox, Put, Sink};
 
-/// The reason why a stage cannot continue, for example because of an invalid parameter, drawing or message.
+/// Why a stage cannot continue, for example an invalid parameter, drawing or message.
 pub type StageError = Box<dyn std::error::Error + Send + Sync>;

@@ -2,14 +2,14 @@
 
 use sketchnav_schemas::statistics::{median, wilson};
 
-use super::DRIVES;
 use super::cause::Cause;
 use super::series::{InSeries, Search};
+use super::{BACK, DRIVES};
 use crate::experiments::outcome::TaskOutcome;
 use crate::experiments::section::Section;
 use crate::experiments::table::Table;
 
-/// A task of a series that was driven.
+/// The outcome of a task that was driven as part of a series.
 #[derive(Clone, Copy)]
 struct Ended<'a> {
     outcome: &'a TaskOutcome,
@@ -17,7 +17,7 @@ struct Ended<'a> {
 }
 
 impl<'a> Ended<'a> {
-    /// Returns the key that identifies the task in all drives of its series.
+    /// Returns the key that identifies a task across all drives of its series.
     fn task(&self) -> (&'a str, &'a str, &'a str, u64) {
         let outcome = self.outcome;
         let of_series = outcome.id.rsplit_once('/').map_or("", |(series, _)| series);
@@ -25,7 +25,7 @@ impl<'a> Ended<'a> {
     }
 }
 
-/// Returns the tables of all outcomes.
+/// Returns all tables for the given outcomes.
 pub fn sections(outcomes: &[TaskOutcome]) -> Vec<Section> {
     let all: Vec<_> =
         outcomes.iter().filter_map(|outcome| Some(Ended { outcome, known: outcome.in_series? })).collect();
@@ -36,7 +36,7 @@ fn of_drive<'a>(all: &[Ended<'a>], drive: usize) -> Vec<Ended<'a>> {
     all.iter().copied().filter(|ended| ended.known.drive == drive).collect()
 }
 
-/// Returns the share of some among all, in per cent, with Wilson's 95 % interval.
+/// Returns `some` as a share of `all`, in per cent, with Wilson's 95 % interval.
 fn share(some: usize, all: usize) -> String {
     if all == 0 {
         return "–".into();
@@ -75,7 +75,7 @@ fn drives(all: &[Ended<'_>]) -> Section {
         vec![
             DRIVES[drive].0.to_owned(),
             share(reached.len(), driven.len()),
-            share(reached_seen, seen),
+            if drive == BACK { "–".into() } else { share(reached_seen, seen) },
             words(ratio),
             words(ratio * ways),
         ]
@@ -83,7 +83,7 @@ fn drives(all: &[Ended<'_>]) -> Section {
     let words = format!(
         "Of the {} tasks of the first drives, {seen} have a goal whose place was actually seen, which the robot refuses for {refused} of \
          them. Times are those of tasks that were reached on both drives; per metre means per metre of the shortest path, \
-         since later drives begin elsewhere.",
+         since later drives begin elsewhere. The drive back is a task of its own.",
         first.len()
     );
     Section {
@@ -190,5 +190,6 @@ mod tests {
         assert_eq!(searches.table.rows[0], ["second", "100.0 % (21 to 100) of 1", "0", "0", "12 s", "12 s"]);
         assert_eq!(causes.table.rows[0], ["second", "0", "0", "0", "0", "1", "0"]);
         assert_eq!(drives.table.rows[1], ["third", "–", "0.0 % (0 to 49) of 4", "–", "–"]);
+        assert_eq!(drives.table.rows[2], ["back", "–", "–", "–", "–"]);
     }
 }

@@ -9,10 +9,7 @@
 //! 3. writes this controller as a map with few entries and few signs ([`writing`]);
 //! 4. compares several such maps and straight ones by whole journeys, and states the probability of arrival of the best
 //!    ([`crate::arrival`]).
-//!
-//! On land, wrong landmarks are rare, and maps branch where people may hide the right one ([`detours`]).
 
-pub mod detours;
 pub mod model;
 pub mod policy;
 pub mod writing;
@@ -71,14 +68,6 @@ pub fn most_probable_branching(
     seed: u64,
 ) -> Result<Plan, Error> {
     let straight = most_probable(atlas, start, goal, pilot, effort, seed)?;
-    let most = LONGEST * straight.map.entries().len();
-    if atlas.window.land.is_some() {
-        let Some(plan) = detours::detoured(atlas, &straight, most)? else { return Ok(straight) };
-        // Of equally probable maps, the one with detours copes with people, whom the map-maker does not simulate.
-        let plans =
-            ranked(atlas, vec![plan, straight.clone()], pilot, effort.trial_journeys * 4, (seed, "detours"))?;
-        return stated(atlas, plans.into_iter().next().unwrap_or(straight), pilot, effort.journeys, seed);
-    }
     if straight.map.entries().len() > LONGEST_STRAIGHT {
         return Ok(straight);
     }

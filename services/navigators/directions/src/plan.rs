@@ -118,8 +118,7 @@ impl Plan {
     }
 }
 
-/// Returns the entry for a leg.
-pub(crate) fn entry(atlas: &Atlas, leg: &Leg, verification: Option<Verification>) -> Entry {
+fn entry(atlas: &Atlas, leg: &Leg, verification: Option<Verification>) -> Entry {
     let trajectory = match leg.transition.movement {
         Movement::Seek => None,
         Movement::Forward => Some(Direction::Forward),

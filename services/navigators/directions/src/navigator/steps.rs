@@ -288,18 +288,17 @@ fn go_without<G: Guide>(navigator: &Navigator<G>, state: &mut State<G::Memory>) 
         return state.finish(Outcome::CannotLocate);
     }
     state.waited = 0;
+    let decision = navigator.guide.nothing(&mut state.memory, &navigator.settings);
+    let gives_up = matches!(decision, Decision::Finish(_)) && navigator.settings.window.land.is_some();
     match state.phase {
         Phase::Describe { word, corner: Some(corner), is_recovery }
-            if navigator.settings.window.land.is_some() && usize::from(state.elsewhere) < ELSEWHERE.len() =>
+            if gives_up && usize::from(state.elsewhere) < ELSEWHERE.len() =>
         {
             state.elsewhere += 1;
             let until_s = state.spent_s + ELSEWHERE_S;
             state.phase = Phase::Elsewhere { word, corner, is_recovery, until_s };
         }
-        _ => {
-            let decision = navigator.guide.nothing(&mut state.memory, &navigator.settings);
-            follow(state, decision);
-        }
+        _ => follow(state, decision),
     }
 }
 
@@ -513,7 +512,7 @@ fn adjust<G: Guide>(
         }
         Next::Entry(to) => to,
     };
-    (state.spent_s, state.elsewhere, state.retreats) = (0.0, 0, 0);
+    state.spent_s = 0.0;
     state.turns_course(navigator.settings.gate);
     match navigator.guide.enter(&mut state.memory, to) {
         true => {

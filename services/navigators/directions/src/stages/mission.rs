@@ -123,35 +123,27 @@ impl Method {
         }
     }
 
-    /// Returns the method with the given name for a navigator in this setting. The error for an unknown or unsuitable method lists
-    /// those that are possible.
-    fn of(name: &str, setting: Setting) -> Result<Self, MissionError> {
+    /// Returns the method with the given name. `turns` is true on land or if the heading may be wrong. The error for an unknown
+    /// or unsuitable method lists those that are possible.
+    fn of(name: &str, turns: bool) -> Result<Self, MissionError> {
         let method = Self::ALL.into_iter().find(|method| method.name() == name);
-        let is_possible = |method: &Self| method.lacks(setting).is_none();
+        let is_possible = |method: &Self| !turns || method.lacks().is_none();
         if let Some(method) = method.filter(is_possible) {
             return Ok(method);
         }
         let possible = names(Self::ALL.into_iter().filter(is_possible), "or");
-        let place = match setting {
-            Setting::Plane => "",
-            Setting::TurnedPlane => " with heading_noise_deg",
-            Setting::Land => " on land",
-        };
-        let lacks = method.and_then(|method| method.lacks(setting));
-        let because = lacks.map_or(String::new(), |lacks| format!(", because {lacks}"));
+        let place = if turns { " on land or with heading_noise_deg" } else { "" };
+        let because =
+            method.and_then(Self::lacks).map_or(String::new(), |lacks| format!(", because {lacks}"));
         let reason = format!("expected {possible}{place}{because}, found {name}");
         Err(MissionError::Key { key: "navigator.method".into(), reason })
     }
 
-    /// Returns what a method lacks in a setting, or `None` if it lacks nothing.
-    fn lacks(self, setting: Setting) -> Option<&'static str> {
-        match (self, setting) {
-            (Self::Branching, Setting::TurnedPlane) => {
-                Some("maps that branch above a plane have no bearings")
-            }
-            (Self::Belief, Setting::TurnedPlane | Setting::Land) => {
-                Some("the list of landmarks has no walls and no bearings")
-            }
+    /// Returns what a method lacks among walls and for a robot whose heading may be wrong, or `None` if it lacks nothing.
+    fn lacks(self) -> Option<&'static str> {
+        match self {
+            Self::Branching => Some("maps that branch have no walls and no bearings"),
+            Self::Belief => Some("the list of landmarks has no walls and no bearings"),
             _ => None,
         }
     }
@@ -174,17 +166,6 @@ impl Method {
             Self::Ratio => Some(Objective::Ratio),
         }
     }
-}
-
-/// What a method has to cope with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Setting {
-    /// A plane, and a window whose axes are those of the plane.
-    Plane,
-    /// A plane, and a window whose heading may be wrong.
-    TurnedPlane,
-    /// A floor, with walls.
-    Land,
 }
 
 /// The origin of the custom maps.
@@ -313,13 +294,8 @@ impl DirectionsMission {
     pub fn of(mission: &Mission) -> Result<Self, MissionError> {
         let keys: NavigatorKeys = keys("navigator", &mission.navigator.given)?;
         let heading_noise_deg = heading_noise_deg(&keys)?;
-        let setting = match keys.landmark_radius_m {
-            Some(_) => Setting::Land,
-            None if heading_noise_deg > 0.0 => Setting::TurnedPlane,
-            None => Setting::Plane,
-        };
-        let method =
-            keys.method.as_deref().map_or(Ok(Method::default()), |name| Method::of(name, setting))?;
+        let turns = keys.landmark_radius_m.is_some() || heading_noise_deg > 0.0;
+        let method = keys.method.as_deref().map_or(Ok(Method::default()), |name| Method::of(name, turns))?;
         if keys.verify.is_some() && method.is_simulated() {
             let simulated = names(Method::ALL.into_iter().filter(|method| method.is_simulated()), "and");
             let reason =

@@ -11,24 +11,26 @@ fn read(text: &str) -> Result<DirectionsMission, MissionError> {
 }
 
 #[test]
-fn branching_and_belief_are_rejected_where_they_lack_something() {
-    let with = |text: &str, keys: &str| {
-        read(&text.replace("kind='directions'", &format!("kind='directions'\n{keys}")))
-    };
+fn branching_and_belief_are_for_planes_and_for_a_heading_that_is_right() {
     for (method, read_as) in [("branching", Method::Branching), ("belief", Method::Belief)] {
-        assert_eq!(with(MISSION, &format!("method='{method}'")).unwrap().method, read_as);
-        let error =
-            with(MISSION, &format!("method='{method}'\nheading_noise_deg=2.0")).unwrap_err().to_string();
-        let words = [
-            "navigator.method: expected arrival, shortest",
-            "or d-r with heading_noise_deg, because",
-            method,
-        ];
-        assert!(words.iter().all(|words| error.contains(words)), "{error}");
+        let ours = MISSION.replace("kind='directions'", &format!("kind='directions'\nmethod='{method}'"));
+        assert_eq!(read(&ours).unwrap().method, read_as);
+        for key in ["heading_noise_deg=2.0", "landmark_radius_m=0.15"] {
+            let wrong = ours
+                .replace("plane_file='p.png'", "floor_file='f.toml'")
+                .replace("calibration=[[0,0,0,0]]", key);
+            let wrong = if key.starts_with('h') {
+                wrong.replace("floor_file='f.toml'", "map_file='m'")
+            } else {
+                wrong
+            };
+            let error = read(&wrong).unwrap_err().to_string();
+            assert!(
+                error.contains("navigator.method") && error.contains(&format!("found {method}")),
+                "{error}"
+            );
+        }
     }
-    assert_eq!(with(ON_LAND, "method='branching'").unwrap().method, Method::Branching);
-    let error = with(ON_LAND, "method='belief'").unwrap_err().to_string();
-    assert!(error.contains("expected arrival, branching, shortest") && error.contains("on land"), "{error}");
 }
 
 #[test]
@@ -79,7 +81,7 @@ fn errors_name_the_key() {
         ),
         (
             ON_LAND.replace("kind='directions'", "kind='directions'\nmethod='fast'"),
-            "navigator.method: expected arrival, branching, shortest, simplest, fewest-views, quickest, reliable or d-r on land, found fast",
+            "navigator.method: expected arrival, shortest, simplest, fewest-views, quickest, reliable or d-r on land or with heading_noise_deg, found fast",
         ),
         (MISSION.replace("goal=[0.5, 0.9]", ""), "task 1 (on).goal: expected a place in metres, found none"),
         (MISSION.replace("goal=", "goals="), "task 1 (on): unknown field `goals`"),

@@ -10,7 +10,7 @@ import assert from "node:assert/strict";
 import { readFileSync, readdirSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 
-import { feedCost, inkWork, manyStrokes } from "./figures.mjs";
+import { feedCost, inkWork, manyStrokes, pageSize } from "./figures.mjs";
 import { BROWSER, LIMIT_MS, assertNoFaults, chromium, opened } from "./visit.mjs";
 
 const [url, drawingFile, routeFile, out] = process.argv.slice(2);
@@ -309,6 +309,7 @@ async function main() {
   await page.screenshot({ path: join(out, "arrived.png") });
   // The browser reports a broken link as well.
   assertNoFaults(/WebSocket|ERR_CONNECTION|ERR_SOCKET_NOT_CONNECTED/);
+  Object.assign(figures, await pageSize(url));
   figures.link_ms = parseFloat(await text(page, "link-latency"));
   process.stdout.write(`${JSON.stringify(figures)}\n`);
 }

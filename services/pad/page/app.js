@@ -52,6 +52,7 @@ let [crosshair, together, people] = [null, null, null];
 const shelf = new Shelf();
 const keeper = new Keeper(shelf, {
   keeps, isShared: (drawing) => together.isInside && drawing.id === desk.drawing.id, beside: (drawing) => together.keptBeside(drawing),
+  reread: (id) => together?.reread(id),
   named: (name) => { at("drawing-name").textContent = name ?? "Not in the library yet"; }, say,
 });
 const desk = new Desk(at("sheet"), keeper.reloaded() ?? begun(blank(matchMedia("(orientation: portrait)").matches ? PORTRAIT : LANDSCAPE)), host);

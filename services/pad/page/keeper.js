@@ -37,7 +37,8 @@ export class Keeper {
 
   /**
    * The host has `keeps()` (whether the current drawing belongs in the library), `isShared(drawing)` (whether all pages have the same
-   * version of it), `beside(drawing)` (what is kept beside it), `say(words, bad)`, `named(name)`.
+   * version of it), `beside(drawing)` (what is kept beside it), `reread(id)` (a drawing was
+   * read), `say(words, bad)`, `named(name)`.
    */
   constructor(shelf, host) {
     [this.#shelf, this.#host] = [shelf, host];
@@ -65,6 +66,7 @@ export class Keeper {
   #read(id, text) {
     const file = JSON.parse(text);
     const drawing = { ...fromFile(file), id };
+    this.#host.reread(id);
     if (file.pad?.shared) this.#beside.set(id, { drawing, shared: file.pad.shared });
     return drawing;
   }

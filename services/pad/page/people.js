@@ -34,6 +34,8 @@ export class People {
   #at = null;
   #line = [];
   #timer = 0;
+  /** The id of the drawing that the others know to be on this sheet. */
+  #sheet = null;
   #shown = "";
 
   /** The host has `desk`, `together`, `tell(presence)`, `named(name)` (the person has another name). */
@@ -44,7 +46,10 @@ export class People {
     for (const type of ["pointerup", "pointercancel", "pointerleave"]) sheet.addEventListener(type, (event) => this.#lifts(event));
     at("own-name").value = this.name;
     at("own-name").addEventListener("change", () => this.rename(at("own-name").value.trim()));
-    at("own-name").addEventListener("keydown", ({ key }) => key === "Enter" && at("people").hidePopover());
+    at("people").addEventListener("submit", (event) => {
+      event.preventDefault();
+      at("people").hidePopover();
+    });
     at("join").addEventListener("click", () => host.together.join());
     at("share").addEventListener("click", () => host.together.share());
   }
@@ -88,6 +93,7 @@ export class People {
     const { desk } = this.#host;
     const draft = desk.isBusy ? thinned(this.#line) : [];
     if (!desk.isBusy) this.#line = [];
+    this.#sheet = desk.drawing.id;
     this.#host.tell({ name: this.name, sheet: desk.drawing.id, at: this.#at, draft });
   }
 
@@ -97,6 +103,7 @@ export class People {
   show() {
     const { together: room } = this.#host;
     const { people, me, isOutside, others } = room;
+    if (people.length && this.#sheet !== this.#host.desk.drawing.id) this.tell();
     this.draw();
     const key = JSON.stringify([people.map(({ page, name, drives, sheet }) => [page, name, drives, sheet]), me, isOutside, room.isInside]);
     if (this.#shown === key) return;
@@ -132,7 +139,7 @@ export class People {
 }
 
 function disc(person) {
-  return Object.assign(document.createElement("span"), { className: `who ${colourOf(person)}`, textContent: [...nameOf(person)][0].toUpperCase() });
+  return Object.assign(document.createElement("span"), { className: `who ${colourOf(person)}`, textContent: [...nameOf(person)][0].toUpperCase(), ariaHidden: "true" });
 }
 
 const more = (count) => (count > 0 ? [Object.assign(document.createElement("span"), { textContent: `+${count}` })] : []);

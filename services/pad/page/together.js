@@ -21,7 +21,7 @@ export class Together {
   /** The id of the drawing that the shared one is to replace; `null` once the server has answered. */
   #instead = null;
   #may = false;
-  /** Whether nothing was heard of the shared drawing, or of the people, since the link is up. */
+  /** Whether the first message about the shared drawing is still to come, and whether there was one about the people. */
   #isFirst = false;
   #hasMet = false;
   /** Whether another drawing was shared while this page waited for an answer. */
@@ -68,14 +68,24 @@ export class Together {
 
   /** What shared.js keeps beside a drawing; `null` if it was never shared. */
   keptBeside(drawing) {
-    return this.#known.get(drawing.id)?.kept(drawing) ?? null;
+    return this.#remembered(drawing.id)?.kept(drawing) ?? null;
+  }
+
+  /** A drawing was read again from the library: what is kept beside it there counts. */
+  reread(id) {
+    if (id !== this.#room?.sheet.id) this.#known.delete(id);
+  }
+
+  /** What is known of a drawing that was shared before; `null` if it was not. */
+  #remembered(id) {
+    const found = this.#known.has(id) ? null : this.#host.kept(id);
+    if (found) this.#known.set(id, Shared.restored(found.drawing, found.shared, this.#by));
+    return this.#known.get(id) ?? null;
   }
 
   #know(sheet) {
-    const [known, found] = [this.#known.get(sheet.id), this.#host.kept(sheet.id)];
-    const shared = known ?? (found ? Shared.restored(found.drawing, found.shared, this.#by) : new Shared(sheet, this.#by));
-    this.#known.set(sheet.id, shared);
-    return shared;
+    if (!this.#remembered(sheet.id)) this.#known.set(sheet.id, new Shared(sheet, this.#by));
+    return this.#known.get(sheet.id);
   }
 
   // ------------------------------------------------------------------ from the server
@@ -147,9 +157,9 @@ export class Together {
 
   /** The sheet shows another drawing than before. */
   changed(drawing) {
-    if (!this.#may || !this.#room || this.#isFirst) return;
-    if (drawing.id !== this.#room.sheet.id) {
+    if (drawing.id !== this.#room?.sheet.id) {
       this.#inside = false;
+      this.#remembered(drawing.id)?.follow(drawing);
       this.#alone();
       return;
     }

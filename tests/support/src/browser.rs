@@ -114,6 +114,11 @@ impl Browser {
         self.runs(script)
     }
 
+    /// Draws on several pages at `link` at once, breaks a link, hands over the wheel and drives.
+    pub fn draws_together(&self, place: &Place, link: &str) -> Ended {
+        self.runs(drawing_script("together.mjs", place, link))
+    }
+
     fn runs(&self, mut script: Command) -> Ended {
         script.env("SKETCHNAV_PLAYWRIGHT", &self.playwright).env("SKETCHNAV_CHROMIUM", &self.chromium);
         script.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());

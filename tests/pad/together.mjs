@@ -339,10 +339,17 @@ async function theMapOfTwoIsDriven() {
   await anna.says("headline", "Driving");
   await anna.takes("pen");
   await berta.takes("pen");
-  const middle = map.canvas.map((side) => side / 2);
-  await berta.hand.drag([middle, middle.map((v) => v + 60)], () => anna.page.waitForSelector("#others text"));
-  await anna.page.waitForSelector("#others text");
-  await pictures(anna, "together");
+  await anna.page.click("#shows summary");
+  // Berta holds the pen while the pictures are taken.
+  const line = [[0.45, 0.08], [0.5, 0.2], [0.53, 0.12], [0.58, 0.24], [0.6, 0.15]].map((at) => at.map((part, i) => part * map.canvas[i]));
+  let moved = 0;
+  await berta.hand.drag(line, async () => {
+    moved += 1;
+    await berta.hand.settled();
+    if (moved < line.length - 1) return;
+    await anna.page.waitForSelector("#others polyline");
+    await pictures(anna, "together");
+  });
   await berta.page.click("#undo");
   await anna.says("headline", "Finished");
   await anna.says("task", "1 of 1 task reached");

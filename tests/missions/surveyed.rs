@@ -54,7 +54,12 @@ fn a_robot_drives_in_a_surveyed_map_by_the_proportions_unless_a_method_is_named(
     write("flat.pgm", &picture);
     write("flat.yaml", b"image: flat.pgm\nresolution: 0.05\norigin: [-0.5, -0.5, 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n");
     write("flat.toml", MISSION.as_bytes());
-    let aligned = |line: &str| place.messages(&place.driven(line)).contains_key("/correspondence");
-    assert!(!aligned("flat.toml"), "it drives by `beam`, which aligns no outlines");
-    assert!(aligned("flat.toml --method outline"), "the method that was named is obeyed");
+    for (line, method) in [("flat.toml", "beam"), ("flat.toml --method outline", "outline")] {
+        let recording = place.driven(line);
+        let is_aligned = place.messages(&recording).contains_key("/correspondence");
+        assert_eq!(is_aligned, method == "outline", "{line}: only `outline` aligns outlines");
+        // Regression test: the figures once stated the method of a drawing, `outline`, in either case.
+        let judged = place.fine(&format!("judge --json {recording}")).json();
+        assert_eq!(judged[0]["method"], method, "{line}");
+    }
 }

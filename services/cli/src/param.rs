@@ -25,7 +25,7 @@ fn in_force(options: &ParamOptions) -> Result<Parameters, Failure> {
     let system: System = systems::find(options.system.as_deref())?;
     let run = system.run_config().or_input()?;
     let navigator = sketchnav_navigators::of(&run.mission).or_input()?;
-    let parameters = (navigator.parameters)(&run.mission, &run.robot);
+    let parameters = (navigator.parameters)(&run, &sketchnav_navigators::read_file);
     Ok(parameters.map_err(|error| anyhow!("{}: {error}", system.name()))?)
 }
 

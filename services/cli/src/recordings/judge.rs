@@ -16,7 +16,7 @@ use sketchnav_lab::judge::rooms::Rooms;
 use sketchnav_lab::judge::tables;
 use sketchnav_lab::judge::trajectory::Statistics;
 use sketchnav_lab::sections::directions;
-use sketchnav_navigators::{method_of, read_from};
+use sketchnav_navigators::read_from;
 use sketchnav_recordings::Recording;
 use sketchnav_recordings::faults::FaultInfo;
 use sketchnav_recordings::import::LOG_SYSTEM;
@@ -165,7 +165,7 @@ pub fn of_log(recording: &Recording, log: Log, rooms: Option<&Rooms>) -> Result<
         file: path.to_owned(),
         mission: run.as_ref().map(|run| run.mission.name.clone()),
         seed: run.as_ref().map(|run| run.seed),
-        method: run.as_ref().map(|run| method_of(run).to_owned()),
+        method: run.as_ref().map(|run| log.method(run).to_owned()),
         cut_off: !info.clean_end,
         missing: info.missing,
         rejected: log.rejected.clone(),

@@ -96,7 +96,7 @@ impl Page<'_> {
 
     fn head(&self) -> Markup {
         let fact = |key: &str| match key {
-            "method" => self.log.driven().unwrap_or_else(|| sketchnav_navigators::method_of(self.run)),
+            "method" => self.log.driven().unwrap_or_else(|| self.log.method(self.run)),
             _ => self.recording.fact("sketchnav", key).unwrap_or("–"),
         };
         let file = self.recording.path().file_name().unwrap_or_default().to_string_lossy();

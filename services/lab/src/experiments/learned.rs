@@ -1,6 +1,7 @@
-//! The suites `learned-…` drive each series of tasks of another suite three times: first by the drawing, then twice in the [map
-//! learned](sketchnav_sketch::learned) on the first drive. The later drives begin anywhere in the map, with any heading and without
-//! a mark, and consist of those tasks that the robot accepts there. [`series`] drives them.
+//! The suites `learned-…` drive each series of tasks of another suite by the drawing, and then in the [map
+//! learned](sketchnav_sketch::learned) on that drive, without a mark of the start. Two drives begin anywhere in the map, with any
+//! heading, and consist of those tasks that the robot accepts there. In the last one, the robot has not been carried: it stands where
+//! the first drive ended, and drives back to where that began. [`series`] drives them.
 
 pub mod cause;
 pub mod series;
@@ -15,14 +16,17 @@ use crate::experiments::ground::Ground;
 use crate::experiments::suite::{Folders, Group, Suite};
 use crate::experiments::trial::Trial;
 use crate::experiments::{people, protocol};
-use series::{First, Series};
+use series::{First, Later, Series};
 
 /// The drives of a series, each with its word in tables and its description.
-const DRIVES: [(&str, &str); 3] = [
+const DRIVES: [(&str, &str); 4] = [
     ("first", "first drives, by the drawing"),
     ("second", "second drives, in what was learned"),
     ("third", "third drives, from other starts"),
+    ("back", "drives back, from where the first ones ended"),
 ];
+/// Number of the drive back.
+const BACK: usize = 3;
 /// Number of series of each drawing that people made, spread evenly over those of the suite.
 const SERIES_OF_DRAWING: usize = 8;
 
@@ -89,7 +93,8 @@ fn of(suite: Suite) -> Result<Suite, EvalError> {
     let lines = |word: &str| suite.drawings().iter().map(|drawing| line(drawing, word)).collect();
     Ok(Suite {
         title: format!(
-            "{} Each is driven by the drawing first, and then twice in what was learned, without a mark and from anywhere in it.",
+            "{} Each is driven by the drawing first, then twice in what was learned, without a mark and from anywhere in it, and \
+             then back from where the first drive ended.",
             suite.title
         ),
         notices: suite.notices.clone(),
@@ -132,7 +137,8 @@ fn series_of(trial: &Trial, ground: Arc<Ground>) -> Result<Vec<Trial>, EvalError
     let first = Arc::new(First::new(by_drawing.clone(), ground, people));
     let drive = |(number, (word, _)): (usize, (&str, &str))| {
         let base = if number == 0 { by_drawing.clone() } else { Trial { sheet: None, ..named(word) } };
-        Trial { series: Some(Series { first: first.clone(), drive: number }), ..base }
+        let kind = if number == BACK { Later::Stayed } else { Later::Carried };
+        Trial { series: Some(Series { first: first.clone(), drive: number, kind }), ..base }
     };
     Ok(DRIVES.into_iter().enumerate().map(drive).collect())
 }
@@ -171,6 +177,12 @@ mod tests {
         }
         let start = |k: usize| trials[k].prepared("outline", 7).unwrap().mission.start.clone();
         assert!(start(1) != start(2) && start(1) == start(1));
+        let back = run::run(&trials[3], "outline", 1, 7).unwrap();
+        assert_eq!(kinds(&back), [Kind::Reached], "{back:?}");
+        let (began, sought) =
+            (start(3), trials[3].prepared("outline", 7).unwrap().mission.task[0].there.middle());
+        assert_eq!(sought, trials[0].mission.start.world);
+        assert!((began.world[0] - sought[0]).hypot(began.world[1] - sought[1]) > 1.0, "{began:?}");
         assert!(trials[1].prepared("outline", 7).unwrap().mission.navigator.given.get("start").is_none());
         let all = [first, second, third].concat();
         let sections = tables::sections(&all);
@@ -180,7 +192,10 @@ mod tests {
     #[test]
     fn each_drawing_has_a_line_for_each_drive() {
         let suite = laboratory(&Folders::of_checkout()).unwrap();
-        assert_eq!(suite.drawings(), ["a first", "a second", "a third", "b first", "b second", "b third"]);
+        assert_eq!(
+            suite.drawings(),
+            ["a first", "a second", "a third", "a back", "b first", "b second", "b third", "b back"]
+        );
         assert_eq!(suite.groups[1].lines, ["a second", "b second"]);
     }
 }

@@ -26,12 +26,14 @@ use sketchnav_sketch::messages::{
 };
 
 use sketchnav_directions::stages::sketcher::dots_of;
+use sketchnav_navigators::method_of;
 use sketchnav_recordings::RecordingError;
 use sketchnav_recordings::faults::FaultInfo;
 use sketchnav_recordings::reader::{RawMessage, Recording, Selection};
 use sketchnav_recordings::rejected::Rejections;
 use sketchnav_recordings::writer::topic_name;
 use sketchnav_rehearsal::{Onlooker, Tap};
+use sketchnav_sketch::mission::SketchMission;
 use sketchnav_sketch::planner::ROOMS;
 
 /// An estimate with the true pose of the same instant.
@@ -145,6 +147,14 @@ const SHOWN: [&ChannelSpec; 5] =
     [PARTICLES.spec, CORRESPONDENCE.spec, LANDMARK_ROUTE.spec, LANDMARK_VIEW.spec, LANDMARK_PROGRESS.spec];
 
 impl Log {
+    /// Returns the method by which the robot drove in this run. If a mission with a drawing names none, the kind of drawing
+    /// determined it, which is only known since the drawing was read.
+    pub fn method<'a>(&self, run: &'a RunConfig) -> &'a str {
+        let by_drawing =
+            || Some(SketchMission::of(&run.mission).ok()?.method_in(self.map()?.origin()).word());
+        by_drawing().unwrap_or_else(|| method_of(run))
+    }
+
     /// Describes how the planner drove, if it did not do so by the method of the mission all the time.
     pub fn driven(&self) -> Option<&'static str> {
         let drove_by_rooms = self.status.iter().any(|status| status.reason.as_str() == ROOMS);

@@ -39,8 +39,8 @@ pub type FindPlace = fn(&RunConfig, &Files<'_>, &str) -> Result<NamedPlace, Stag
 /// Checks a mission against the markers of its floor.
 pub type CheckMarkers = fn(&Mission, &[Marker]) -> Result<(), StageError>;
 
-/// Returns the parameters of a mission's stages.
-pub type InForce = fn(&Mission, &Robot) -> Result<Parameters, StageError>;
+/// Returns the parameters of a run's stages.
+pub type InForce = fn(&RunConfig, &Files<'_>) -> Result<Parameters, StageError>;
 
 /// Three stages under the name that a mission selects them with, plus the functions for displaying and reporting on them.
 ///
@@ -69,7 +69,7 @@ pub struct Navigator {
     pub check: fn(&Mission, &Robot) -> Result<(), StageError>,
     /// Checks the navigator's requirements for the markers of a floor. `None` if the navigator does not use markers.
     pub check_markers: Option<CheckMarkers>,
-    /// Returns the value of every parameter of the stages in a mission, including defaults.
+    /// Returns the value of every parameter of the stages in a run, including defaults.
     pub parameters: InForce,
     /// Channels that the navigator adds to those of all navigators, see
     /// [`channels!`](sketchnav_schemas::declare::channels).
@@ -107,7 +107,7 @@ impl Navigator {
             methods: &[],
             check: |_, _| Ok(()),
             check_markers: None,
-            parameters: |mission, _| Ok(mission.parameters.clone()),
+            parameters: |run, _| Ok(run.mission.parameters.clone()),
             channels: &[],
             derived: &[],
             stages,

@@ -11,7 +11,8 @@ pub const NAVIGATOR: Navigator = Navigator {
     methods: &crate::mission::METHODS,
     check: |mission, robot| Ok(crate::planner::check(mission, robot)?),
     check_markers: Some(|mission, markers| Ok(crate::planner::check_markers(mission, markers)?)),
-    parameters: |mission, _| {
+    parameters: |run, _| {
+        let mission = &run.mission;
         Ok(Parameters::in_force([
             (Process::Localizer, Table::try_from(crate::localizer::parameters(mission)?)),
             (Process::Planner, Table::try_from(crate::planner::parameters(mission)?)),

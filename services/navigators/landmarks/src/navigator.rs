@@ -11,8 +11,8 @@ pub const NAVIGATOR: Navigator = Navigator {
     methods: &crate::mission::METHODS,
     check: |mission, robot| Ok(crate::planner::check(mission, robot)?),
     check_markers: Some(|mission, markers| Ok(crate::planner::check_markers(mission, markers)?)),
-    parameters: |mission, _| {
-        let parameters = crate::mission::Parameters::of(mission)?;
+    parameters: |run, _| {
+        let parameters = crate::mission::Parameters::of(&run.mission)?;
         Ok(Parameters::in_force([
             (Process::Sketcher, Table::try_from(parameters.extraction)),
             (Process::Localizer, Table::try_from(parameters.localizer)),

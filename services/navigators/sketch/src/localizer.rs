@@ -42,13 +42,17 @@ pub enum LocalizerError {
     Cells(#[from] CellsError),
 }
 
-/// Returns the localizer's parameters in a mission, and the robot's laser. Also checks that the robot has
+/// Returns the localizer's parameters in a sketch of this origin, and the robot's laser. Also checks that the robot has
 /// odometry.
 ///
 /// # Errors
 /// [`LocalizerError`], which names the key of the mission or of the robot file.
-pub fn demanded(mission: &Mission, robot: &Robot) -> Result<(Parameters, Laser), LocalizerError> {
-    let parameters = parameters(mission, SketchMission::of(mission)?.expected_origin())?;
+pub fn demanded(
+    mission: &Mission,
+    robot: &Robot,
+    origin: Origin,
+) -> Result<(Parameters, Laser), LocalizerError> {
+    let parameters = parameters(mission, origin)?;
     robot.odometry()?;
     Ok((parameters, robot.laser()?.clone()))
 }
@@ -112,7 +116,8 @@ impl Localizer {
     /// # Errors
     /// [`LocalizerError`], which names the key of the mission or of the robot file.
     pub fn new(run: &RunConfig) -> Result<Self, LocalizerError> {
-        let (_, laser) = demanded(&run.mission, &run.robot)?;
+        let origin = SketchMission::of(&run.mission)?.expected_origin();
+        let (_, laser) = demanded(&run.mission, &run.robot, origin)?;
         let (drive, seed) = (run.robot.drive, run.seed);
         Ok(Self {
             mission: run.mission.clone(),

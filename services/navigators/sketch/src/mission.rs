@@ -194,13 +194,22 @@ impl SketchMission {
         if self.is_learned() { Origin::Learned } else { Origin::Drawn }
     }
 
-    /// Returns the parameters that are usual in a sketch: those of a learned map, or else those of the mission's method. Without a
-    /// method, this is `beam` in a surveyed map, whose proportions are exact, and `outline` in a drawing, whose proportions are not.
+    /// Returns the method by which the robot drives in a sketch of this origin. If the mission names none, this is `beam` in a
+    /// surveyed map, whose proportions are exact, and `outline` in a drawing, whose proportions are not. In a learned map, the
+    /// methods that a mission may name do the same.
+    pub fn method_in(&self, origin: Origin) -> Method {
+        match (self.method, origin) {
+            (Some(named), _) => named,
+            (None, Origin::Surveyed) => Method::Beam,
+            (None, Origin::Drawn | Origin::Learned) => Method::default(),
+        }
+    }
+
+    /// Returns the parameters that are usual in a sketch: those of a learned map, or else those of the method.
     pub fn usual<P>(&self, origin: Origin, of_method: fn(Method) -> P, learned: fn() -> P) -> P {
         match origin {
             Origin::Learned => learned(),
-            Origin::Surveyed => of_method(self.method.unwrap_or(Method::Beam)),
-            Origin::Drawn => of_method(self.method.unwrap_or_default()),
+            Origin::Surveyed | Origin::Drawn => of_method(self.method_in(origin)),
         }
     }
 

@@ -8,8 +8,10 @@ use toml::Table;
 
 use crate::localizer::{self, Localizer};
 use crate::method::Method;
+use crate::mission::SketchMission;
 use crate::planner::{self, Planner};
 use crate::reading::Options;
+use crate::sketcher;
 
 const METHODS: [&str; 5] = [
     Method::Outline.word(),
@@ -24,30 +26,32 @@ pub const NAVIGATOR: Navigator = Navigator {
     methods: &METHODS,
     check: |mission, robot| {
         Options::of_mission(mission, 0)?;
-        localizer::demanded(mission, robot)?;
-        planner::parameters(mission)?;
+        let origin = SketchMission::of(mission)?.expected_origin();
+        localizer::demanded(mission, robot, origin)?;
+        planner::parameters(mission, origin)?;
         Ok(())
     },
-    parameters: |mission, robot| {
+    parameters: |run, files| {
+        let (mission, origin) = (&run.mission, sketcher::origin(run, files)?);
         Ok(Parameters::in_force([
             (Process::Sketcher, Table::try_from(Options::of_mission(mission, 0)?.settings)),
-            (Process::Localizer, Table::try_from(localizer::demanded(mission, robot)?.0)),
-            (Process::Planner, Table::try_from(planner::parameters(mission)?)),
+            (Process::Localizer, Table::try_from(localizer::demanded(mission, &run.robot, origin)?.0)),
+            (Process::Planner, Table::try_from(planner::parameters(mission, origin)?)),
         ])?)
     },
     channels: crate::messages::CHANNELS,
     derived: crate::derived::DERIVED,
     lookout: Some(|run| Box::new(crate::lookout::Lookout::new(&run.robot))),
     drawn: Some(crate::drawn::DRAWN),
-    doubts: Some(|run, files| Ok(crate::sketcher::doubts(run, files)?)),
-    canvas: Some(|run, files| Ok(crate::sketcher::canvas(run, files)?)),
-    place: Some(|run, files, name| Ok(crate::sketcher::place(run, files, name)?)),
+    doubts: Some(|run, files| Ok(sketcher::doubts(run, files)?)),
+    canvas: Some(|run, files| Ok(sketcher::canvas(run, files)?)),
+    place: Some(|run, files, name| Ok(sketcher::place(run, files, name)?)),
     account: Some(|_| Box::new(crate::account::Account::default())),
     ..Navigator::new(
         crate::mission::KIND,
         "drives to goals and along routes that a person marks in a drawing of the place",
         [
-            crate::sketcher::sketcher,
+            sketcher::sketcher,
             |run, _| Ok(Box::new(Localizer::new(run)?)),
             |run, _| Ok(Box::new(Planner::new(run)?)),
         ],

@@ -415,17 +415,9 @@ impl Stage for Planner {
     }
 }
 
-/// Returns the planner's parameters in a mission.
-///
-/// # Errors
-/// [`PlannerError`] with the key of the mission.
-pub fn parameters(mission: &Mission) -> Result<Parameters, PlannerError> {
-    in_sketch(mission, SketchMission::of(mission)?.expected_origin())
-}
-
 /// Returns the planner's parameters for a run, in a sketch of this origin.
 fn of_run(run: &RunConfig, origin: Origin) -> Result<Parameters, PlannerError> {
-    let mut parameters = in_sketch(&run.mission, origin)?;
+    let mut parameters = parameters(&run.mission, origin)?;
     if run.pad.is_absent() {
         // Without a pad, nobody can answer.
         parameters.ask_margin = 0.0;
@@ -433,7 +425,11 @@ fn of_run(run: &RunConfig, origin: Origin) -> Result<Parameters, PlannerError> {
     Ok(parameters)
 }
 
-fn in_sketch(mission: &Mission, origin: Origin) -> Result<Parameters, PlannerError> {
+/// Returns the planner's parameters in a mission, in a sketch of this origin.
+///
+/// # Errors
+/// [`PlannerError`] with the key of the mission.
+pub fn parameters(mission: &Mission, origin: Origin) -> Result<Parameters, PlannerError> {
     let usual = SketchMission::of(mission)?.usual(origin, Parameters::of, Parameters::learned);
     let parameters = mission.parameters.over(Process::Planner, &usual)?;
     parameters.check()?;

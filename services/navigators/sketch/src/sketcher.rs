@@ -1,7 +1,7 @@
 //! The sketcher stage, which reads the mission's drawing, or the drawings that people send while the mission
 //! runs.
 
-use crate::messages::{ROUTE, Route, SKETCH, SketchMap};
+use crate::messages::{Origin, ROUTE, Route, SKETCH, SketchMap};
 use crate::mission::SketchMission;
 use std::path::Path;
 
@@ -106,6 +106,21 @@ pub fn canvas(run: &RunConfig, files: &Files<'_>) -> Result<Option<Canvas>, Sket
     let (drawing, _) = understand(run, files)?;
     let size_px = [drawing.width_px, drawing.height_px].map(f64::from);
     Ok(Some(Canvas { size_px, scale: drawing.scale }))
+}
+
+/// Returns where the sketch of a run comes from. If people draw while the mission runs, this is a person's drawing, even though
+/// somebody may later send the picture of a surveyed map.
+///
+/// # Errors
+/// [`SketchError`] if the drawing cannot be read.
+pub fn origin(run: &RunConfig, files: &Files<'_>) -> Result<Origin, SketchError> {
+    let mission = SketchMission::of(&run.mission)?;
+    if run.pad.draws() || mission.is_learned() {
+        return Ok(mission.expected_origin());
+    }
+    let (drawing, _) =
+        Given::load(&mission, files)?.read(&mission, &Options::of_mission(&run.mission, run.seed)?)?;
+    Ok(drawing.kind.origin())
 }
 
 /// Finds a place that is named on a run's drawing or in its mission, and checks that the robot can get there.

@@ -56,12 +56,12 @@ impl Cause {
 }
 
 impl Lesson {
-    /// Returns the reason why the robot failed at a task. `first` is the number of the task on the first drive, and `index` on this
-    /// one. Returns `None` if the task never began.
-    pub(super) fn cause(&self, driven: &Driven, task: &Task, [first, index]: [usize; 2]) -> Option<Cause> {
-        let goal = self.goals[first]?;
+    /// Returns the reason why the robot failed at a task, which is number `index` of this drive. Returns `None` if the task never
+    /// began.
+    pub(super) fn cause(&self, driven: &Driven, task: &Task, index: usize) -> Option<Cause> {
+        let goal = *self.goals.get(&task.name)?;
         if !task.there.contains(goal[0], goal[1]) {
-            let has_arrived = self.learned.goals.get(first).is_some_and(|goal| goal.reached);
+            let has_arrived = self.learned.goals.iter().any(|goal| goal.task == task.name && goal.reached);
             return Some(if has_arrived { Cause::WrongArrival } else { Cause::WrongCorrespondence });
         }
         let span = (*judge::spans(driven.run.mission.task.len(), &driven.log.status).get(index)?)?;

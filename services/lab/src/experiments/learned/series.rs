@@ -1,6 +1,7 @@
 //! A series of drives: the first one by a drawing, and the others in the map learned on it.
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use rand::RngExt;
@@ -10,12 +11,13 @@ use sketchnav_schemas::channels::ChannelSpec;
 use sketchnav_schemas::codes::{TaskState, Tracking};
 use sketchnav_schemas::geometry::{Point, Pose, World};
 use sketchnav_schemas::message::GroundTruth;
-use sketchnav_schemas::mission::{Mission, Start, Task};
+use sketchnav_schemas::mission::{Mission, Place, Start, Task};
 use sketchnav_schemas::seed;
 use sketchnav_schemas::time::seconds;
+use sketchnav_sim::SimError;
 use sketchnav_sketch::learned::{CELL_M, CELLS_PER_M, DrawingFile, LearnError, Learned, Learner};
 use sketchnav_sketch::messages::{ESTIMATE, PoseEstimate};
-use sketchnav_sketch::mission::SketchMission;
+use sketchnav_sketch::mission::{Aim, SketchMission};
 use sketchnav_sketch::reading::{ImageTask, Intent, Options};
 use sketchnav_sketch::sketcher;
 
@@ -35,6 +37,10 @@ const SEEN_WITHIN_M: f64 = 0.5;
 const OFF_PEOPLE_M: f64 = 1.0;
 /// Distance, in metres, between the poses of the first drive that are kept.
 const POSE_EVERY_M: f64 = 0.2;
+/// Name of the task that leads back to the start of the first drive.
+const BACK: &str = "back to the start";
+/// Maximum distance, in metres, from the start of the first drive at which that task counts as reached.
+const BACK_WITHIN_M: f64 = 0.5;
 /// Maximum number of starts to try.
 const ATTEMPTS: usize = 10_000;
 /// Maximum distance, in metres, of the estimate from the truth for the robot to count as localized.
@@ -47,6 +53,17 @@ pub struct Series {
     pub first: Arc<First>,
     /// Number of the drive. 0 is the first drive itself.
     pub drive: usize,
+    /// Where the drive begins and what its tasks are. Not used for the first drive.
+    pub kind: Later,
+}
+
+/// The kind of a later drive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Later {
+    /// The robot was carried anywhere, with any heading, and drives those tasks of the first drive that it accepts.
+    Carried,
+    /// The robot stands where the first drive ended, and drives back to where it began.
+    Stayed,
 }
 
 /// The first drive of a series, by the drawing.
@@ -76,8 +93,12 @@ pub(super) struct Lesson {
     pub(super) learned: Learned,
     /// The robot's poses on the first drive, in the world and in the map.
     poses: Vec<(Pose<World>, Pose<Map>)>,
-    /// The robot's estimate of each task's goal, in metres of the true world, or `None` if it refuses the task.
-    pub(super) goals: Vec<Option<[f64; 2]>>,
+    /// The robot's estimate of the goals of those tasks that it accepts, by the tasks' names, in metres of the true world.
+    pub(super) goals: BTreeMap<String, [f64; 2]>,
+    /// The task that leads back to the start, if the mission marks the start.
+    back: Option<Task>,
+    /// The robot's true pose at the end of the first drive.
+    end: Option<Pose<World>>,
 }
 
 /// Information about a task of a series.
@@ -152,17 +173,26 @@ impl Series {
         Ok(outcomes)
     }
 
-    /// Returns a trial with the tasks that the robot accepts, which starts anywhere in the learned map. The trial may have no
-    /// tasks.
+    /// Returns a trial in the learned map with the tasks of this drive that the robot accepts. It may have no tasks.
     fn prepare(&self, trial: &Trial, method: &str, seed: u64) -> Result<Trial, EvalError> {
         let made = self.first.made(method, seed)?;
         let mut trial = Trial { series: None, ..trial.clone() };
         let tasks = std::mem::take(&mut trial.mission.task);
         let Some(lesson) = &made.learned else { return Ok(trial) };
-        let accepted = tasks.into_iter().zip(&lesson.goals).filter(|(_, goal)| goal.is_some());
-        let tasks: Vec<_> = accepted.map(|(task, _)| task).collect();
+        let tasks = match self.kind {
+            Later::Carried => tasks,
+            Later::Stayed => lesson.back.clone().into_iter().collect(),
+        };
+        let accepted = tasks.into_iter().filter(|task| lesson.goals.contains_key(&task.name));
+        let tasks: Vec<_> = accepted.collect();
         let Some(goal) = tasks.first().map(|task| task.there.middle()) else { return Ok(trial) };
-        let Some(start) = self.first.start(lesson, goal, seed, self.drive) else { return Ok(trial) };
+        let start = match self.kind {
+            Later::Carried => self.first.start(lesson, goal, seed, self.drive),
+            Later::Stayed => lesson
+                .end
+                .map(|end| Start { world: [end.x, end.y], world_heading_deg: end.yaw_rad.to_degrees() }),
+        };
+        let Some(start) = start else { return Ok(trial) };
         let ways = self.first.ways(start.world, &tasks);
         let limited = |(task, way_m): (Task, Option<f64>)| Task {
             time_limit_s: way_m.map_or(task.time_limit_s, time_limit_s),
@@ -202,7 +232,7 @@ impl First {
     /// Returns the map learned from a drive, or `None` if nothing can be learned.
     fn learn(&self, driven: &Driven) -> Result<Option<Lesson>, EvalError> {
         let Some(Attended { learner, poses }) = &driven.lesson else { return Ok(None) };
-        let mission = SketchMission::of(&driven.run.mission).map_err(sketchnav_sim::SimError::from)?;
+        let mission = SketchMission::of(&driven.run.mission).map_err(SimError::from)?;
         let (drawing, places) = sketcher::understand(&driven.run, &sketchnav_navigators::read_file)?;
         let file = DrawingFile::of(&mission.drawing, &read(mission.drawing.as_ref())?);
         let learned = match learner.learned(file, &drawing, &places) {
@@ -211,10 +241,28 @@ impl First {
             Err(error) => return Err(EvalError::Learn { trial: self.trial.name.clone(), cause: error }),
         };
         let options = Options::of_mission(&driven.run.mission, driven.run.seed)?;
-        let intent = Intent::of_mission(&mission, &drawing)?;
-        let mut lesson = Lesson { learned, poses: poses.clone(), goals: Vec::new() };
-        lesson.goals = intent.tasks.into_iter().map(|task| lesson.goal(task, &options)).collect();
+        let back = mission.start.map(|at| self.back(at));
+        let mut with_back = driven.run.mission.clone();
+        with_back.task.extend(back.clone());
+        let tasks =
+            Intent::of_mission(&SketchMission::of(&with_back).map_err(SimError::from)?, &drawing)?.tasks;
+        let end = driven.log.truth.last().map(GroundTruth::pose);
+        let mut lesson = Lesson { learned, poses: poses.clone(), goals: BTreeMap::new(), back, end };
+        let names = with_back.task.iter().map(|task| task.name.clone());
+        let goals = names.zip(tasks).filter_map(|(name, task)| Some((name, lesson.goal(task, &options)?)));
+        lesson.goals = goals.collect();
         Ok(Some(lesson))
+    }
+
+    /// Returns the task that leads back to the start, which is at this pixel of the drawing.
+    fn back(&self, at: [f64; 2]) -> Task {
+        let center = Some(self.trial.mission.start.world);
+        Task {
+            name: BACK.to_owned(),
+            there: Place { center, radius_m: Some(BACK_WITHIN_M), polygon: None },
+            time_limit_s: 0.0,
+            given: Aim::Goal(at).given(),
+        }
     }
 
     /// Returns a place in the learned map, with any heading, such that there is a path to the goal.
@@ -255,20 +303,15 @@ impl First {
     ) {
         let ways = self.ways(mission.start.world, &mission.task);
         for ((ended, task), way_m) in outcomes.iter_mut().zip(&mission.task).zip(ways) {
-            let of_first = self.trial.mission.task.iter().position(|first| first.name == task.name);
             let later = lesson.zip(driven);
-            let cause = later.zip(of_first.filter(|_| !ended.is_success()));
+            let failed = later.filter(|_| !ended.is_success());
             ended.in_series = Some(InSeries {
                 drive,
                 way_m: way_m.unwrap_or_default(),
                 is_seen: lesson.is_some_and(|lesson| lesson.has_seen(task.there.middle())),
-                is_accepted: lesson
-                    .zip(of_first)
-                    .is_some_and(|(lesson, index)| lesson.goals[index].is_some()),
+                is_accepted: lesson.is_some_and(|lesson| lesson.goals.contains_key(&task.name)),
                 search: later.filter(|_| ended.task_index == 0).map(|(lesson, driven)| lesson.search(driven)),
-                cause: cause.and_then(|((lesson, driven), index)| {
-                    lesson.cause(driven, task, [index, ended.task_index])
-                }),
+                cause: failed.and_then(|(lesson, driven)| lesson.cause(driven, task, ended.task_index)),
             });
         }
     }

@@ -2,9 +2,9 @@
 
 use sketchnav_schemas::statistics::{median, wilson};
 
-use super::DRIVES;
 use super::cause::Cause;
 use super::series::{InSeries, Search};
+use super::{BACK, DRIVES};
 use crate::experiments::outcome::TaskOutcome;
 use crate::experiments::section::Section;
 use crate::experiments::table::Table;
@@ -75,7 +75,7 @@ fn drives(all: &[Ended<'_>]) -> Section {
         vec![
             DRIVES[drive].0.to_owned(),
             share(reached.len(), driven.len()),
-            share(reached_seen, seen),
+            if drive == BACK { "–".into() } else { share(reached_seen, seen) },
             words(ratio),
             words(ratio * ways),
         ]
@@ -83,7 +83,7 @@ fn drives(all: &[Ended<'_>]) -> Section {
     let words = format!(
         "Of the {} tasks of the first drives, {seen} have a goal whose place was actually seen, which the robot refuses for {refused} of \
          them. Times are those of tasks that were reached on both drives; per metre means per metre of the shortest path, \
-         since later drives begin elsewhere.",
+         since later drives begin elsewhere. The drive back is a task of its own.",
         first.len()
     );
     Section {
@@ -190,5 +190,6 @@ mod tests {
         assert_eq!(searches.table.rows[0], ["second", "100.0 % (21 to 100) of 1", "0", "0", "12 s", "12 s"]);
         assert_eq!(causes.table.rows[0], ["second", "0", "0", "0", "0", "1", "0"]);
         assert_eq!(drives.table.rows[1], ["third", "–", "0.0 % (0 to 49) of 4", "–", "–"]);
+        assert_eq!(drives.table.rows[2], ["back", "–", "–", "–", "–"]);
     }
 }

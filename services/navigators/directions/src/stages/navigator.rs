@@ -18,10 +18,10 @@ use crate::custom_map::CustomMap;
 pub const NAVIGATOR: Navigator = Navigator {
     methods: &mission::METHODS,
     check: |mission, robot| Ok(mission::check(mission, robot)?),
-    parameters: |mission, robot| {
+    parameters: |run, _| {
         Ok(Parameters::in_force([
-            (Process::Sketcher, Table::try_from(map_maker(mission)?)),
-            (Process::Planner, Table::try_from(pilot(mission, robot)?)),
+            (Process::Sketcher, Table::try_from(map_maker(&run.mission)?)),
+            (Process::Planner, Table::try_from(pilot(&run.mission, &run.robot)?)),
         ])?)
     },
     channels: crate::messages::CHANNELS,

@@ -6,6 +6,7 @@ use super::Marks;
 use super::labels::Label;
 use super::left_out::LeftOut;
 use super::pen;
+use crate::messages::Origin;
 
 /// Assumed brush width of a filled drawing, which shows no pen, as a share of the diagonal.
 const BRUSH_SHARE: f64 = 0.004;
@@ -29,6 +30,11 @@ impl Kind {
     /// Returns true if everything solid is filled, so that nothing is drawn with a pen.
     pub fn is_filled(self) -> bool {
         matches!(self, Self::Filled | Self::Surveyed)
+    }
+
+    /// Returns where a sketch made from such a drawing comes from.
+    pub fn origin(self) -> Origin {
+        if self == Self::Surveyed { Origin::Surveyed } else { Origin::Drawn }
     }
 }
 

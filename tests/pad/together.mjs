@@ -3,7 +3,7 @@
 //
 // Anna at a desk and Berta with a phone draw in one drawing, see each other's pointers and changes, move and delete each other's
 // walls, and undo their own steps. Berta's link breaks, she draws on, loads the page again, and finds everything together when the
-// link is back. Carl has a drawing of his own, joins the others, and later shares his. Anna and Berta draw half of the map of a
+// link is back. The server is killed. Carl has a drawing of his own, joins the others, and later shares his. Anna and Berta draw half of the map of a
 // mission each; Anna sends it and hands over the wheel, and Berta draws the path and drives. Saves screenshots in OUT. Fails at the
 // first violation.
 
@@ -11,7 +11,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 
-import { BROWSER, LIMIT_MS, assertNoFaults, chromium, inTurn, opened } from "./visit.mjs";
+import { BROWSER, LIMIT_MS, assertNoFaults, chromium, inTurn, opened, padPid } from "./visit.mjs";
 
 const [url, drawingFile, routeFile, out] = process.argv.slice(2);
 const map = JSON.parse(readFileSync(drawingFile, "utf8"));
@@ -252,6 +252,22 @@ async function aPageThatWasCutOffComesBack() {
   await berta.has(...all);
 }
 
+/** The server dies, and with it all that it knows of the drawing. The pages tell its successor. */
+async function theServersSuccessorHearsOfTheDrawing() {
+  const pid = padPid();
+  if (!pid) return;
+  process.kill(pid, "SIGKILL");
+  const walls = (await anna.kept()).strokes.map(({ points }) => points[0].map((v) => Math.round(v / 50) * 50));
+  await Promise.all([anna.draws(wall(600, 100)), berta.draws(wall(600, 1200))]);
+  for (const me of [anna, berta]) await me.has(...walls, [600, 100], [600, 1200]);
+  for (const me of [anna, berta]) {
+    await me.page.waitForFunction(() => document.getElementById("link").dataset.up === "true");
+    await me.page.click("#undo");
+  }
+  for (const me of [anna, berta]) await me.has(...walls);
+  await anna.says("link-role", "You drive");
+}
+
 /** A drawing of one's own stays, whether one joins the others or they join. */
 async function aNewcomerHasADrawingOfHisOwn() {
   const shared = (await anna.kept()).strokes.map(({ points }) => points[0]);
@@ -363,7 +379,8 @@ try {
   await inTurn(
     [
       twoDrawAtOnce, peopleHaveNames, linesAreSeenWhileTheyAreDrawn, itemsOfOthersAreMovedAndDeleted, undoIsOnesOwn,
-      aGestureGoesOnWhileOthersDraw, aPageThatWasCutOffComesBack, aNewcomerHasADrawingOfHisOwn, theMapOfTwoIsDriven,
+      aGestureGoesOnWhileOthersDraw, aPageThatWasCutOffComesBack, theServersSuccessorHearsOfTheDrawing,
+      aNewcomerHasADrawingOfHisOwn, theMapOfTwoIsDriven,
     ],
     (step) => step(), () => anna?.page, out,
   );

@@ -98,6 +98,20 @@ mod tests {
         assert!(paths.iter().all(|path| find(path).is_some()), "{paths:?}");
     }
 
+    /// People who consider the page for a slow link read its size in the manual.
+    #[test]
+    fn the_manual_states_the_size_of_the_page() {
+        let manual = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/pad.md");
+        let manual = std::fs::read_to_string(manual).unwrap();
+        let kilobytes = FILES.iter().map(|(.., bytes)| bytes.len()).sum::<usize>() as f64 / 1e3;
+        let (_, stated) = manual.split_once("The page consists of ").unwrap();
+        let (files, stated) = stated.split_once(" files with ").unwrap();
+        let (stated, _) = stated.split_once(" kB").unwrap();
+        assert_eq!(files.parse(), Ok(FILES.len()));
+        let stated: f64 = stated.parse().unwrap();
+        assert!((stated / kilobytes - 1.0).abs() < 0.05, "expected about {kilobytes:.0} kB, found {stated}");
+    }
+
     #[test]
     fn no_file_of_the_folder_is_forgotten() {
         let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/page");

@@ -12,6 +12,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 use serde_json::json;
+use sketchnav_schemas::bounds::ANGLE_DEG;
 use sketchnav_schemas::message::{MAX_DRAWING_BYTES, MAX_DRAWN_POINTS, MAX_ROUTE_POINTS, MAX_TASKS};
 
 use crate::protocol::{MAX_STROKES, Presence, Refusal, parse};
@@ -163,12 +164,11 @@ impl Shape {
             Self::Goals { name, .. } => {
                 expect(name.as_deref().is_none_or(is_short), place, "a name of at most 400 characters")
             }
-            Self::Route(points) => {
-                expect((2..=MAX_ROUTE_POINTS).contains(&points.len()), place, "2 to 4096 points of a route")
+            Self::Route(points) if points.len() > MAX_ROUTE_POINTS => {
+                Err(Refusal::too_large(MAX_ROUTE_POINTS, "points of a route", points.len()))
             }
-            Self::Start { heading_deg, .. } => {
-                expect(heading_deg.abs() <= 360.0, place, "a heading within 360°")
-            }
+            Self::Route(points) => expect(points.len() >= 2, place, "2 points or more"),
+            Self::Start { heading_deg, .. } => expect(ANGLE_DEG.holds(*heading_deg), place, ANGLE_DEG.words),
             Self::Photo(url) | Self::Underlay(url) => {
                 expect(is_picture(url), place, "a PNG or JPEG as a data URL")
             }
@@ -488,8 +488,8 @@ mod tests {
             (shaped("a", json!({ "script": "x" })), "unknown variant"),
             (shaped("a", json!({ "route": [[1, 1], [2, 2]] })), "the id of its kind"),
             (shaped("route", json!({ "labels": { "text": "x", "at": [1, 1] } })), "the id of its kind"),
-            (shaped("route", json!({ "route": [[1, 1]] })), "points of a route"),
-            (shaped("start", json!({ "start": { "at": [1, 1], "heading_deg": 1e9 } })), "a heading"),
+            (shaped("route", json!({ "route": [[1, 1]] })), "2 points"),
+            (shaped("start", json!({ "start": { "at": [1, 1], "heading_deg": 1e9 } })), "360"),
             (shaped("photo", json!({ "photo": url })), "a PNG or JPEG"),
         ] {
             let refusal = change("kitchen", None, &[stroke("b", 1, "a", 1), entry.clone()]).unwrap_err();

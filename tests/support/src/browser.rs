@@ -116,7 +116,9 @@ impl Browser {
 
     /// Draws on several pages at `link` at once, breaks a link, hands over the wheel and drives.
     pub fn draws_together(&self, place: &Place, link: &str) -> Ended {
-        self.runs(drawing_script("together.mjs", place, link))
+        let mut script = drawing_script("together.mjs", place, link);
+        script.env("SKETCHNAV_PAD_PID", place.pid("pad", "pad").to_string());
+        self.runs(script)
     }
 
     fn runs(&self, mut script: Command) -> Ended {

@@ -215,6 +215,23 @@ fn the_wheel_is_handed_over_while_the_robot_drives() {
     place.assert_nothing_left("handed");
 }
 
+/// Several people draw in one drawing, one of them without a link for a while. One sends the map, another drives by it.
+#[test]
+fn several_people_draw_at_once_and_one_of_them_drives() {
+    let Some(browser) = Browser::find() else { return };
+    let place = Place::new();
+    let (mut pad, link) = pad(&place);
+    let ended = browser.draws_together(&place, &link);
+    assert_eq!(ended.code, Some(0), "{ended}");
+    let looks = ["wide-light", "wide-dark", "phone-light", "phone-dark"];
+    let pictures = ["together", "together-choice"].map(|name| looks.map(|look| format!("{name}-{look}.png")));
+    keep_pictures(place.files(), pictures.as_flattened());
+    pad.must_live();
+    pad.signal(Signal::SIGINT);
+    pad.end();
+    place.assert_nothing_left("pad");
+}
+
 /// Checks what the page of a study measures about the pen, and what it stores.
 #[test]
 fn a_participant_completes_a_session_and_the_next_can_begin() {

@@ -66,7 +66,7 @@ export function meant(question, at, near) {
 }
 
 /** What to do next, in one sentence. */
-export function advice({ up, refusal, drives, watches, practising, questions, feed, map, path, learned }) {
+export function advice({ up, refusal, drives, watches, practising, questions, feed, map, path, learned, together }) {
   if (!up && refusal) return `The robot refuses this page: ${refusal}.`;
   if (!up) return "The page will reconnect by itself. The drawing is kept.";
   if (!feed || !feed.ready) return "The navigation is getting ready.";
@@ -76,7 +76,7 @@ export function advice({ up, refusal, drives, watches, practising, questions, fe
   if (watches && !feed.asks) return "The tasks come from a mission file.";
   if (!drives && feed.wheel) return "No page drives. Take the wheel to drive from this one.";
   if (!drives && feed.asks) return "The page that drives has been asked for the wheel.";
-  if (!drives) return "Another page drives; this one watches.";
+  if (!drives) return together ? "You draw with the others. Another page drives." : "Another page drives; this one watches.";
   const words = {
     "no-sketch": map ? "Send the map." : "Draw the walls of the place, then send the map.",
     sketch: path ? "Send the path." : learned?.accepted ? "Tap goals. The robot finds out where it is." : "Draw the path from where the robot stands, or tap goals and mark the start.",

@@ -347,7 +347,11 @@ impl<'a> Bridge<'a> {
                     self.checkpoint()?;
                     self.welcome();
                 }
-                if let Err(Ok(session)) = reply.send(joined) {
+                let joined = joined.map(|session| {
+                    let page = self.sessions.page(&session);
+                    (session, page)
+                });
+                if let Err(Ok((session, _))) = reply.send(joined) {
                     // The page has already disconnected again.
                     self.sessions.leave(&session);
                 }

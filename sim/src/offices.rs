@@ -39,10 +39,10 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// All shapes. Their floors ship in `sim/missions/offices`.
+    /// All shapes. Two floors of each ship in `sim/missions/offices`, those with the numbers 1 and 2.
     pub const ALL: [Self; 6] = [Self::L, Self::T, Self::Ring, Self::Double, Self::Hall, Self::Comb];
 
-    /// Returns the name, which is also that of the shipped file.
+    /// Returns the name, which is also that of the first shipped file.
     pub fn name(self) -> &'static str {
         match self {
             Self::L => "l",

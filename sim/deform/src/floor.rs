@@ -90,6 +90,11 @@ impl Floor {
         Ok(Self { name, walls, regions, places, furniture })
     }
 
+    /// Returns the lines of the walls, from corner to corner.
+    pub fn walls(&self) -> impl Iterator<Item = Vec<[f64; 2]>> {
+        self.walls.iter().map(|line| line.iter().map(|&corner| corner.into()).collect())
+    }
+
     /// Returns the rooms, the corridors, and the parts of halls.
     pub fn regions(&self) -> &[Region] {
         &self.regions.list

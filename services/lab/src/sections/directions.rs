@@ -24,12 +24,14 @@ use sketchnav_directions::{Plane, Point as Place, Window};
 use sketchnav_files::{FLOOR_PLAN, Files};
 use sketchnav_recordings::Recording;
 use sketchnav_recordings::sources::RecordedRun;
-use sketchnav_schemas::floor_plan::FloorPlan;
+use sketchnav_schemas::floor_plan::{FloorPlan, Wall};
 use sketchnav_schemas::geometry::{Point, Pose, World};
 use sketchnav_schemas::run::RunConfig;
 
 use crate::sections::outcome;
 
+/// Thickness of the lines that stand for the outline of a map, in metres.
+const LINE_M: f64 = 0.01;
 /// Number of points in time at which the window is shown.
 const WINDOWS: usize = 14;
 
@@ -51,12 +53,31 @@ fn floor(run: &RunConfig, files: &dyn Files) -> anyhow::Result<Option<(FloorPlan
     let world = &run.mission.world;
     let is_ours = run.mission.navigator_kind() == mission::KIND;
     let land = if is_ours { DirectionsMission::of(&run.mission)?.land } else { None };
-    let (Some(land), Some(file)) = (land, &world.floor_plan) else { return Ok(None) };
-    let text = files.read_to_string(Path::new(file), FLOOR_PLAN)?;
-    let mut plan: FloorPlan = toml::from_str(&text)?;
+    let Some(land) = land else { return Ok(None) };
+    let mut plan: FloorPlan = match (&world.floor_plan, &world.map) {
+        (Some(file), _) => toml::from_str(&files.read_to_string(Path::new(file), FLOOR_PLAN)?)?,
+        (None, Some(map)) => outline(files, Path::new(map))?,
+        (None, None) => return Ok(None),
+    };
     plan.furniture.extend(world.furniture.iter().cloned());
     plan.marker.extend(&world.marker);
     Ok(Some((plan, land.radius_m)))
+}
+
+/// Returns the outline of a map's walls as a floor.
+fn outline(files: &dyn Files, path: &Path) -> anyhow::Result<FloorPlan> {
+    let map = sketchnav_sim::files::occupancy_map_in(files, path)?;
+    let world = map.describe(&path.to_string_lossy())?;
+    let wall = |line: [[f64; 2]; 2]| Wall { points: line.to_vec(), closed: false };
+    Ok(FloorPlan {
+        name: world.name,
+        wall_thickness_m: LINE_M,
+        wall: world.outline.into_iter().map(wall).collect(),
+        door: Vec::new(),
+        furniture: Vec::new(),
+        person: Vec::new(),
+        marker: Vec::new(),
+    })
 }
 
 /// Returns the obstacles on the floor of a run other than its landmarks. A run over a plane has none.

@@ -8,12 +8,13 @@ use crate::lent::Lent;
 use crate::stage::call_on;
 use crate::table::interned;
 
-/// Curves with their names, each point as seconds and a value.
+/// Named curves. Each point consists of a time in seconds and a value.
 type Curves = Vec<(String, Vec<[f64; 2]>)>;
-/// The result of the method `_summarize`: figures, and charts with title, unit and curves.
+/// What the Python method `_summarize` returns: named figures, and charts with a title, a unit and curves.
 type Told = (Vec<(String, String)>, Vec<(String, String, Curves)>);
 
-/// An object of the class `Account`, which calls the author's methods, or the reason why it failed. The run can still be judged.
+/// An account written in Python: an object of the class `Account`, or the error with which it failed. Even then, the run can be
+/// judged.
 pub struct PythonAccount(Result<Py<PyAny>, StageError>);
 
 impl PythonAccount {

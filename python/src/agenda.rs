@@ -14,11 +14,11 @@ use sketchnav_schemas::run::RunConfig;
 
 use crate::{function, lent};
 
-/// Name of the capsules with a [`RunConfig`].
+/// Name of the capsules that contain a [`RunConfig`].
 pub const RUN: &CStr = c"sketchnav.run";
 const AGENDA: &CStr = c"sketchnav.agenda";
 
-/// Returns the agenda in a capsule, which is the first argument.
+/// Returns the agenda from the capsule that is the first argument.
 fn agenda<'a>(arguments: &'a Bound<'_, PyTuple>) -> PyResult<MutexGuard<'a, Agenda>> {
     let capsule = arguments.get_item(0)?.cast_into::<PyCapsule>()?;
     let pointer = capsule.pointer_checked(Some(AGENDA))?.cast::<Mutex<Agenda>>();
@@ -28,7 +28,7 @@ fn agenda<'a>(arguments: &'a Bound<'_, PyTuple>) -> PyResult<MutexGuard<'a, Agen
     Ok(agenda.lock().unwrap_or_else(PoisonError::into_inner))
 }
 
-/// Returns an argument after the agenda.
+/// Extracts one of the arguments that follow the agenda.
 fn argument<'py, T>(arguments: &Bound<'py, PyTuple>, index: usize) -> PyResult<T>
 where
     T: for<'a> FromPyObject<'a, 'py, Error = PyErr>,

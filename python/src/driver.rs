@@ -1,6 +1,6 @@
 //! A driver in Python: the functions behind `sketchnav.drive`.
 //!
-//! A process has one driver, which belongs to the thread that has opened it.
+//! A process has a single driver, which belongs to the thread that opened it.
 
 use std::cell::RefCell;
 use std::time::Duration;
@@ -28,7 +28,7 @@ fn raised(error: DriverError) -> PyErr {
     }
 }
 
-/// Passes the driver to a function.
+/// Calls `use_it` with the driver that this thread has opened.
 fn with<R>(use_it: impl FnOnce(&mut Driver) -> Result<R, DriverError>) -> PyResult<R> {
     DRIVER.with_borrow_mut(|driver| match driver {
         Some(driver) => use_it(driver).map_err(raised),
@@ -38,7 +38,8 @@ fn with<R>(use_it: impl FnOnce(&mut Driver) -> Result<R, DriverError>) -> PyResu
     })
 }
 
-/// Joins a system, and returns the facts that the driver starts with, as JSON.
+/// Joins a system, and returns what the Python side needs at the start as JSON: the run, the tick period, and the last poses sent
+/// by an earlier driver.
 fn join(system: &str, clock: Clock) -> PyResult<String> {
     if DRIVER.with_borrow(Option::is_some) {
         return Err(PyRuntimeError::new_err("driver: expected one in a process, found another one"));
@@ -60,7 +61,7 @@ fn join(system: &str, clock: Clock) -> PyResult<String> {
     Ok(facts)
 }
 
-/// Returns the floor of the run's mission as JSON.
+/// Returns the walls and the furniture in the run's world as JSON.
 fn floor() -> PyResult<String> {
     let run = with(|driver| Ok(driver.run().clone()))?;
     let read = sketchnav_recordings::sources::of_run(&run).map_err(|error| error.to_string());

@@ -1,8 +1,8 @@
-//! The objects that a stage in Python may use while it is called: the instant, the message that it receives,
-//! and its outbox.
+//! The objects that a stage in Python may use while one of its methods is called, such as the instant, the incoming message and the
+//! outbox.
 //!
-//! A host lends these for one call. They are stored in a thread-local variable, where the functions of the module find them. The
-//! variable is empty outside of calls, in which case these functions raise `RuntimeError`.
+//! A host lends these objects for a single call. They are stored in a thread-local variable, from which the functions of the Python
+//! module take them. Outside of calls, the variable is empty and these functions raise `RuntimeError`.
 
 use std::cell::RefCell;
 
@@ -16,7 +16,7 @@ use crate::function;
 use crate::memory::{self, Memory};
 use crate::table;
 
-/// The objects that are lent for a call. The pointers are valid until it ends.
+/// The objects that are lent for one call. The pointers are valid until the call ends.
 #[derive(Default)]
 pub struct Lent {
     instant: Option<*const Instant<'static>>,
@@ -65,7 +65,7 @@ impl Lent {
         self
     }
 
-    /// Lends these objects for a call, and afterwards takes back the memory that Python has seen.
+    /// Lends these objects for the duration of `call`, and afterwards takes back the memory that Python has seen.
     ///
     /// # Errors
     /// Any error of the call, an error of the host that the call passed on, and an error if Python keeps a view of a message.
@@ -87,8 +87,8 @@ impl Lent {
         let lent = LENT.replace(before.0.take().unwrap_or_default());
         let value = match result {
             Ok(value) => value,
-            // Objects that the exception refers to may view messages until it is reported. The stage has failed by then, and with
-            // it the host.
+            // Objects that the exception refers to may view messages until it is reported. By then, the stage has failed, and so
+            // has its host.
             Err(exception) => {
                 let mut errors = lent.errors.into_iter();
                 let passed_on = errors.find(|(carrier, _)| carrier.is(exception.value(py)));
@@ -119,17 +119,17 @@ fn incoming() -> PyResult<&'static Incoming<'static>> {
     Ok(unsafe { &*incoming })
 }
 
-/// Passes the incoming message to a function.
+/// Calls `use_it` with the incoming message.
 pub fn with_incoming<R>(use_it: impl FnOnce(&Incoming<'_>) -> R) -> PyResult<R> {
     Ok(use_it(incoming()?))
 }
 
-/// Passes the instant to a function.
+/// Calls `use_it` with the instant.
 pub fn with_instant<R>(use_it: impl FnOnce(&Instant<'_>) -> R) -> PyResult<R> {
     Ok(use_it(instant()?))
 }
 
-/// Passes the outbox to a function. In the meantime, no other function can use it.
+/// Calls `use_it` with the outbox. In the meantime, no other function can use the outbox.
 pub fn with_out<R>(use_it: impl FnOnce(&mut Outbox<'_>) -> Result<R, StageError>) -> PyResult<R> {
     if LENT.with_borrow(|lent| lent.is_kept) {
         return Err(memory::kept());
@@ -141,15 +141,15 @@ pub fn with_out<R>(use_it: impl FnOnce(&mut Outbox<'_>) -> Result<R, StageError>
     result.map_err(passed_on)
 }
 
-/// Passes the remains to a function.
+/// Calls `use_it` with the last messages that the process sent before it was restarted.
 pub fn with_remains<R>(use_it: impl FnOnce(&dyn Remains) -> R) -> PyResult<R> {
     let remains = LENT.with_borrow(|lent| lent.remains).ok_or_else(|| missing("the remains"))?;
     // SAFETY: as in `instant`.
     Ok(use_it(unsafe { &*remains }))
 }
 
-/// Returns the exception if the error is one. Otherwise stores the host's error, and returns an exception that carries it through
-/// Python.
+/// Converts an error to an exception. If the error wraps an exception, returns that one. Otherwise, stores the error of the host
+/// and returns an exception that carries it through Python.
 fn passed_on(error: StageError) -> PyErr {
     let error = match error.downcast::<PyErr>() {
         Ok(exception) => return *exception,
@@ -173,8 +173,7 @@ fn view<'py>(py: Python<'py>, bytes: &[u8]) -> PyResult<Bound<'py, PyAny>> {
     Ok(view)
 }
 
-/// Lets Python fill a message and its cells in place. If Python keeps a view of them, that is noted in
-/// `LENT`.
+/// Lets Python fill a message and its cells in place. If Python keeps a view of them, records that in `LENT`.
 fn fill(fill: &Bound<'_, PyAny>, message: &mut [u8], cells: &mut [u8]) -> PyResult<()> {
     let py = fill.py();
     // SAFETY: the slices are used by nothing else. If a memory cannot be taken back, the message is not sent, and neither is
@@ -194,7 +193,8 @@ fn fill(fill: &Bound<'_, PyAny>, message: &mut [u8], cells: &mut [u8]) -> PyResu
     taken.into_iter().fold(filled, Result::and)
 }
 
-/// Clears the local variables in the frames of an exception and of those that led to it, since they may be views of a message.
+/// Clears the local variables in the frames of an exception, and of the exceptions that it was raised from, since they may be views
+/// of a message.
 fn clear_frames(py: Python<'_>, exception: &PyErr) -> PyResult<()> {
     let module = py.import(intern!(py, "traceback"))?;
     let clear = |calls| module.call_method1(intern!(py, "clear_frames"), (calls,)).map(drop);

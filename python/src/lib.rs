@@ -1,10 +1,13 @@
-//! The package `sketchnav` for Python: the whole program as a library, and navigators written in Python.
+//! The Python package `sketchnav`: the whole program as a library, and navigators written in Python.
 //!
-//! `sketchnav.main([navigator])` is the command line with those navigators (`navigator`). Its processes are Python processes, each
-//! of which hosts one stage (`stage`). Python accesses messages in place (`memory`), through the functions of `lent`, which only
-//! work while a stage is called. The classes, the fields and their documentation are in `python/sketchnav/navigator.py`.
+//! - `navigator` implements `sketchnav.main([navigator])`, which is the command line with additional navigators. Its processes are
+//!   Python processes, each of which hosts one `stage`.
+//! - `lent` contains the functions that a stage uses to access messages, which only work while one of its methods is called. What
+//!   they return are views of shared memory (see `memory`), so no message is copied.
+//! - `driver` implements `sketchnav.drive`, with which a robot or another simulator takes the world's place.
+//! - `relations` computes qualitative relations of arrays.
 //!
-//! `sketchnav.drive` lets a robot or another simulator take the world's place (`driver`).
+//! The Python classes, their fields and their documentation are in `python/sketchnav/navigator.py`.
 //!
 //! PyO3 is used without its macros, because they would require most of the program's crates to be compiled with other features.
 
@@ -28,7 +31,7 @@ use pyo3::{BoundObject, ffi};
 #[global_allocator]
 static ALLOCATOR: sketchnav_runtime::CountingAllocator = sketchnav_runtime::CountingAllocator;
 
-/// The definition of the module. The interpreter writes to it, once, when the module is imported.
+/// The definition of the module. The interpreter writes to it once, when the module is imported.
 static mut DEFINITION: ffi::PyModuleDef = ffi::PyModuleDef {
     m_base: ffi::PyModuleDef_HEAD_INIT,
     m_name: c"_core".as_ptr(),
@@ -41,10 +44,10 @@ static mut DEFINITION: ffi::PyModuleDef = ffi::PyModuleDef {
     m_free: None,
 };
 
-/// Creates the module. The interpreter looks for this name.
+/// Creates the module. The interpreter looks for a function with this name.
 ///
 /// # Safety
-/// Called by the interpreter, once, as it imports the module.
+/// Only the interpreter may call this, once, when it imports the module.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn PyInit__core() -> *mut ffi::PyObject {
     // SAFETY: the interpreter calls this function from a thread that is attached.

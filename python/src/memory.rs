@@ -1,7 +1,7 @@
-//! Messages in memory as Python sees them: `memoryview`s without a copy, which become invalid when the call of the stage ends.
+//! Lets Python access messages without copying them, as `memoryview`s that become invalid when the call of the stage ends.
 //!
-//! An object of the type `Memory` exports the bytes and counts its views: `memoryview`s, their slices, NumPy arrays. When the call
-//! ends, there must not be any views left, because the memory belongs to the host.
+//! An object of the type `Memory` exports the bytes and counts the views of them: `memoryview`s, their slices, and NumPy arrays. No
+//! view may be left when the call ends, because the memory belongs to the host.
 
 use std::ffi::c_int;
 use std::sync::OnceLock;
@@ -10,7 +10,7 @@ use pyo3::exceptions::PyRuntimeError;
 use pyo3::ffi;
 use pyo3::prelude::*;
 
-/// The object that exports the bytes.
+/// The Python object that exports the bytes.
 #[repr(C)]
 struct Object {
     base: ffi::PyObject,
@@ -73,7 +73,7 @@ fn type_object(py: Python<'_>) -> PyResult<*mut ffi::PyTypeObject> {
     Ok(TYPE.get_or_init(|| TypeOf(found.unbind())).0.as_ptr().cast())
 }
 
-/// Returns the error for a view of a message that Python still has.
+/// Returns the error for a message of which Python still has a view when it must not.
 pub fn kept() -> PyErr {
     PyRuntimeError::new_err(
         "a message, or an array of one, was kept beyond the call that it belongs to: expected a copy, as from message.copy() or \
@@ -107,7 +107,7 @@ impl Memory {
         Ok((Self(memory.unbind()), view))
     }
 
-    /// Takes the memory back.
+    /// Takes the memory back, after which Python can no longer access it.
     ///
     /// # Errors
     /// If something in Python still has a view of it, even after a garbage collection.

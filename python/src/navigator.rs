@@ -18,7 +18,7 @@ use crate::lent::Lent;
 use crate::stage::{PythonStage, failure};
 use crate::{agenda, function, table};
 
-/// A navigator, as an object of the class `Navigator`.
+/// A navigator written in Python, which is an object of the class `Navigator`.
 struct PythonNavigator {
     kind: &'static str,
     sensors: Vec<&'static str>,
@@ -29,8 +29,8 @@ static KNOWN: OnceLock<Vec<PythonNavigator>> = OnceLock::new();
 
 const STAGES: [Make; 3] = [make::<0>, make::<1>, make::<2>];
 
-/// Returns the navigator of this kind. All navigators in Python have the same functions in their [`Navigator`], which look up the
-/// one that the mission names.
+/// Returns the Python navigator of this kind. Every navigator in Python has the same functions in its [`Navigator`], and these
+/// functions use `known` to find the navigator that the mission names.
 fn known(kind: &str) -> Result<&'static PythonNavigator, StageError> {
     let found = KNOWN.get().into_iter().flatten().find(|known| known.kind == kind);
     found.ok_or_else(|| {
@@ -83,14 +83,14 @@ fn review(run: &RunConfig) -> Box<dyn Account> {
     Box::new(PythonAccount::new(make()))
 }
 
-/// Returns the table of a sensor in a robot file.
+/// Checks that `word` names a table of sensors in robot files.
 fn sensor(word: &str) -> PyResult<&'static str> {
     SENSORS.into_iter().find(|table| *table == word).ok_or_else(|| {
         PyValueError::new_err(format!("sensors: expected one of {}, found {word:?}", SENSORS.join(", ")))
     })
 }
 
-/// Reads a navigator's object.
+/// Reads the attributes of a navigator, and builds the [`Navigator`] that registers it.
 fn read(object: &Bound<'_, PyAny>) -> PyResult<(PythonNavigator, Navigator)> {
     let kind = table::interned(&object.getattr("kind")?.extract::<String>()?);
     let about = table::interned(&object.getattr("about")?.extract::<String>()?);

@@ -1,7 +1,8 @@
 //! Qualitative relations for Python: arrays of positions in, arrays of relations out.
 //!
-//! A calculus with its parameters is a capsule (`calculi`). Its functions read arrays in place (`arrays`), and relations are
-//! numbers, in the order of the calculus. The classes and their documentation are in `python/sketchnav/relations`.
+//! Python holds a calculus with its parameters in a capsule (see `calculi`). The functions of the calculus read arrays in place
+//! (see `arrays`) and represent relations by their numbers in the calculus. The classes and their documentation are in
+//! `python/sketchnav/relations`.
 
 mod arrays;
 mod calculi;
@@ -25,7 +26,7 @@ use related::{Given, Question, Related, Task};
 
 const CALCULUS: &CStr = c"sketchnav.relations.calculus";
 
-/// Returns the calculus in a capsule, which is the first argument.
+/// Returns the calculus from the capsule that is the first argument.
 fn calculus<'a>(arguments: &'a Bound<'_, PyTuple>) -> PyResult<&'a dyn Related> {
     let capsule = arguments.get_item(0)?.cast_into::<PyCapsule>()?;
     let pointer = capsule.pointer_checked(Some(CALCULUS))?.cast::<Box<dyn Related>>();
@@ -38,7 +39,7 @@ fn rejected(error: Error) -> PyErr {
     PyValueError::new_err(error.to_string())
 }
 
-/// Opens arrays of the same shape.
+/// Opens arrays that have the same number of samples and of tracks.
 fn given(
     names: Vec<String>,
     arrays: Vec<Bound<'_, PyAny>>,
@@ -57,7 +58,7 @@ fn given(
     Ok(Given { arrays, times_s })
 }
 
-/// Returns numbers as bytes that belong to Python.
+/// Copies numbers into a `bytearray`.
 fn bytes<'py, T: Copy, const N: usize>(
     py: Python<'py>,
     numbers: &[T],
@@ -92,7 +93,8 @@ fn task(word: &str) -> PyResult<Task> {
     }
 }
 
-/// Returns the objects that show that a network has no model: two, three with the second one in between, or none.
+/// Returns the objects whose relations contradict each other: two objects, or three with the second one in between. Empty if the
+/// network has no scenario although no two or three objects show that.
 fn contradiction(found: Inconsistent) -> Vec<usize> {
     match found {
         Inconsistent::Pair { first, second } => vec![first, second],
@@ -150,7 +152,7 @@ pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     qsrlib::add(module)
 }
 
-/// Fills an array with the relations of other arrays.
+/// Fills the last argument, an array, with the relations of the objects in the other arrays.
 fn relate(arguments: &Bound<'_, PyTuple>) -> PyResult<()> {
     let (_, names, arrays, times_s, out) = arguments.extract::<(
         Bound<'_, PyAny>,
@@ -164,8 +166,8 @@ fn relate(arguments: &Bound<'_, PyTuple>) -> PyResult<()> {
     if out.readonly() || !out.is_c_contiguous() || out.item_count() != samples * tracks {
         return Err(PyTypeError::new_err("expected a contiguous array of 16-bit numbers to write to"));
     }
-    // SAFETY: the buffer is contiguous, aligned and writable, and has as many numbers. It is a new array, which nothing else
-    // looks at, while the interpreter is attached.
+    // SAFETY: the buffer is contiguous, aligned and writable, and has one number per sample and track. It is a new array, which
+    // nothing else accesses while the interpreter is attached.
     let out = unsafe { std::slice::from_raw_parts_mut(out.buf_ptr().cast::<i16>(), out.item_count()) };
     calculus(arguments)?.relate(&given, out)
 }

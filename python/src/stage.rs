@@ -9,7 +9,7 @@ use sketchnav_stage::{Hosted, Incoming, Instant, Outbox, Remains, SaveError, Sta
 
 use crate::lent::Lent;
 
-/// An object of the class `Stage`, which calls the author's methods.
+/// A stage written in Python, which is an object of the class `Stage`.
 pub struct PythonStage {
     object: Py<PyAny>,
     form: &'static str,
@@ -30,7 +30,7 @@ impl PythonStage {
     }
 }
 
-/// Calls a method of an author's object, which may use the lent objects.
+/// Calls a method of an object that the navigator's author wrote. In the meantime, the method may use the lent objects.
 ///
 /// # Errors
 /// [`failure`] for an exception, or the host's error that it passed on.
@@ -51,7 +51,7 @@ fn place(object: &Bound<'_, PyAny>, method: &str) -> String {
     format!("{class}.{method}")
 }
 
-/// Number of calls, the innermost of a traceback, that an error names.
+/// Maximum number of calls that an error shows, which are the innermost ones of the traceback.
 const CALLS: usize = 10;
 
 /// Prints the whole traceback of an exception, and returns an error that names the exception, its line and the innermost calls
@@ -70,7 +70,7 @@ pub fn failure(py: Python<'_>, place: &str, error: PyErr) -> StageError {
             innermost.trim_end()
         ))
     })();
-    // An exception that does not come from a line of Python has no calls.
+    // An exception that was not raised by a line of Python code has no calls.
     format!("{place}: {error}{}", calls.unwrap_or_default()).into()
 }
 

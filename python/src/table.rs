@@ -1,4 +1,4 @@
-//! Channels and messages for Python: their layouts as JSON, and those that Python declares.
+//! Channels and messages for Python: describes their layouts in JSON, and adds those that Python declares.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -12,7 +12,7 @@ use sketchnav_schemas::layout::{Field, Kind, Layout, Role};
 
 use crate::function;
 
-/// The channels that Python knows, by their numbers.
+/// The channels that Python refers to. A channel's number is its index.
 static KNOWN: Mutex<Vec<&'static ChannelSpec>> = Mutex::new(Vec::new());
 
 /// Returns the channel with this number.
@@ -32,7 +32,7 @@ fn number(spec: &'static ChannelSpec) -> usize {
     })
 }
 
-/// Returns the same text for as long as the program runs.
+/// Returns a copy of the text that is never freed. Equal texts share one copy.
 pub fn interned(text: &str) -> &'static str {
     static KNOWN: Mutex<Vec<&'static str>> = Mutex::new(Vec::new());
     let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);

@@ -41,7 +41,7 @@ pub struct CarmenScan {
     pub time_s: f64,
     /// The directions of the beams.
     pub beams: Beams,
-    /// Ranges in metres, from right to left. NaN for a number in the log that no laser could have measured.
+    /// Ranges in metres, from right to left. NaN stands for a number that no laser could have measured.
     pub ranges_m: Vec<f32>,
     /// The maximum range according to the log, in metres.
     pub range_max_m: Option<f64>,
@@ -52,13 +52,13 @@ pub struct CarmenScan {
 }
 
 impl CarmenScan {
-    /// Number of readings that are not a distance.
+    /// Returns the number of readings that are not a distance.
     pub fn unreadable(&self) -> usize {
         self.ranges_m.iter().filter(|range| range.is_nan()).count()
     }
 }
 
-/// A line that was left out.
+/// A line of a log that was left out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LeftOut {
     /// Line number, from 1.

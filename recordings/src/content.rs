@@ -25,8 +25,8 @@ pub struct RawMessage {
     pub stamp_ns: u64,
     /// Send time of the message, in nanoseconds, if the file stores it separately.
     pub publish_ns: u64,
-    /// CDR of the message, decompressed if rosbag2 compressed the message individually. See
-    /// [`RawMessage::is_damaged`].
+    /// The message in CDR, decompressed if rosbag2 compressed it individually, unless that fails (see
+    /// [`RawMessage::is_damaged`]).
     pub cdr: Vec<u8>,
 }
 
@@ -49,7 +49,7 @@ fn unpacked(data: &[u8]) -> Option<Vec<u8>> {
     (cdr.len() <= MAX_RECORD_BYTES).then_some(cdr)
 }
 
-/// A part of a recording.
+/// A part of a recording, in the order of the file.
 #[derive(Debug, Clone)]
 pub enum Part {
     /// A topic, before its first message.
@@ -89,7 +89,7 @@ impl RawMessage {
         self.decode_by(T::from_cdr)
     }
 
-    /// Decodes a message, and accepts values that are off by rounding errors.
+    /// Decodes a message with `decode`. If the values are only off by rounding errors, decodes the exact message instead.
     fn decode_by<M>(&self, decode: impl Fn(&[u8], u64) -> Result<M, Ros2Error>) -> Result<M, RecordingError> {
         let seq = self.sequence.into();
         let decoded = match decode(&self.cdr, seq) {
@@ -100,18 +100,18 @@ impl RawMessage {
         decoded.map_err(|source| RecordingError::Message { topic: topic(), seq, source })
     }
 
-    /// Decodes the message as one of the channel `spec`, into bytes.
+    /// Decodes the message as the type of the channel `spec`.
     ///
     /// # Errors
-    /// As [`RawMessage::typed`].
+    /// Same errors as [`RawMessage::typed`].
     pub fn decode(&self, spec: &ChannelSpec) -> Result<Owned, RecordingError> {
         self.decode_by(|cdr, seq| spec.message.decode(cdr, seq))
     }
 
-    /// Like [`RawMessage::typed`], with the type of the message's channel.
+    /// Like [`RawMessage::typed`], but takes the type from the channel.
     ///
     /// # Errors
-    /// As [`RawMessage::typed`].
+    /// Same errors as [`RawMessage::typed`].
     pub fn read<T: Ros2>(&self, _channel: Channel<T>) -> Result<(T, Vec<u8>), RecordingError> {
         self.typed()
     }
@@ -130,7 +130,7 @@ impl RawMessage {
     /// for errors.
     ///
     /// # Errors
-    /// As [`RawMessage::typed_in`].
+    /// Same errors as [`RawMessage::typed_in`].
     pub fn decode_in(&self, spec: &ChannelSpec, path: &Path) -> Result<Owned, RecordingError> {
         self.must_be(spec.message.ros2, path)?;
         self.decode(spec)

@@ -1,5 +1,5 @@
-//! Makes recordings from recordings: repairs, filters, merges and splits them. Messages, schemas, attachments and metadata are
-//! copied byte for byte, regardless of their content, even from a file with another profile.
+//! Creates recordings from other ones: repairs, filters, merges and splits them. Messages, schemas, attachments and metadata
+//! are copied byte for byte, regardless of their content, even from a file with another profile.
 //!
 //! Only the chunks whose times overlap are in memory at any time, and files are only written to sinks that
 //! the caller provides.
@@ -59,13 +59,13 @@ pub struct Lost {
     pub messages: Option<u64>,
 }
 
-/// What to do with chunks that have a wrong checksum.
+/// What to do with chunks whose checksum is wrong.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Damaged {
-    /// Leaves the chunks out.
+    /// Leaves these chunks out.
     #[default]
     LeaveOut,
-    /// Copies the messages of the chunks, if they can be told apart.
+    /// Copies their messages, if they can be told apart.
     Keep,
 }
 
@@ -85,10 +85,10 @@ pub struct Held {
     pub is_known: bool,
 }
 
-/// Writes a copy, whose messages stay as they are.
+/// Writes a copy of a recording. Messages are copied unchanged.
 pub struct Copy<W: Write> {
     mcap: Mcap<W>,
-    /// The topics as declared, with the number of each in the copy.
+    /// The declared topics, each with its number in the copy.
     topics: Vec<(Arc<Topic>, u16)>,
     counts: BTreeMap<String, Count>,
     /// Topics whose messages before the first one were left out on purpose, and therefore do not count as missing.
@@ -120,7 +120,7 @@ impl<W: Write> Copy<W> {
     /// Like [`Copy::new`], for messages of the profile that the original declares.
     ///
     /// # Errors
-    /// As [`Copy::new`].
+    /// Same errors as [`Copy::new`].
     pub fn of_profile(sink: W, profile: &str) -> Result<Self, RecordingError> {
         Ok(Self {
             mcap: begin(sink, profile)?,
@@ -150,23 +150,23 @@ impl<W: Write> Copy<W> {
         self.late = topics;
     }
 
-    /// The last sequence number of each topic.
+    /// Returns the last sequence number of each topic.
     fn last_numbers(&self) -> BTreeMap<String, u64> {
         let last = |(topic, count): (&String, &Count)| Some((topic.clone(), count.sequence.as_ref()?.last()));
         self.counts.iter().filter_map(last).collect()
     }
 
-    /// Number of messages so far.
+    /// Returns the number of messages so far.
     pub fn messages(&self) -> u64 {
         self.messages
     }
 
-    /// Size of all messages so far before compression, in bytes.
+    /// Returns the size of all messages so far before compression, in bytes.
     pub fn message_bytes(&self) -> u64 {
         self.bytes
     }
 
-    /// The damaged messages that were left out. See [`RawMessage::is_damaged`].
+    /// Returns the damaged messages that were left out. See [`RawMessage::is_damaged`].
     pub fn left_out(&self) -> &Rejections {
         &self.left_out
     }
@@ -308,7 +308,7 @@ pub fn recover<W: Write>(
 /// Counts the messages of a recording. A copy that replaces the recording must not have fewer.
 ///
 /// # Errors
-/// As [`recover`].
+/// Same errors as [`recover`].
 pub fn held(path: &Path) -> Result<Held, RecordingError> {
     let stated = Index::of_summary_in(&mut Open::damaged_file(path)?.0)?.and_then(|index| index.statistics);
     let copied = Salvage::of(path, Damaged::LeaveOut)?.run(|_| Ok(()))?;
@@ -320,7 +320,7 @@ pub fn held(path: &Path) -> Result<Held, RecordingError> {
 /// Returns the profile that a recording declares, no matter how damaged it is: `ros2`, `ros1`, or empty.
 ///
 /// # Errors
-/// As [`recover`].
+/// Same errors as [`recover`].
 pub fn profile(path: &Path) -> Result<String, RecordingError> {
     let (mut open, _) = Open::damaged_file(path)?;
     // Reads the first record. If it is damaged, the profile stays empty.
@@ -353,7 +353,7 @@ impl Salvage {
         Ok(Self { open, copied: Copied { lost_bytes, ..Copied::default() }, before_chunk: 0 })
     }
 
-    /// Hands all parts that can be read to `take`.
+    /// Passes every part that can be read to `take`.
     fn run(
         mut self,
         mut take: impl FnMut(Part) -> Result<(), RecordingError>,
@@ -391,7 +391,7 @@ impl Salvage {
         }
     }
 
-    /// Continues after the damage. Returns false if there is nothing readable after it.
+    /// Continues after a damaged part. Returns false if nothing readable follows it.
     fn pass_over(&mut self, at: u64, damage: &Damage) -> Result<bool, RecordingError> {
         let was_inside = self.open.abandon_chunk();
         let end = self.open.file.at();
@@ -451,7 +451,7 @@ fn is_of_chunk(damage: &Damage) -> bool {
     }
 }
 
-/// Returns true if a record other than a chunk has its own content, which records of the index do not.
+/// Returns true if the damaged record, which is not a chunk, had content of its own. Records of the index only repeat content.
 fn holds_something(damage: &Damage) -> bool {
     match damage {
         Damage::Content { kind, .. } => {

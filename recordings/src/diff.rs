@@ -174,7 +174,7 @@ impl Tolerances {
     }
 }
 
-/// The messages of a channel that wait for their counterparts, and the first difference on the channel.
+/// The messages of a channel that wait for the same message on the other side, and the first difference on the channel.
 struct Lane {
     spec: &'static ChannelSpec,
     topic: String,
@@ -216,7 +216,7 @@ impl Comparison {
         }
     }
 
-    /// Number of messages that were found to be the same on both sides.
+    /// Returns the number of messages that were found to be the same on both sides.
     pub fn same(&self) -> u64 {
         self.lanes.iter().map(|lane| lane.compared).sum()
     }

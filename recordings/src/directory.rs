@@ -70,7 +70,7 @@ impl Directory {
         self.topics.get(&id)
     }
 
-    /// The topics, in the order of their numbers.
+    /// Returns the topics, in the order of their numbers.
     pub(crate) fn topics(&self) -> impl Iterator<Item = (u16, &Arc<Topic>)> {
         self.topics.iter().map(|(&id, topic)| (id, topic))
     }

@@ -48,7 +48,7 @@ pub enum DynamicError {
         /// The type.
         kind: String,
     },
-    /// A type of character that is not supported.
+    /// A type whose characters are not supported, such as `wstring`.
     #[error("type not supported: {kind}")]
     NotRead {
         /// The type.

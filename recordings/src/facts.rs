@@ -55,7 +55,7 @@ impl TopicFacts {
 #[derive(Debug, Default)]
 pub(crate) struct Lives([Option<(u32, u64)>; MAX_PROCESSES]);
 
-/// An upper bound on the number of kinds of processes.
+/// Upper bound on the number of kinds of processes.
 const MAX_PROCESSES: usize = 16;
 
 impl Lives {

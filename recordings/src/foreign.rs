@@ -156,7 +156,7 @@ impl Form {
         }
     }
 
-    /// Says what can convert the messages into ROS 2 messages.
+    /// Returns what can convert the messages into ROS 2 messages, for errors.
     pub fn way_on(self) -> &'static str {
         match self {
             Self::Ros1 => {

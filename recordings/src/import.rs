@@ -12,9 +12,9 @@ use crate::carmen::{CarmenError, CarmenScan, Entry, Fault, LeftOut, Shapes};
 use crate::error::RecordingError;
 use crate::writer::Writer;
 
-/// Maximum number of omissions that are kept with their line. Any further ones are only counted.
+/// Maximum number of omissions that are listed with their lines. Any further ones are only counted.
 const MAX_NAMED: usize = 1000;
-/// A reading up to this distance, in metres, is the laser itself. Lasers report 0 if they have no reading.
+/// A scan without any reading beyond this distance, in metres, counts as blind. Lasers report 0 if they have no reading.
 const NEAREST_M: f32 = 0.01;
 /// Latest timestamp of a recorded message, in seconds.
 const MAX_STAMP_S: f64 = i32::MAX as f64;
@@ -30,7 +30,7 @@ pub struct Rules {
 }
 
 impl Default for Rules {
-    /// The lasers of most logs report 79 m and more if nothing returns.
+    /// Returns a maximum range of 79 m, since the lasers of most logs report 79 m or more if nothing returns.
     fn default() -> Self {
         Self { range_max_m: 79.0, is_strict: false }
     }
@@ -110,7 +110,7 @@ impl Imported {
     }
 }
 
-/// Writes the scans of a log to a recording, after the navigator's instructions. The caller finishes the recording.
+/// Writes the navigator's instructions, and then the scans of a log, to a recording. The caller finishes the recording.
 ///
 /// # Errors
 /// [`ImportError`] if the log cannot be read, the recording cannot be written, or anything is left out under strict rules.
@@ -247,7 +247,7 @@ fn tick(header: Header) -> Tick {
     tick
 }
 
-/// The system name in runs of imported logs, which no system drove.
+/// System name in the runs of imported logs, which were not driven by any system.
 pub const LOG_SYSTEM: &str = "log";
 
 #[cfg(test)]
@@ -272,7 +272,7 @@ mod tests {
         }
     }
 
-    /// All scans used to get the angles of the first one.
+    /// Regression test: all scans used to get the angles of the first one.
     #[test]
     fn each_scan_has_its_own_angles_and_is_valid() {
         let header = Header { seq: 1, stamp_ns: 5, source_seq: 1 };
@@ -289,8 +289,8 @@ mod tests {
         assert_eq!((message.range_max_m, message.ranges_m[1]), (1.5, f32::INFINITY));
     }
 
-    /// A scan with a maximum range of next to nothing was recorded, and so was one with an odometry beyond all bounds. The
-    /// localizer rejected them without any message to the user.
+    /// Regression test: a scan with a maximum range of next to nothing was recorded, and so was one with an odometry beyond all
+    /// bounds. The localizer rejected them without any message to the user.
     #[test]
     fn messages_that_every_reader_would_reject_are_left_out_with_the_reason() {
         let header = Header { seq: 1, stamp_ns: 5, source_seq: 1 };
@@ -307,7 +307,7 @@ mod tests {
         assert!(why(&far).unwrap_err().contains("pose: expected a number within ±1e7, found 20000000"));
     }
 
-    /// A single garbled time affected the timestamps of all scans after it.
+    /// Regression test: a single garbled time affected the timestamps of all scans after it.
     #[test]
     fn stamps_increase_even_if_the_clock_jumps() {
         let mut clock = Clock::default();
@@ -324,7 +324,7 @@ mod tests {
         assert_eq!((clock.goes_back, clock.stands), (1, 1));
     }
 
-    /// In a log in millimetres, nothing was near enough to be detected, and the user got no warning.
+    /// Regression test: in a log in millimetres, nothing was near enough to be detected, and the user got no warning.
     #[test]
     fn a_scan_without_any_distance_is_blind() {
         let header = Header { seq: 1, stamp_ns: 5, source_seq: 1 };

@@ -120,7 +120,7 @@ impl Index {
     /// Builds the index of a file without a summary.
     ///
     /// # Errors
-    /// As [`Index::read`].
+    /// Same errors as [`Index::read`].
     pub(crate) fn by_a_pass(path: &Path) -> Result<Self, RecordingError> {
         let mut open = Open::new(path)?;
         let (mut index, mut is_in_run) = (Self::default(), false);
@@ -175,12 +175,12 @@ impl Index {
         self.is_cut_off
     }
 
-    /// Number of chunks.
+    /// Returns the number of chunks.
     pub fn chunk_count(&self) -> usize {
         self.chunks.len()
     }
 
-    /// Times of the first and the last message, in nanoseconds, or `None` if there is no message.
+    /// Returns the times of the first and the last message, in nanoseconds, or `None` if there is no message.
     pub fn span_ns(&self) -> Option<(u64, u64)> {
         // A chunk without messages has its times reversed.
         let chunks = || self.chunks.iter().filter(|chunk| chunk.first_ns <= chunk.last_ns);
@@ -188,7 +188,7 @@ impl Index {
         Some((first, chunks().map(|chunk| chunk.last_ns).max()?))
     }
 
-    /// The names of all metadata records, wherever they are in the file.
+    /// Returns the names of all metadata records, wherever they are in the file.
     pub(crate) fn metadata_names(&self) -> impl Iterator<Item = &str> {
         self.metadata.keys().map(String::as_str)
     }
@@ -223,7 +223,7 @@ impl Index {
     }
 }
 
-/// An entry for a chunk or a run whose channels are unknown.
+/// Returns an entry for a chunk or a run whose channels are unknown.
 fn entry(first_ns: u64, last_ns: u64, at: u64, bytes: u64) -> ChunkEntry {
     ChunkEntry { first_ns, last_ns, at, bytes, index_bytes: 0, channels: Vec::new() }
 }

@@ -55,9 +55,9 @@ pub struct Info {
 }
 
 impl Info {
-    /// Total number of restarts of all processes. The recorder reports its restarts in messages, like any process, and
-    /// also counts them itself. Its own count includes lives in which it sent no message, but a file that is cut off lacks
-    /// that count, so the larger of the two is used.
+    /// Returns the total number of restarts of all processes. The recorder reports its restarts in messages, like any
+    /// process, and also counts them itself. Its own count includes lives in which it sent no message, but a file that is
+    /// cut off lacks that count, so the larger of the two is used.
     pub fn all_restarts(&self) -> u64 {
         let all: u64 = self.process_restarts.values().sum();
         let by_recorder = self.process_restarts.get(Process::Recorder.word()).copied().unwrap_or(0);
@@ -111,7 +111,7 @@ pub fn info(path: &Path) -> Result<Info, RecordingError> {
 /// Like [`info`], but reads all messages regardless of the summary, so that damage is noticed.
 ///
 /// # Errors
-/// As [`info`].
+/// Same errors as [`info`].
 pub fn info_of_messages(path: &Path) -> Result<Info, RecordingError> {
     let recording = Recording::open(path)?;
     let mut tally = Tally { is_ours: recording.is_ours()?, ..Tally::default() };

@@ -72,7 +72,7 @@ impl<W: Write> Joined<W> {
         Ok(())
     }
 
-    /// Returns true if a message is new. On a channel with one writer, every message may pass because [`Writer`] recognizes
+    /// Returns true if a message is new. On a channel with one writer, all messages may pass, because [`Writer`] recognizes
     /// repetitions by their numbers.
     fn is_new(&mut self, raw: &RawMessage) -> bool {
         if !has_many_writers(&raw.topic.name) {

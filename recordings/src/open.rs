@@ -25,7 +25,7 @@ pub(crate) enum Piece {
     },
 }
 
-/// The name of a record of unknown kind.
+/// Name of a record of an unknown kind, for errors.
 pub(crate) const ODD: &str = "unknown";
 
 /// A recording that is being read.
@@ -77,7 +77,7 @@ impl Open {
         }
     }
 
-    /// Number of messages so far that were compressed individually.
+    /// Returns the number of messages so far that were compressed individually.
     pub(crate) fn packed(&self) -> u64 {
         self.packed
     }
@@ -92,7 +92,7 @@ impl Open {
         self.keeps_damaged = true;
     }
 
-    /// Number of chunks with a wrong checksum that were read anyway.
+    /// Returns the number of chunks with a wrong checksum that were read anyway.
     pub(crate) fn kept(&self) -> u64 {
         self.kept
     }
@@ -118,7 +118,7 @@ impl Open {
         self.directory = directory.clone();
     }
 
-    /// The topics known so far.
+    /// Returns the topics known so far.
     pub(crate) fn directory(&self) -> &Directory {
         &self.directory
     }

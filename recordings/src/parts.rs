@@ -20,12 +20,12 @@ impl Parts {
 }
 
 impl Parts {
-    /// Number of messages so far that rosbag2 compressed individually.
+    /// Returns the number of messages so far that rosbag2 compressed individually.
     pub fn packed(&self) -> u64 {
         self.open.packed()
     }
 
-    /// The file's header. Empty before the first part has been read.
+    /// Returns the file's header. Empty before the first part has been read.
     pub fn header(&self) -> &FileHeader {
         &self.open.directory().header
     }

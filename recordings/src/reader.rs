@@ -126,7 +126,7 @@ impl Recording {
         Ok(())
     }
 
-    /// The file's header: its profile and the library that wrote it.
+    /// Returns the file's header: its profile and the library that wrote it.
     pub fn header(&self) -> &FileHeader {
         &self.header
     }
@@ -134,7 +134,7 @@ impl Recording {
     /// Returns true if this project wrote the recording, or copied it from one that it wrote.
     ///
     /// # Errors
-    /// As [`Recording::index`].
+    /// Same errors as [`Recording::index`].
     pub fn is_ours(&self) -> Result<bool, RecordingError> {
         if self.attachments.contains_key(RUN_ATTACHMENT) || self.metadata.contains_key(RUN_METADATA) {
             return Ok(true);
@@ -161,37 +161,37 @@ impl Recording {
         RecordingError::NotOurs { path, missing, library }
     }
 
-    /// Path of the file.
+    /// Returns the path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The value of `key` in the metadata `name`. For a recording by other software, only metadata before the first message
-    /// is known.
+    /// Returns the value of `key` in the metadata `name`. For a recording by other software, only metadata before the first
+    /// message is known.
     pub fn fact(&self, name: &str, key: &str) -> Option<&str> {
         Some(self.metadata.get(name)?.get(key)?.as_str())
     }
 
-    /// All metadata by name. For a recording by other software, only the metadata before the first message.
+    /// Returns all metadata by name. For a recording by other software, only the metadata before the first message.
     pub fn metadata(&self) -> &BTreeMap<String, BTreeMap<String, String>> {
         &self.metadata
     }
 
-    /// The topics, in the order of their numbers in the file.
+    /// Returns the topics, in the order of their numbers in the file.
     ///
     /// # Errors
-    /// As [`Recording::index`].
+    /// Same errors as [`Recording::index`].
     pub fn topics(&self) -> Result<Vec<Arc<Topic>>, RecordingError> {
         Ok(self.index()?.directory.topics().map(|(_, topic)| Arc::clone(topic)).collect())
     }
 
-    /// The attachments by name. For a recording by other software, only those that precede the first message.
+    /// Returns the attachments by name. For a recording by other software, only those that precede the first message.
     pub fn attachments(&self) -> &BTreeMap<String, Attachment> {
         &self.attachments
     }
 
-    /// The run that was recorded: mission, robot, seed, pace. Its paths are those of the machine on which it
-    /// was recorded. To read its files, use [`RecordedRun`](crate::sources::RecordedRun).
+    /// Returns the run that was recorded: mission, robot, seed, pace. Its paths are those of the machine on which it was recorded.
+    /// To read its files, use [`RecordedRun`](crate::sources::RecordedRun).
     ///
     /// # Errors
     /// [`RecordingError::NotOurs`] if the recording has no run, and [`RecordingError::Run`] if this version cannot read it.
@@ -211,7 +211,8 @@ impl Recording {
         Ok(run)
     }
 
-    /// The index of the recording: the positions of its chunks and the times that they cover. Read once and then cached.
+    /// Returns the index of the recording: the positions of its chunks and the times that they cover. It is read once and then
+    /// cached.
     ///
     /// # Errors
     /// [`RecordingError::File`], or [`RecordingError::Damaged`] if a file without its own index is damaged.
@@ -242,7 +243,7 @@ impl Recording {
     /// Iterates over the selected messages in order of time, and within an instant in the order of a step.
     ///
     /// # Errors
-    /// As [`Recording::select`].
+    /// Same errors as [`Recording::select`].
     pub fn timeline(&self, selection: Selection) -> Result<Timeline, RecordingError> {
         Timeline::of(&self.path, self.index()?, selection)
     }
@@ -277,7 +278,7 @@ impl Recording {
     /// Iterates over the headers of the messages of a channel of any type, in the order of the file.
     ///
     /// # Errors
-    /// As [`Recording::channel`].
+    /// Same errors as [`Recording::channel`].
     pub fn headers(
         &self,
         spec: &'static ChannelSpec,
@@ -318,7 +319,7 @@ impl<T> Messages<T> {
         self
     }
 
-    /// Number of bytes of the file that have been read so far.
+    /// Returns the number of bytes of the file that have been read so far.
     pub fn bytes_read(&self) -> u64 {
         self.selected.bytes_read()
     }

@@ -81,17 +81,17 @@ impl RecordFile {
         Ok((Self { file, at, bytes, content: Vec::new(), read: at }, magic))
     }
 
-    /// Offset of the next record.
+    /// Returns the offset of the next record.
     pub fn at(&self) -> u64 {
         self.at
     }
 
-    /// Length of the file, in bytes.
+    /// Returns the length of the file, in bytes.
     pub fn bytes(&self) -> u64 {
         self.bytes
     }
 
-    /// Total number of bytes that have been read so far.
+    /// Returns the total number of bytes that have been read so far.
     pub fn bytes_read(&self) -> u64 {
         self.read
     }
@@ -185,7 +185,7 @@ impl RecordFile {
         Ok(None)
     }
 
-    /// The content of the last record read.
+    /// Returns the content of the last record read.
     pub fn content(&self) -> &[u8] {
         &self.content
     }

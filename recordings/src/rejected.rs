@@ -48,7 +48,7 @@ impl std::fmt::Display for Rejected {
 pub struct Rejections(Vec<Rejected>);
 
 impl Rejections {
-    /// The counts by topic and reason, in order of first occurrence.
+    /// Returns the counts by topic and reason, in order of first occurrence.
     pub fn list(&self) -> &[Rejected] {
         &self.0
     }
@@ -58,7 +58,7 @@ impl Rejections {
         self.0.is_empty()
     }
 
-    /// Total number of rejected messages.
+    /// Returns the total number of rejected messages.
     pub fn messages(&self) -> u64 {
         self.0.iter().map(|one| one.messages).sum()
     }
@@ -170,8 +170,8 @@ mod tests {
         raw
     }
 
-    /// A driver sent quaternions of length 0.5. There were no estimates, and no reason was given. For tilted quaternions
-    /// the given reason was that the messages are not odometry.
+    /// Regression test: a driver sent quaternions of length 0.5. There were no estimates, and no reason was given. For tilted
+    /// quaternions the given reason was that the messages are not odometry.
     #[test]
     fn invalid_messages_are_counted_with_their_reason() {
         let mut rejections = Rejections::default();

@@ -1,4 +1,4 @@
-//! Passes on the messages of a drive as the planner received and sent them, together with people's drawings.
+//! Replays what the planner received and sent during a drive, together with people's drawings.
 
 use sketchnav_schemas::channels::{self, ChannelSpec, DRAWING};
 use sketchnav_schemas::codes::Process;
@@ -8,15 +8,16 @@ use crate::error::RecordingError;
 use crate::reader::{Recording, Selection};
 use crate::writer::topic_name;
 
-/// Calls `see` for every valid message of the planner's channels and every drawing, in order of time and within an instant in the
-/// order of a step. `kind` is that of the navigator. Messages that processes rejected when they arrived are left out.
+/// Calls `see` with every drawing and with every valid message that the planner received or sent, in order of time. Messages of
+/// the same instant are in the order of a step. `kind` is the kind of navigator. Messages that processes rejected when they
+/// arrived are left out.
 ///
 /// # Errors
 /// [`RecordingError`] if the file cannot be read.
 pub fn replay(
     recording: &Recording,
     kind: &str,
-    mut see: impl FnMut(&ChannelSpec, &Owned),
+    mut see: impl FnMut(&'static ChannelSpec, &Owned),
 ) -> Result<(), RecordingError> {
     let planner = Process::Planner;
     let heard = channels::read_by(planner, kind).chain(channels::written_by(planner, kind));

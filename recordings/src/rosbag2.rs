@@ -267,7 +267,7 @@ fn scalar(text: &str) -> String {
 mod tests {
     use super::*;
 
-    /// The name of a topic could add files outside the folder to the list, which other readers then opened.
+    /// Regression test: the name of a topic could add files outside the folder to the list, which other readers then opened.
     #[test]
     fn a_topic_name_cannot_inject_yaml() {
         let topic = |name: &str, profile: &str| {

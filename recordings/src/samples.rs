@@ -63,7 +63,7 @@ pub fn point_stamped(ns: u64, [x, y]: [f64; 2], is_big_endian: bool) -> Vec<u8> 
     [head, stamp, frame, point].concat()
 }
 
-/// A topic of points that move along x, one every 0.1 s, without sequence numbers.
+/// Returns a topic with `count` points that move along x, one every 0.1 s, without sequence numbers.
 pub fn points(name: &'static str, count: u64, is_big_endian: bool) -> SampleTopic {
     let message = |n: u64| {
         let ns = 1_700_000_000_000_000_000 + n * 100_000_000;

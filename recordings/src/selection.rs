@@ -58,7 +58,7 @@ impl Selection {
         in_time && (self.topics.is_none() || chunk.channels.is_empty() || chunk.channels.iter().any(wanted))
     }
 
-    /// The chunks of `index` that may contain selected messages, in the order of the file.
+    /// Returns the chunks of `index` that may contain selected messages, in the order of the file.
     pub(crate) fn chunks(&self, index: &Index) -> Vec<ChunkEntry> {
         let wanted = index.chunks.iter().filter(|chunk| self.may_be_in(chunk, &index.directory));
         let mut chunks: Vec<_> = wanted.cloned().collect();
@@ -85,7 +85,7 @@ impl Selected {
         Ok(Self { open, chunks, run_end: 0, selection, is_over: false })
     }
 
-    /// Number of bytes of the file that have been read so far.
+    /// Returns the number of bytes of the file that have been read so far.
     pub fn bytes_read(&self) -> u64 {
         self.open.file.bytes_read()
     }
@@ -133,7 +133,7 @@ impl Selected {
         Ok(Some(piece))
     }
 
-    /// Hands the selected messages of one chunk to `each`.
+    /// Passes the selected messages of one chunk to `each`.
     pub(crate) fn of_chunk(
         &mut self,
         chunk: ChunkEntry,

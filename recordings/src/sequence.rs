@@ -50,12 +50,12 @@ impl Sequence {
         Seen::New { missing }
     }
 
-    /// The largest number so far, or 0 if there was none.
+    /// Returns the largest number so far, or 0 if there was none.
     pub fn last(&self) -> u64 {
         self.last
     }
 
-    /// Number of sequence numbers below the largest that were never seen.
+    /// Returns the number of sequence numbers below the largest that were never seen.
     pub fn missing(&self) -> u64 {
         self.missing
     }

@@ -130,7 +130,7 @@ fn first_numbers(recording: &Recording) -> Result<BTreeMap<String, u32>, Recordi
 /// Returns the facts about a file that rosbag2's `metadata.yaml` needs.
 ///
 /// # Errors
-/// As [`crate::info::info`].
+/// Same errors as [`crate::info::info`].
 pub fn facts(file: &Path) -> Result<PartFacts, RecordingError> {
     let info = crate::info::info(file)?;
     let (first_ns, last_ns) = Recording::open(file)?.index()?.span_ns().unwrap_or_default();

@@ -33,7 +33,7 @@ pub fn is_source(name: &str) -> bool {
 /// Returns the files of a running system, which are inside the recording that it plays or on disk.
 ///
 /// # Errors
-/// As [`Recording::open`].
+/// Same errors as [`Recording::open`].
 pub fn of_run(run: &RunConfig) -> Result<Box<dyn Files>, RecordingError> {
     Ok(match &run.files_of {
         Some(recording) => Box::new(RecordedFiles::of(&Recording::open(recording.as_ref())?)),
@@ -44,7 +44,7 @@ pub fn of_run(run: &RunConfig) -> Result<Box<dyn Files>, RecordingError> {
 /// Returns the files of a running system for storing them in its recording.
 ///
 /// # Errors
-/// As [`of_run`].
+/// Same errors as [`of_run`].
 pub fn to_record(run: &RunConfig) -> Result<Vec<Attachment>, RecordingError> {
     Ok(match &run.files_of {
         Some(recording) => of_recording(&Recording::open(recording.as_ref())?).cloned().collect(),
@@ -161,7 +161,7 @@ impl RecordedRun {
     /// Returns the run of a recording.
     ///
     /// # Errors
-    /// As [`Recording::run`].
+    /// Same errors as [`Recording::run`].
     pub fn of(recording: &Recording) -> Result<Self, RecordingError> {
         let mut run = recording.run()?;
         rename(&mut run.mission, |path, name| *path = name);

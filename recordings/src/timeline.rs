@@ -17,8 +17,8 @@ use crate::index::Index;
 use crate::records::ChunkEntry;
 use crate::selection::{Selected, Selection};
 
-/// The rank of a topic within an instant. Transforms that never change come first. Topics that are not part of an instant
-/// come last, in the order of the file.
+/// Returns the rank of a topic within an instant. Transforms that never change come first. Topics that are not part of an
+/// instant come last, in the order of the file.
 fn rank(topic: &str) -> usize {
     if topic == TF_STATIC { 0 } else { 1 + channels::place_of(topic) }
 }
@@ -65,7 +65,7 @@ impl Timeline {
         Ok(Self { selected, chunks, waiting, taken: 0, is_over: false })
     }
 
-    /// Number of bytes of the file that have been read so far.
+    /// Returns the number of bytes of the file that have been read so far.
     pub fn bytes_read(&self) -> u64 {
         self.selected.bytes_read()
     }

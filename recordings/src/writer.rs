@@ -66,7 +66,7 @@ const LATCHED_QOS: &str = "- history: keep_last
 pub struct Writer<W: Write> {
     mcap: Mcap<W>,
     topics: Vec<Topic>,
-    /// The form of each topic's last message, whose memory the next one reuses.
+    /// The ROS 2 form of each topic's last message. The next message reuses its memory.
     forms: Vec<Spare>,
     transform_topic: u16,
     transform_form: transforms::Form,
@@ -118,7 +118,7 @@ impl<W: Write> Writer<W> {
     /// message.
     ///
     /// # Errors
-    /// As [`Writer::create`].
+    /// Same errors as [`Writer::create`].
     pub fn create_with(sink: W, run: &RunConfig, files: &[Attachment]) -> Result<Self, RecordingError> {
         Self::create_at(sink, run, files, 0)
     }
@@ -126,7 +126,7 @@ impl<W: Write> Writer<W> {
     /// Like [`Writer::create_with`], for a file that begins at this time of the run, in nanoseconds.
     ///
     /// # Errors
-    /// As [`Writer::create`].
+    /// Same errors as [`Writer::create`].
     pub fn create_at(
         sink: W,
         run: &RunConfig,
@@ -180,7 +180,7 @@ impl<W: Write> Writer<W> {
     /// Like [`Writer::write`], for a message given as bytes.
     ///
     /// # Errors
-    /// As [`Writer::write`].
+    /// Same errors as [`Writer::write`].
     pub fn write_bytes(
         &mut self,
         spec: &'static ChannelSpec,
@@ -286,7 +286,7 @@ impl<W: Write> Writer<W> {
         self.mcap.flush().map_err(RecordingError::Write)
     }
 
-    /// Number of messages written so far, including transforms.
+    /// Returns the number of messages written so far, including transforms.
     pub fn message_count(&self) -> u64 {
         self.message_count
     }
@@ -329,7 +329,7 @@ impl<W: Write> Writer<W> {
         self.restarts = restarts;
     }
 
-    /// The channels, in the order of the table.
+    /// Returns the channels, in the order of the table.
     pub fn topics(&self) -> &[Topic] {
         &self.topics
     }
@@ -374,8 +374,8 @@ impl Topic {
         self.facts.see_number(&mut self.sequence, self.spec.writer.is_none(), seq)
     }
 
-    /// Returns the time under which a message with this timestamp is logged. Messages of several processes may arrive out of order,
-    /// but readers of a file rely on the times of a topic never going back.
+    /// Returns the time at which a message with this timestamp is logged. Messages of several processes may arrive out of
+    /// order, but readers of a file rely on the times of a topic never going back.
     fn log_ns(&self, stamp_ns: u64) -> u64 {
         match (self.spec.writer, self.facts.times_ns) {
             (None, Some((_, last_ns))) => stamp_ns.max(last_ns),
@@ -422,7 +422,7 @@ fn describe<W: Write>(mcap: &mut Mcap<W>, run: &RunConfig) -> Result<(), Recordi
     ];
     write_metadata(mcap, RUN_METADATA, facts.map(|(key, value)| (key.to_owned(), value)).into())?;
     write_metadata(mcap, "parameters", parameters(run)?)?;
-    // Where files are read from concerns only the running system.
+    // Where files are read from matters only to the running system.
     let run = &RunConfig { files_of: None, ..run.clone() };
     let json = serde_json::to_vec_pretty(run)
         .map_err(|error| RecordingError::Run { what: "configuration", reason: error.to_string() })?;

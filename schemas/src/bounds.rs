@@ -192,7 +192,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-        /// `range_min_m` once rounded to `range_max_m`, and a radius to 0.
+        /// Regression test: `range_min_m` once rounded to `range_max_m`, and a radius to 0.
         #[test]
         fn numbers_within_bounds_stay_there_in_single_precision(which in 0..ALL.len(), share in 0.0..=1.0_f64) {
             let bound = ALL[which];

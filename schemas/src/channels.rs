@@ -103,7 +103,7 @@ impl ChannelSpec {
         self.writer.is_none_or(|writer| writer == process)
     }
 
-    /// Number of messages that the writer stores for late readers.
+    /// Returns the number of messages that the writer stores for late readers.
     pub fn history(&self) -> usize {
         match self.role {
             Role::Instruction => 1,
@@ -116,7 +116,7 @@ impl ChannelSpec {
         }
     }
 
-    /// Number of messages buffered for a reader before the oldest one is dropped.
+    /// Returns the number of messages buffered for a reader before the oldest one is dropped.
     pub fn buffer(&self) -> usize {
         match self.role {
             Role::Instruction => 2,
@@ -141,7 +141,7 @@ impl ChannelSpec {
         matches!(self.role, Role::Sensor | Role::Truth)
     }
 
-    /// The position of the writer within an instant, and the position of the role among the writer's messages.
+    /// Returns the position of the writer within an instant, and the position of the role among the writer's messages.
     fn turn(&self) -> (u8, u8) {
         let is_for_sketcher = self.readers.contains(&Process::Sketcher);
         let whose = match (self.role, self.writer) {
@@ -354,7 +354,7 @@ fn check(table: &[&ChannelSpec], kind: &'static str) -> Result<(), RegisterError
     Ok(())
 }
 
-/// All channels, in the order of an instant. Channels whose content differs from run to run come last.
+/// Returns all channels, in the order of an instant. Channels whose content differs from run to run come last.
 pub fn all() -> impl Iterator<Item = &'static ChannelSpec> + Clone {
     let table: &'static [_] = *TABLE.read().unwrap_or_else(PoisonError::into_inner);
     table.iter().copied()
@@ -367,7 +367,7 @@ pub fn place_of(topic: &str) -> usize {
     place.unwrap_or_else(|| all().count())
 }
 
-/// All channels in a run with this kind of navigator.
+/// Returns all channels in a run with this kind of navigator.
 pub fn of_kind(kind: &str) -> impl Iterator<Item = &'static ChannelSpec> + Clone {
     all().filter(move |spec| spec.belongs_to(kind))
 }
@@ -387,7 +387,7 @@ pub fn has_many_writers(topic: &str) -> bool {
     of_topic(topic).is_some_and(|spec| spec.writer.is_none())
 }
 
-/// The names of all channels, as listed in errors: `scan, odometry, …`.
+/// Returns the names of all channels, as listed in errors: `scan, odometry, …`.
 pub fn names() -> String {
     all().map(|spec| spec.name).collect::<Vec<_>>().join(", ")
 }
@@ -397,7 +397,7 @@ pub fn names_of_kind(kind: &str) -> String {
     of_kind(kind).map(|spec| spec.name).collect::<Vec<_>>().join(", ")
 }
 
-/// The sensors' channels. `newest[i]` of a [`Tick`] is the number of the latest message of the `i`-th one.
+/// Returns the sensors' channels. `newest[i]` of a [`Tick`] is the number of the latest message of the `i`-th one.
 pub fn sensors() -> impl Iterator<Item = &'static ChannelSpec> + Clone {
     all().filter(|spec| spec.role == Role::Sensor)
 }
@@ -407,17 +407,17 @@ pub fn of_role(role: Role, kind: &str) -> Option<&'static ChannelSpec> {
     of_kind(kind).find(|spec| spec.role == role)
 }
 
-/// The channels that `process` writes, except `health`, in the order of an instant.
+/// Returns the channels that `process` writes, except `health`, in the order of an instant.
 pub fn written_by(process: Process, kind: &str) -> impl Iterator<Item = &'static ChannelSpec> + Clone {
     of_kind(kind).filter(move |spec| spec.writer == Some(process))
 }
 
-/// The channels that `process` reads, in the order of an instant.
+/// Returns the channels that `process` reads, in the order of an instant.
 pub fn read_by(process: Process, kind: &str) -> impl Iterator<Item = &'static ChannelSpec> + Clone {
     of_kind(kind).filter(move |spec| spec.readers.contains(&process))
 }
 
-/// The channel whose messages trigger the steps of `process`, or `None` if the process has no steps.
+/// Returns the channel whose messages trigger the steps of `process`, or `None` if the process has no steps.
 pub fn trigger_of(process: Process, kind: &str) -> Option<&'static ChannelSpec> {
     let role = match process {
         Process::World => Role::Command,
@@ -428,7 +428,7 @@ pub fn trigger_of(process: Process, kind: &str) -> Option<&'static ChannelSpec> 
     of_role(role, kind)
 }
 
-/// The last channel that `process` writes in an instant. Once its message has arrived, so have all other
+/// Returns the last channel that `process` writes in an instant. Once its message has arrived, so have all other
 /// messages of the process in that instant.
 pub fn last_word_of(process: Process, kind: &str) -> Option<&'static ChannelSpec> {
     let role = match process {
@@ -448,7 +448,7 @@ pub const NAVIGATORS: [Process; 3] = [Process::Sketcher, Process::Localizer, Pro
 /// Optional processes of a run.
 pub const EXTRAS: [Process; 1] = [Process::Pad];
 
-/// The names of processes, for messages to people.
+/// Returns the names of processes, for messages to people.
 pub fn words(processes: impl IntoIterator<Item = Process>) -> String {
     processes.into_iter().map(Process::word).collect::<Vec<_>>().join(", ")
 }
@@ -468,7 +468,8 @@ mod tests {
         assert_eq!(names.len(), count);
     }
 
-    /// `rerun` and `replay` feed a process its inputs in this order, which once depended on the order of a single table.
+    /// Regression test: `rerun` and `replay` feed a process its inputs in this order, which once depended on the order of a
+    /// single table.
     #[test]
     fn an_instant_begins_with_requests_and_ends_with_the_status() {
         example::register();
@@ -528,7 +529,7 @@ mod tests {
         assert_eq!(register("own", &TWICE), Err(RegisterError::Name { name: "scan" }));
     }
 
-    /// A second declaration that differed only in its role was accepted, and the first one remained in force.
+    /// Regression test: a second declaration that differed only in its role was accepted, and the first one remained in force.
     #[test]
     fn a_channel_that_is_registered_again_is_declared_the_same() {
         static OTHER: ChannelSpec = ChannelSpec { role: Role::Detail, ..*example::MAP.spec };
@@ -543,7 +544,7 @@ mod tests {
         assert_eq!(error.to_string(), "channel \"example_map\": expected the kind \"own\"");
     }
 
-    /// A navigator without a situation was accepted, and its planner then waited forever.
+    /// Regression test: a navigator without a situation was accepted, and its planner then waited forever.
     #[test]
     fn a_navigator_without_a_situation_is_rejected() {
         let error = register("wall-follower", &[]).unwrap_err();
@@ -551,7 +552,8 @@ mod tests {
         assert_eq!(error.to_string(), expected);
     }
 
-    /// The limit used to apply to the channels of all navigators together, so each new navigator left fewer for the others.
+    /// Regression test: the limit used to apply to the channels of all navigators together, so each new navigator left fewer
+    /// for the others.
     #[test]
     fn the_limit_of_channels_ignores_other_kinds() {
         static OWN: ChannelSpec = ChannelSpec { kind: Some("own"), ..*example::MAP.spec };

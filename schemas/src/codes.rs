@@ -146,7 +146,7 @@ codes! {
 }
 
 impl TaskState {
-    /// Whether a task in this state is over. [`TaskState::Finished`] refers to the mission and therefore does not count.
+    /// Returns whether a task in this state is over. [`TaskState::Finished`] refers to the mission and therefore does not count.
     pub const fn is_end(self) -> bool {
         matches!(self, Self::Reached | Self::Blocked | Self::Lost | Self::TimedOut | Self::Aborted)
     }

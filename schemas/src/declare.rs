@@ -30,7 +30,7 @@ macro_rules! __layout {
             /// One `field: type` per line, in order.
             pub const FIELDS: &'static str = concat!($(stringify!($field), ": ", stringify!($type), "\n",)*);
 
-            /// The memory layout of the struct.
+            /// Returns the memory layout of the struct.
             pub fn layout() -> $crate::layout::Layout {
                 use $crate::{declare::role, layout::{Layout, Part, Role}};
                 Layout::new(stringify!($name), Self::FIELDS, [
@@ -302,7 +302,7 @@ macro_rules! __codes {
             /// Every value, in order.
             pub const ALL: &'static [Self] = &[$(Self::$variant,)*];
 
-            /// The number in the message.
+            /// Returns the number in the message.
             pub const fn code(self) -> u32 { self as u32 }
 
             /// Returns the value with the given number, or `None` if there is none.
@@ -310,7 +310,7 @@ macro_rules! __codes {
                 Self::ALL.iter().copied().find(|v| v.code() == code)
             }
 
-            /// The name of this value, as used in files and in output.
+            /// Returns the name of this value, as used in files and in output.
             pub const fn word(self) -> &'static str {
                 match self { $(Self::$variant => $text,)* }
             }

@@ -298,7 +298,7 @@ impl Struct {
 }
 
 impl Type {
-    /// The type in Rust syntax.
+    /// Returns the type in Rust syntax.
     fn word(&self) -> String {
         match self {
             Self::U32 => "u32".to_owned(),
@@ -379,7 +379,7 @@ impl Row {
     }
 }
 
-/// The alignment that the compiler uses for a type, in bytes.
+/// Returns the alignment that the compiler uses for a type, in bytes.
 fn alignment(kind: &Kind) -> usize {
     match kind {
         Kind::U32 | Kind::F32 => 4,

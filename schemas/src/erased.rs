@@ -55,7 +55,7 @@ pub type Spare = Box<dyn Any + Send>;
 pub type JsonError = Box<dyn std::error::Error + Send + Sync>;
 
 impl MessageType {
-    /// The type `T`.
+    /// Returns the description of the message type `T`.
     pub const fn of<T: Ros2>() -> Self {
         const { assert!(size_of::<T>().is_multiple_of(ALIGNMENT) && align_of::<T>() <= ALIGNMENT) };
         Self { name: T::NAME, size: size_of::<T>(), ros2: T::TYPE, operations: &Compiled::<T>(PhantomData) }
@@ -67,17 +67,17 @@ impl MessageType {
         self.operations.type_name()
     }
 
-    /// A fingerprint of [`MessageType::type_name`].
+    /// Returns a fingerprint of [`MessageType::type_name`].
     pub fn fingerprint(&self) -> u64 {
         fingerprint(&self.type_name())
     }
 
-    /// The `ros2msg` schema: the `.msg` text and those of the types that it depends on.
+    /// Returns the `ros2msg` schema: the `.msg` text and those of the types that it depends on.
     pub fn schema(&self) -> String {
         self.operations.schema()
     }
 
-    /// The memory layout of the type.
+    /// Returns the memory layout of the type.
     pub fn layout(&self) -> Layout {
         self.operations.layout()
     }
@@ -223,7 +223,7 @@ pub struct Owned {
 }
 
 impl Owned {
-    /// A copy of `message`.
+    /// Creates an owned copy of `message`.
     pub fn new<T: Message>(message: &T, cells: Vec<u8>) -> Self {
         let mut owned = Self { words: Vec::new(), cells };
         owned.words.resize(size_of::<T>() / ALIGNMENT, 0);
@@ -246,17 +246,17 @@ impl Owned {
         self.cells = cells;
     }
 
-    /// The message.
+    /// Returns the bytes of the message, without its cells.
     pub fn bytes(&self) -> &[u8] {
         bytemuck::cast_slice(&self.words)
     }
 
-    /// The slice that follows the message.
+    /// Returns the slice that follows the message.
     pub fn cells(&self) -> &[u8] {
         &self.cells
     }
 
-    /// The message as a `T`. Panics if `T` has another size.
+    /// Returns the message as a `T`. Panics if `T` has another size.
     pub fn typed<T: Pod>(&self) -> &T {
         bytemuck::from_bytes(self.bytes())
     }

@@ -51,12 +51,12 @@ pub enum Action {
 }
 
 impl Action {
-    /// Whether the fault ends, stops or starves the writer, rather than changing its messages.
+    /// Returns whether the fault ends, stops or starves the writer, rather than changing its messages.
     pub const fn hits_the_process(self) -> bool {
         matches!(self, Self::Kill | Self::Stop | Self::Term | Self::Starve | Self::CorruptCheckpoint)
     }
 
-    /// The name of this action, as used in files and in output.
+    /// Returns the name of this action, as used in files and in output.
     pub const fn word(self) -> &'static str {
         match self {
             Self::Kill => "kill",
@@ -143,7 +143,7 @@ impl PlannedFault {
         }
     }
 
-    /// The starvation of the writer, or `None` for any other fault.
+    /// Returns the starvation of the writer, or `None` for any other fault.
     pub fn starvation(&self) -> Option<Starvation> {
         let (share, duration_ms) = (self.share?, self.duration_ms?);
         (self.action == Action::Starve).then_some(Starvation { share, duration_ms })
@@ -161,7 +161,7 @@ impl PlannedFault {
         format!("{} {place} {moment}", action.word())
     }
 
-    /// Whether the fault is due at this message of its channel.
+    /// Returns whether the fault is due at this message of its channel.
     pub fn is_due(&self, seq: u64, stamp_ns: u64) -> bool {
         let is_time = |time_s: f64| stamp_ns >= nanoseconds(time_s);
         self.message.is_none_or(|message| message == seq) && self.time_s.is_none_or(is_time)

@@ -38,17 +38,17 @@ pub struct Point<F> {
 }
 
 impl<F> Point<F> {
-    /// The position (x, y), in the frame's unit.
+    /// Creates the position (x, y), in the frame's unit.
     pub const fn new(x: f64, y: f64) -> Self {
         Self { x, y, frame: PhantomData }
     }
 
-    /// Straight-line distance to `other`, in the frame's unit.
+    /// Returns the straight-line distance to `other`, in the frame's unit.
     pub fn distance(&self, other: &Self) -> f64 {
         (self.x - other.x).hypot(self.y - other.y)
     }
 
-    /// The direction of `other`, in radians counter-clockwise from the frame's x axis.
+    /// Returns the direction of `other`, in radians counter-clockwise from the frame's x axis.
     pub fn direction_rad(&self, other: &Self) -> f64 {
         (other.y - self.y).atan2(other.x - self.x)
     }
@@ -58,7 +58,7 @@ impl<F> Point<F> {
         Self::new(self.x + (other.x - self.x) * part, self.y + (other.y - self.y) * part)
     }
 
-    /// The vector from the frame's origin.
+    /// Returns the position as a vector from the frame's origin.
     pub fn coords(&self) -> Vector2<f64> {
         Vector2::new(self.x, self.y)
     }
@@ -91,7 +91,7 @@ impl<F> From<Point<F>> for [f64; 2] {
     }
 }
 
-/// Whether a closed polygon contains a point in the same frame, by the even-odd rule.
+/// Returns true if a closed polygon contains a point of the same frame, by the even-odd rule.
 pub fn encloses<P: Copy + Into<[f64; 2]>>(polygon: &[P], at: P) -> bool {
     let [x, y] = at.into();
     let edges = polygon.iter().zip(polygon.iter().cycle().skip(1));
@@ -116,30 +116,30 @@ pub struct Pose<F> {
 }
 
 impl<F> Pose<F> {
-    /// The pose (x, y, yaw), with x and y in the frame's unit and yaw in radians.
+    /// Creates the pose (x, y, yaw), with x and y in the frame's unit and yaw in radians.
     pub const fn new(x: f64, y: f64, yaw_rad: f64) -> Self {
         Self { x, y, yaw_rad, frame: PhantomData }
     }
 
-    /// The position of the pose.
+    /// Returns the position of the pose.
     pub const fn position(&self) -> Point<F> {
         Point::new(self.x, self.y)
     }
 
-    /// `self ⊕ step`: the pose after `step`, a motion expressed in the pose's own axes.
+    /// Returns `self ⊕ step`: the pose after `step`, a motion expressed in the axes of `self`.
     pub fn compose<G>(&self, step: &Pose<G>) -> Pose<F> {
         let moved = Rotation2::new(self.yaw_rad) * Vector2::new(step.x, step.y);
         Pose::new(self.x + moved.x, self.y + moved.y, wrap_angle(self.yaw_rad + step.yaw_rad))
     }
 
-    /// `⊖ self ⊕ other`: the motion that leads to `other`, expressed in this pose's own axes.
+    /// Returns `⊖ self ⊕ other`: the motion that leads to `other`, expressed in the axes of `self`.
     pub fn motion_to(&self, other: &Pose<F>) -> Pose<Base> {
         let moved = Rotation2::new(-self.yaw_rad) * Vector2::new(other.x - self.x, other.y - self.y);
         Pose::new(moved.x, moved.y, wrap_angle(other.yaw_rad - self.yaw_rad))
     }
 }
 
-/// The equivalent angle in (−π, π].
+/// Returns the equivalent angle in (−π, π].
 pub fn wrap_angle(angle_rad: f64) -> f64 {
     let wrapped = angle_rad - 2.0 * PI * ((angle_rad + PI) / (2.0 * PI)).floor();
     if wrapped <= -PI { wrapped + 2.0 * PI } else { wrapped }

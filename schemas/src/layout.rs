@@ -45,7 +45,7 @@ pub enum Role {
 
 /// A type that a message can consist of.
 pub trait Part: Pod {
-    /// The representation of the type in memory.
+    /// Returns the representation of the type in memory.
     fn kind() -> Kind;
 }
 
@@ -121,7 +121,7 @@ impl Kind {
         }
     }
 
-    /// The layout of a struct, or of the structs in an array.
+    /// Returns the layout of a struct, or of the structs in an array.
     pub(crate) fn layout(&self) -> Option<&Layout> {
         match self {
             Self::Struct(layout) => Some(layout),
@@ -132,7 +132,7 @@ impl Kind {
 }
 
 impl Layout {
-    /// The layout of a message type.
+    /// Returns the layout of a message type.
     pub fn of<T: Message>() -> Self {
         T::layout()
     }
@@ -152,8 +152,8 @@ impl Layout {
         Self { name, declaration, fields: parts.into_iter().map(place).collect() }
     }
 
-    /// The declarations of the struct and of every struct in it, as one text. The type name of a channel contains a
-    /// fingerprint of this text.
+    /// Returns the declarations of the struct and of every struct in it, as one text. The type name of a channel
+    /// contains a fingerprint of this text.
     pub fn expanded(&self) -> String {
         let mut text = self.declaration.to_owned();
         for part in self.fields.iter().filter_map(|field| field.kind.layout()) {
@@ -162,7 +162,7 @@ impl Layout {
         text
     }
 
-    /// Size of the struct, in bytes.
+    /// Returns the size of the struct, in bytes.
     pub fn size(&self) -> usize {
         self.fields.iter().map(|f| f.kind.size()).sum()
     }
@@ -262,8 +262,8 @@ mod tests {
         );
     }
 
-    /// Two builds that disagreed about a nested struct (`PoseM` inside `Odometry`) used to connect on a channel, because
-    /// the fingerprint covered only the message's own list of fields.
+    /// Regression test: two builds that disagreed about a nested struct (`PoseM` inside `Odometry`) used to connect on a
+    /// channel, because the fingerprint covered only the message's own list of fields.
     #[test]
     fn a_fingerprint_covers_nested_structs() {
         let text = Odometry::layout().expanded();

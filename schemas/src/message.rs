@@ -26,7 +26,7 @@ pub unsafe trait Message: Pod {
     /// One `field: type` per line, in order, with the declared types.
     const LAYOUT: &'static str;
 
-    /// The memory layout of the message.
+    /// Returns the memory layout of the message.
     fn layout() -> Layout;
 
     /// Checks the contents as described in [`crate::valid`]. If the declaration does not name a check, all contents are valid.
@@ -34,13 +34,13 @@ pub unsafe trait Message: Pod {
     /// # Errors
     /// [`Invalid`] with the first invalid field.
     fn check(&self) -> Result<(), Invalid>;
-    /// Whether the contents are valid.
+    /// Returns whether the contents are valid.
     fn is_valid(&self) -> bool {
         self.check().is_ok()
     }
-    /// The message's header.
+    /// Returns the message's header.
     fn header(&self) -> &Header;
-    /// The message's header, mutable.
+    /// Returns the message's header for modification.
     fn header_mut(&mut self) -> &mut Header;
 
     /// Returns the name, the version and a fingerprint of the layout, including nested structs. Two builds that disagree about a
@@ -50,7 +50,7 @@ pub unsafe trait Message: Pod {
     }
 }
 
-/// The 64-bit FNV-1a hash of `text`.
+/// Returns the 64-bit FNV-1a hash of `text`.
 pub const fn fingerprint(text: &str) -> u64 {
     let bytes = text.as_bytes();
     let mut hash = 0xcbf2_9ce4_8422_2325_u64;
@@ -127,12 +127,12 @@ impl PoseM {
         Self { x_m: pose.x, y_m: pose.y, orientation_z, orientation_w }
     }
 
-    /// The heading, in radians in (−π, π].
+    /// Returns the heading, in radians in (−π, π].
     pub fn yaw_rad(&self) -> f64 {
         crate::geometry::wrap_angle(2.0 * self.orientation_z.atan2(self.orientation_w))
     }
 
-    /// The pose, in the message's frame.
+    /// Returns the pose, in the message's frame.
     pub fn pose<F>(&self) -> Pose<F> {
         Pose::new(self.x_m, self.y_m, self.yaw_rad())
     }
@@ -145,7 +145,7 @@ impl PosePx {
         Self { x_px: pose.x, y_px: pose.y, orientation_z, orientation_w }
     }
 
-    /// The pose in the sketch.
+    /// Returns the pose in the sketch.
     pub fn pose(&self) -> Pose<Sketch> {
         let yaw = crate::geometry::wrap_angle(2.0 * self.orientation_z.atan2(self.orientation_w));
         Pose::new(self.x_px, self.y_px, yaw)
@@ -163,7 +163,7 @@ unsafe impl<const N: usize> Zeroable for Text<N> {}
 unsafe impl<const N: usize> Pod for Text<N> {}
 
 impl<const N: usize> Text<N> {
-    /// The text, truncated at a character boundary if it is longer than `N` bytes.
+    /// Stores `text`, truncated at a character boundary if it is longer than `N` bytes.
     pub fn new(text: &str) -> Self {
         let mut end = text.len().min(N);
         while !text.is_char_boundary(end) {
@@ -174,7 +174,7 @@ impl<const N: usize> Text<N> {
         Self(bytes)
     }
 
-    /// The text of `words`, truncated like that of [`Text::new`]. Does not allocate.
+    /// Formats `words` as a text, truncated as by [`Text::new`]. Does not allocate.
     pub fn of(words: impl std::fmt::Display) -> Self {
         let mut text = Appended { bytes: [0; N], length: 0 };
         // Truncation is not an error, so writing fails only if `words` itself does.
@@ -182,7 +182,7 @@ impl<const N: usize> Text<N> {
         Self(text.bytes)
     }
 
-    /// The text up to the first zero, or up to the first byte that is not UTF-8.
+    /// Returns the text up to the first zero, or up to the first byte that is not UTF-8.
     pub fn as_str(&self) -> &str {
         let end = self.0.iter().position(|&b| b == 0).unwrap_or(N);
         match std::str::from_utf8(&self.0[..end]) {
@@ -566,45 +566,45 @@ impl MissionCommand {
 }
 
 impl LaserScan {
-    /// The valid entries of `ranges_m`.
+    /// Returns the valid entries of `ranges_m`.
     pub fn ranges(&self) -> &[f32] {
         &self.ranges_m[..(self.beam_count as usize).min(MAX_BEAMS)]
     }
 
-    /// Direction of beam `i` in the sensor's frame.
+    /// Returns the direction of beam `i` in the sensor's frame.
     pub fn angle_rad(&self, i: usize) -> f32 {
         self.angle_min_rad + i as f32 * self.angle_increment_rad
     }
 }
 
 impl SonarScan {
-    /// The valid entries of `ranges_m`.
+    /// Returns the valid entries of `ranges_m`.
     pub fn ranges(&self) -> &[f32] {
         &self.ranges_m[..(self.sonar_count as usize).min(MAX_SONARS)]
     }
 
-    /// Direction of sonar `i` from the robot's centre.
+    /// Returns the direction of sonar `i` from the robot's centre.
     pub fn angle_rad(&self, i: usize) -> f32 {
         self.angle_min_rad + i as f32 * self.angle_increment_rad
     }
 }
 
 impl Odometry {
-    /// The dead-reckoned pose.
+    /// Returns the dead-reckoned pose.
     pub fn pose(&self) -> Pose<Odom> {
         self.pose.pose()
     }
 }
 
 impl People {
-    /// The valid entries of `people`.
+    /// Returns the valid entries of `people`.
     pub fn people(&self) -> &[WalkingPerson] {
         &self.people[..(self.count as usize).min(MAX_PEOPLE)]
     }
 }
 
 impl GroundTruth {
-    /// The true pose.
+    /// Returns the true pose.
     pub fn pose(&self) -> Pose<World> {
         self.pose.pose()
     }

@@ -294,7 +294,7 @@ pub enum MissionError {
 }
 
 impl MissionError {
-    /// The error for the table `key`, or for the key inside it that `error` refers to.
+    /// Returns the error for the table `key`, or for the key inside it that `error` refers to.
     fn of_key(key: &str, error: &toml::de::Error) -> Self {
         // If the table does not come from text, only the last line of the error has the path of its key.
         let shown = error.to_string();
@@ -318,7 +318,7 @@ impl Mission {
         Ok(mission)
     }
 
-    /// The kind of navigator to drive with.
+    /// Returns the kind of navigator to drive with.
     pub fn navigator_kind(&self) -> &str {
         &self.navigator.kind
     }
@@ -326,7 +326,7 @@ impl Mission {
     /// Parses the keys of `[navigator]` that belong to the kind. If `T` denies unknown fields, so does this.
     ///
     /// # Errors
-    /// As [`keys`].
+    /// Same errors as [`keys`].
     pub fn navigator_keys<T: DeserializeOwned>(&self) -> Result<T, MissionError> {
         keys("navigator", &self.navigator.given)
     }
@@ -340,7 +340,7 @@ impl Mission {
         numbered.map(|(number, task)| keys(&task_key(number, &task.name), &task.given)).collect()
     }
 
-    /// The files given to the navigator, each with its key. They are the values of the key `drawing` and of
+    /// Returns the files given to the navigator, each with its key. They are the values of the key `drawing` and of
     /// every key that ends in `_file`, both in the table `navigator` and in tasks.
     pub fn navigator_files_mut(&mut self) -> impl Iterator<Item = (String, &mut String)> {
         let numbered = self.task.iter_mut().enumerate();
@@ -395,7 +395,7 @@ fn names_a_file(key: &str) -> bool {
     key == "drawing" || key.ends_with("_file")
 }
 
-/// The name of a task in error messages.
+/// Returns the name of a task in error messages.
 pub fn task_key(number: usize, name: &str) -> String {
     format!("task {number} ({name})")
 }
@@ -462,7 +462,7 @@ impl Place {
         }
     }
 
-    /// The reference point of the final error, which is the given centre or else the mean of the corners.
+    /// Returns the reference point of the final error, which is the given centre or else the mean of the corners.
     pub fn middle(&self) -> [f64; 2] {
         let mean = |polygon: &Vec<[f64; 2]>| {
             let n = polygon.len() as f64;

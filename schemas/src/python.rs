@@ -1,7 +1,6 @@
 //! Generates the layouts of all channels as a Python module, the content of `python/sketchnav/_layouts.py`.
 //!
-//! Each message becomes a NumPy structure with the same bytes, so a Python reader accesses shared memory
-//! directly.
+//! Each message becomes a NumPy structure with the same bytes, so that Python can read shared memory directly, without copying.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;

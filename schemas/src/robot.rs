@@ -45,7 +45,7 @@ pub struct Robot {
     pub view: Option<DotCamera>,
     /// Deviations of the robot from its commands over a plane of dots.
     pub motion_noise: Option<MotionNoise>,
-    /// The errors of the odometry, if the robot has any odometry.
+    /// The errors of the odometry, or `None` if the robot has no odometry.
     pub odometry: Option<OdometryNoise>,
     /// How the wheels slip on a floor. Without this, the robot moves exactly as commanded.
     pub slip: Option<WheelSlip>,
@@ -162,7 +162,7 @@ impl Robot {
         Ok(robot)
     }
 
-    /// Instants per second: `tick_hz` if the file sets it, otherwise the rate of the laser, otherwise 10.
+    /// Returns the number of instants per second: `tick_hz` if the file sets it, otherwise the rate of the laser, otherwise 10.
     pub fn tick_hz(&self) -> f64 {
         self.tick_hz.or(self.laser.as_ref().map(|laser| laser.rate_hz)).unwrap_or(TICK_HZ)
     }
@@ -219,7 +219,7 @@ impl Robot {
         self.camera.as_ref().ok_or_else(|| self.lacks("camera"))
     }
 
-    /// Half the length and half the width of the footprint's bounding box, in metres.
+    /// Returns half the length and half the width of the footprint's bounding box, in metres.
     pub fn half_extents_m(&self) -> [f64; 2] {
         let round = [self.radius_m; 2];
         self.footprint.map_or(round, |Footprint { length_m, width_m }| [length_m / 2.0, width_m / 2.0])
@@ -335,10 +335,10 @@ mod tests {
         noise_per_m=0.01\n[odometry]\nalpha_speed_speed=0.01\nalpha_speed_turn=0\nalpha_turn_speed=0\n\
         alpha_turn_turn=0\ndrift_distance=0.01\ndrift_yaw_radpm=0\nslips_per_m=0\n";
 
-    /// Every finite number above 0 was accepted. A range of 1e9 m led to scans that readers rejected, and so did a
-    /// range_min_m that equals range_max_m in single precision. A rate of 1e-12 Hz overflowed the schedule, and noise of
-    /// 1e300 m led to NaN. 1e6 m/s with a radius of 1e-6 m took millions of physics steps per instant, and a mount of NaN
-    /// moved every beam.
+    /// Regression test: every finite number above 0 was accepted. A range of 1e9 m led to scans that readers rejected, and so
+    /// did a range_min_m that equals range_max_m in single precision. A rate of 1e-12 Hz overflowed the schedule, and noise of
+    /// 1e300 m led to NaN. 1e6 m/s with a radius of 1e-6 m took millions of physics steps per instant, and a mount of NaN moved
+    /// every beam.
     #[test]
     fn impossible_numbers_are_refused_with_their_keys() {
         let text = format!("{BARE}{SENSORS}");
@@ -395,7 +395,7 @@ mod tests {
             let _ = Robot::parse(&text);
         }
 
-        /// Whichever number follows whichever key, a robot that is accepted has only numbers within their bounds.
+        /// Whatever the numbers in a robot file are, a robot that is accepted has only numbers within their bounds.
         #[test]
         fn parsed_numbers_are_within_bounds(line in 0..40_usize, number in proptest::num::f64::ANY) {
             let text = format!("{BARE}{SENSORS}");

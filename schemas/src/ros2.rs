@@ -10,8 +10,9 @@
 //! Messages that are, or contain, standard ROS 2 messages are mapped by hand: those common to all navigators
 //! in `standard.rs`, with the help of [`parts`].
 //!
-//! [`definitions`] contains the `.msg` texts, and [`transforms`] the transforms that viewers need in addition
-//! to the messages. `derived` expresses the content of our own messages as standard ones.
+//! [`definitions`] contains the `.msg` texts, and [`transforms`] the transforms that viewers need in addition to the messages.
+//! `derived` turns messages that are specific to this project into standard ones, such as a plan into a `nav_msgs/Path`, for
+//! viewers that know only those.
 
 pub mod definitions;
 pub mod derived;
@@ -75,12 +76,12 @@ pub trait Ros2: Message {
     /// [`Ros2Error`] if the form contains something that the message cannot express.
     fn from_ros2(form: Self::Form, seq: u64) -> Result<(Self, Vec<u8>), Ros2Error>;
 
-    /// The `.msg` texts of this project that the form needs: those of the message and of the structs in it.
+    /// Returns the `.msg` texts of this project that the form needs: those of the message and of the structs in it.
     fn definitions() -> Vec<Definition> {
         Vec::new()
     }
 
-    /// The `ros2msg` schema: the `.msg` text, followed by the texts that it depends on.
+    /// Returns the `ros2msg` schema: the `.msg` text, followed by the texts that it depends on.
     fn schema() -> String {
         definitions::schema(Self::TYPE, &Self::definitions())
     }
@@ -98,7 +99,7 @@ pub trait Ros2: Message {
     /// sufficient, nothing is allocated.
     ///
     /// # Errors
-    /// As [`Ros2::to_cdr`].
+    /// Same errors as [`Ros2::to_cdr`].
     fn to_cdr_by(&self, cells: &[u8], form: &mut Self::Form, out: &mut Vec<u8>) -> Result<(), Ros2Error> {
         *form = self.to_ros2_in(cells, std::mem::take(form))?;
         encode(form, out)
@@ -155,7 +156,7 @@ pub(crate) fn expect_same(kind: &'static str, bytes: &[u8], exact: Vec<u8>) -> R
     if bytes == exact { Ok(()) } else { Err(foreign(kind, bytes, exact)) }
 }
 
-/// Returns the difference of `bytes` from `exact`, the encoding of the message that was decoded from them.
+/// Returns the error that describes where `bytes` differ from `exact`, the encoding of the message that was decoded from them.
 fn foreign(kind: &'static str, bytes: &[u8], exact: Vec<u8>) -> Ros2Error {
     /// Alignment of the largest numbers, counted from the end of the encapsulation header.
     const ALIGNMENT: usize = size_of::<f64>();
@@ -188,7 +189,7 @@ pub enum Ros2Error {
     /// The CDR is truncated, or a text in it is not UTF-8.
     #[error("not the CDR of the message: {0}")]
     Cdr(#[from] cdr_encoding::Error),
-    /// More bytes than the message has.
+    /// The CDR continues after the end of the message.
     #[error("expected the end of the message, found {bytes} more bytes")]
     Surplus {
         /// The number of surplus bytes.

@@ -8,7 +8,7 @@ use crate::fault_plan::PlannedFault;
 use crate::mission::Mission;
 use crate::robot::Robot;
 
-/// How simulated time passes during a run.
+/// How simulated time relates to the wall clock during a run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Pace {

@@ -1,6 +1,5 @@
-//! Random valid messages, for testing code that carries messages. Not used in a running system. The module
-//! also defines a kind of navigator for such tests, [`example`], and [`rejected`], which tests the checks of
-//! messages.
+//! Generates random valid messages, for testing code that carries messages. Not used in a running system. The module also
+//! defines a kind of navigator for such tests, [`example`], and [`rejected`], which tests the checks of messages.
 //!
 //! A sample is random in every bit that a message does not determine. Its floats are arbitrary, including
 //! infinities and NaN with any payload.
@@ -16,8 +15,8 @@ use crate::ros2::Ros2;
 const MAX_SIDE_PX: u32 = 40;
 const LETTERS: &[char] = &['a', 'Z', '0', ' ', '→', 'ü', '点', '🤖'];
 
-/// Returns a random valid message with the number `seq`, and the slice that follows it. The message's time is `seq` tenths of
-/// a second.
+/// Returns a random valid message with the number `seq`, and the slice that follows it. The timestamp is `seq` tenths
+/// of a second.
 pub fn sample<T: Ros2>(random: &mut Pcg64Mcg, seq: u64) -> (T, Vec<u8>) {
     let mut message = T::zeroed();
     let layout = Layout::of::<T>();
@@ -32,7 +31,7 @@ pub fn sample<T: Ros2>(random: &mut Pcg64Mcg, seq: u64) -> (T, Vec<u8>) {
     (message, cells)
 }
 
-/// Makes texts valid, whose values do not depend on others.
+/// Makes the values valid that do not depend on others, such as texts.
 fn settle(kind: &Kind, bytes: &mut [u8], random: &mut Pcg64Mcg) {
     match kind {
         Kind::Text(_) => write_text(bytes, random),
@@ -60,7 +59,7 @@ fn write_text(bytes: &mut [u8], random: &mut Pcg64Mcg) {
     }
 }
 
-/// Makes the values valid that depend on others: counts, sizes and zeros.
+/// Makes the values valid that depend on others: counts, sizes and zeros. Returns the slice that follows the message.
 fn settle_roles(layout: &Layout, bytes: &mut [u8], random: &mut Pcg64Mcg) -> Vec<u8> {
     let place = |name: &str| layout.fields.iter().find(|f| f.name == name);
     for field in &layout.fields {
@@ -92,7 +91,7 @@ fn write_u32(bytes: &mut [u8], offset: usize, value: u32) {
     bytes[offset..offset + 4].copy_from_slice(&value.to_ne_bytes());
 }
 
-/// A way to spoil a message.
+/// A change that makes a message invalid.
 pub type Spoil<T> = fn(&mut T);
 
 /// Asserts that a message is valid, and that each of these changes makes it invalid.

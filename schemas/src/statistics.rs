@@ -5,8 +5,7 @@ use std::f64::consts::PI;
 /// The 97.5 % point of the normal distribution, with which an interval contains the true rate in 95 % of all cases.
 const Z: f64 = 1.959_963_984_540_054;
 
-/// Wilson's interval for a rate, from 0 to 1 (E. B. Wilson, JASA 22, 1927). With no attempts, it is the whole
-/// range.
+/// Returns Wilson's interval for a rate, from 0 to 1 (E. B. Wilson, JASA 22, 1927). With no attempts, it is the whole range.
 pub fn wilson(successes: usize, attempts: usize) -> [f64; 2] {
     if attempts == 0 {
         return [0.0, 1.0];
@@ -19,13 +18,12 @@ pub fn wilson(successes: usize, attempts: usize) -> [f64; 2] {
     [((middle - half) / scale).max(0.0), ((middle + half) / scale).min(1.0)]
 }
 
-/// The mean of the numbers, or 0 if there are none.
+/// Returns the mean of the numbers, or 0 if there are none.
 pub fn mean(numbers: &[f64]) -> f64 {
     numbers.iter().sum::<f64>() / numbers.len().max(1) as f64
 }
 
-/// The median, or `None` if there are no numbers. For an even count, it is the mean of the two middle
-/// numbers.
+/// Returns the median, or `None` if there are no numbers. For an even count, it is the mean of the two middle numbers.
 pub fn median(numbers: &[f64]) -> Option<f64> {
     let mut sorted = numbers.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -33,14 +31,14 @@ pub fn median(numbers: &[f64]) -> Option<f64> {
     Some(if sorted.len() % 2 == 1 { upper } else { f64::midpoint(sorted[sorted.len() / 2 - 1], upper) })
 }
 
-/// The sample variance, an unbiased estimate of the population's. `None` for fewer than two numbers.
+/// Returns the sample variance, an unbiased estimate of the population's. `None` for fewer than two numbers.
 pub fn variance(numbers: &[f64]) -> Option<f64> {
     let middle = mean(numbers);
     let squares: f64 = numbers.iter().map(|number| (number - middle).powi(2)).sum();
     (numbers.len() > 1).then(|| squares / (numbers.len() - 1) as f64)
 }
 
-/// Student's 95 % interval of the mean (Student, Biometrika 6, 1908), or `None` for fewer than two numbers.
+/// Returns Student's 95 % interval of the mean (Student, Biometrika 6, 1908), or `None` for fewer than two numbers.
 pub fn interval_of_mean(numbers: &[f64]) -> Option<[f64; 2]> {
     let count = numbers.len() as f64;
     let half = student(0.95, count - 1.0) * (variance(numbers)? / count).sqrt();
@@ -58,7 +56,7 @@ fn student(share: f64, freedom: f64) -> f64 {
     high
 }
 
-/// The regularized incomplete beta function, by its continued fraction (Abramowitz and Stegun 1964, 26.5.8).
+/// Returns the regularized incomplete beta function, by its continued fraction (Abramowitz and Stegun 1964, 26.5.8).
 pub fn incomplete_beta(a: f64, b: f64, x: f64) -> f64 {
     if x <= 0.0 || x >= 1.0 {
         return f64::from(u8::from(x >= 1.0));
@@ -81,7 +79,7 @@ pub fn incomplete_beta(a: f64, b: f64, x: f64) -> f64 {
     front / (1..=200).rev().fold(1.0, |rest, i| 1.0 + term(i) / rest)
 }
 
-/// The logarithm of the gamma function above 0 (Lanczos 1964, with Pugh's coefficients for g = 5).
+/// Returns the logarithm of the gamma function above 0 (Lanczos 1964, with Pugh's coefficients for g = 5).
 fn ln_gamma(x: f64) -> f64 {
     const COEFFICIENTS: [f64; 6] = [
         76.180_091_729_471_46,

@@ -64,7 +64,7 @@ mod tests {
         read::<BTreeMap<String, T>>(text).unwrap_err().to_string()
     }
 
-    /// Errors once named Rust's types: "invalid type: string \"x\", expected f64".
+    /// Regression test: errors once named Rust's types: "invalid type: string \"x\", expected f64".
     #[test]
     fn errors_call_types_what_people_call_them() {
         let of_text = "a = \"x, expected f64\"\n";

@@ -193,7 +193,7 @@ pub fn in_order(ids: impl Iterator<Item = u32> + Clone) -> Checked {
         .try_for_each(|(before, id)| ensure(before < id, "markers.id", "a number above the previous one", id))
 }
 
-/// Checks that a pose is near enough, in metres, and has a valid orientation.
+/// Checks that the coordinates of a pose, in metres, are not too large, and that its orientation is valid.
 ///
 /// # Errors
 /// [`Invalid`] with the field.
@@ -312,8 +312,8 @@ mod tests {
         );
     }
 
-    /// A driver left old ranges after those in use. The robot drove well but its scans were missing from the recording,
-    /// because the navigators accepted what the recorder rejected.
+    /// Regression test: a driver left old ranges after those in use. The robot drove well but its scans were missing from the
+    /// recording, because the navigators accepted what the recorder rejected.
     #[test]
     fn valid_messages_can_be_recorded() {
         let spoils: [Spoil<LaserScan>; 6] = [
@@ -336,7 +336,7 @@ mod tests {
         assert_eq!(is_both, [true, false, false, false, true, false]);
     }
 
-    /// Messages were counted as rejected, but no reason was given.
+    /// Regression test: messages were counted as rejected, but no reason was given.
     #[test]
     fn invalid_messages_have_a_reason() {
         let mut half = Odometry::zeroed();

@@ -1,5 +1,5 @@
-//! Measures how long the floor takes for an instant of motion, for its sensors, and for the rays of a scan,
-//! which are cast by the tree of faces, by the sweep, and by rapier's query pipeline.
+//! Measures how long the floor takes for the motion in an instant, for its sensors, and for the rays of a scan, which are cast by
+//! the tree of faces, by the sweep, and by rapier's query pipeline.
 
 #[path = "../tests/support/mod.rs"]
 mod support;

@@ -1,5 +1,5 @@
-//! Prints a fingerprint of everything that the sensors report, for each mission and each robot in the
-//! repository. It must be the same before and after a change that is meant to be bit-identical.
+//! Prints a fingerprint of everything that the sensors report, for each mission and each robot in the repository. It must not
+//! change if a change to the code is meant to be bit-identical.
 //! `cargo run --example fingerprint -p sketchnav-sim`.
 
 #[path = "../tests/support/mod.rs"]

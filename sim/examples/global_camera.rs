@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let places = [[x[0], y[0]], [x[1], y[0]], [x[1], y[1]], [x[0], y[1]]];
     let known = CORNERS.into_iter().zip(places).map(|(pixel, place)| Known { pixel, place });
     let camera = Camera::calibrated(&known.collect::<Vec<_>>())?;
-    // Small enough that dots seldom touch, since the map-maker would take two touching dots for one.
+    // So small that dots seldom touch, since the map-maker would take two touching dots for one.
     let radius = 0.002 * (x[1] - x[0]).max(y[1] - y[0]);
     picture::draw(SIZE, &camera, &dots, radius).save(&png)?;
     println!("calibration = [");

@@ -14,7 +14,7 @@ pub struct Convex {
 }
 
 impl Convex {
-    /// Creates a box of `size` (length, width) around `center`, with its length turned by `yaw_rad`.
+    /// Creates a box of `size` (length, width) around `center`, with its length rotated to `yaw_rad`.
     pub fn rectangle(center: [f64; 2], size: [f64; 2], yaw_rad: f64) -> Self {
         let (turn, half) = (Rotation2::new(yaw_rad), Vector2::from(size) / 2.0);
         let signs = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
@@ -22,7 +22,7 @@ impl Convex {
         Self { corners: signs.map(corner).to_vec() }
     }
 
-    /// Creates a disc, approximated by an inscribed regular polygon.
+    /// Creates a disc, which is approximated by an inscribed regular polygon.
     pub fn disc(center: [f64; 2], radius_m: f64) -> Self {
         let corner = |i| {
             let angle = f64::from(i) * std::f64::consts::TAU / f64::from(DISC_CORNERS);
@@ -58,7 +58,7 @@ impl Convex {
         self.edges().all(|[a, b]| (Vector2::from(b) - Vector2::from(a)).perp(&to(a)) > 0.0)
     }
 
-    /// Returns true if every corner turns left and the corners turn once in all. A star would turn more often.
+    /// Returns true if every corner turns left and all corners together make one turn. A star would make more.
     fn is_convex(&self) -> bool {
         let after = self.edges().cycle().skip(1);
         let turns: Vec<_> =

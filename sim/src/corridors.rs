@@ -10,7 +10,7 @@ use sketchnav_schemas::geometry::{Pose, World};
 
 /// Length of the drive through a straight corridor, in metres (Patil 2019, figure 5.8).
 pub const DISTANCE_M: f64 = 7.0;
-/// Length of a straight corridor, with its markers, beyond either end of the drive, in metres.
+/// Length by which a straight corridor and its markers extend beyond either end of the drive, in metres.
 const BEYOND_M: f64 = 3.0;
 /// Distance from the beginning of a corridor to its turn, in metres.
 const LEG_M: f64 = 8.0;
@@ -18,15 +18,15 @@ const LEG_M: f64 = 8.0;
 const ARM_M: f64 = 6.0;
 /// Distance between the legs of a U, in metres.
 const APART_M: f64 = 5.0;
-/// Distance from a corridor's end to the start or the goal, in metres.
+/// Distance from the end of a corridor to the start or the goal, in metres.
 const FROM_END_M: f64 = 1.5;
 const WALL_THICKNESS_M: f64 = 0.1;
 /// Distance between neighbouring markers on the same wall, in metres.
 const SPACING_M: f64 = 1.0;
 /// Distance between neighbouring markers on the same wall in the corridor of the thesis, in metres. The thesis does not give it.
 /// "At least two markers in the environment at any given point of time" are its "core assumption" (3.3), figure 5.1 shows two sets
-/// at once, and staggered rows fail because of the distance between markers (figures 5.2 to 5.7). This is therefore the largest
-/// spacing with which opposite markers are in view everywhere along the middle, which a test confirms.
+/// of markers at once, and staggered rows fail because of the distance between markers (figures 5.2 to 5.7). This is therefore the
+/// largest spacing at which opposite markers are in view everywhere along the middle, as a test confirms.
 const PUBLISHED_SPACING_M: f64 = 1.2;
 /// Width of the corridor of the thesis, in metres. The thesis does not give it, so this is our choice.
 pub const PUBLISHED_WIDTH_M: f64 = 2.0;
@@ -114,7 +114,7 @@ impl Corridor {
         FloorPlan { name, marker: Vec::new(), ..self.plan() }
     }
 
-    /// Returns the file name of [`Corridor::bare_plan`].
+    /// Returns the name of the file of [`Corridor::bare_plan`], such as `straight-2.0-bare.floor.toml`.
     pub fn bare_file_name(&self) -> String {
         format!("{}-{:.1}-bare.floor.toml", self.words()[0].to_lowercase(), self.width_m)
     }
@@ -215,7 +215,7 @@ impl Corridor {
                 vec![
                     drive("there", (near[0], 0.0, east), far, around_m, &[]),
                     drive("back", (far[0], far[1], south), near, around_m, &[]),
-                    // The robot starts by facing the closed end.
+                    // At first, the robot faces the closed end.
                     drive("out of the dead end", (start_m, 0.0, west), far, corner - start_m + far[1], &[]),
                 ]
             }
@@ -295,7 +295,7 @@ impl Corridor {
         markers
     }
 
-    /// Returns the positions of the markers of wall `i`, in metres from its first corner.
+    /// Returns the positions of the markers on wall `i`, in metres from its first corner.
     fn places(&self, i: usize, length_m: f64) -> Vec<f64> {
         let is_straight = self.shape == Shape::Straight;
         let is_right = is_straight && i == 0;
@@ -323,7 +323,7 @@ fn edges(corners: &[[f64; 2]]) -> impl Iterator<Item = [[f64; 2]; 2]> {
     corners.iter().zip(next).map(|(a, b)| [*a, *b])
 }
 
-/// Returns the centre line of the walls around a floor whose corners are right angles.
+/// Returns the centre line of the walls around a floor whose corners are all right angles.
 fn offset(outline: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let outwards: Vec<_> = edges(outline)
         .map(|[a, b]| {

@@ -1,5 +1,5 @@
-//! The objects and people in a world, prepared for physics, range sensors and pictures. Coordinates are in
-//! metres, in frame `World`.
+//! The objects and people in a world, in the form that physics, range sensors and pictures need. Coordinates are in metres, in
+//! frame `World`.
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
@@ -27,8 +27,8 @@ pub struct WorldDescription {
     /// Markers, each with a unique number.
     #[serde(default)]
     pub markers: Vec<Marker>,
-    /// The map that the floor was made from, if any. The walls are solid only near free cells, so the map is needed to look up
-    /// other points.
+    /// The map that the floor was created from, if any. It is needed to look up points that are far from free cells, because the
+    /// walls include only the solid cells near free ones.
     #[serde(skip)]
     pub map: Option<OccupancyMap>,
 }
@@ -36,17 +36,17 @@ pub struct WorldDescription {
 /// Tolerance for the distance of a marker from a face, in metres.
 const MARKER_SLACK_M: f64 = 0.02;
 
-/// Maximum number of steps along an axis when free floor is searched for in an area.
+/// Maximum number of steps along each axis when an area is searched for free floor.
 const MOST_STEPS: f64 = 400.0;
 
-/// Extent of something along the axes, in metres.
+/// Bounding box of something, in metres.
 pub(crate) struct Extent {
     low: [f64; 2],
     high: [f64; 2],
 }
 
 impl Extent {
-    /// Returns the extent of some points. The extent of no points does not meet any other.
+    /// Returns the extent of some points. Without points, it does not meet any other extent.
     pub(crate) fn of(points: impl IntoIterator<Item = [f64; 2]>) -> Self {
         let nothing = Self { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] };
         points.into_iter().fold(nothing, |Self { low, high }, at| Self {
@@ -60,7 +60,7 @@ impl Extent {
         (0..2).all(|axis| self.low[axis] <= other.high[axis] && other.low[axis] <= self.high[axis])
     }
 
-    /// Describes the fault of a position outside walls of this extent.
+    /// Describes what is wrong with a position outside walls of this extent.
     pub(crate) fn outside(&self) -> String {
         let Self { low: [left, bottom], high: [right, top] } = self;
         format!("outside the walls, which reach from ({left:.2}, {bottom:.2}) to ({right:.2}, {top:.2}) m")
@@ -196,7 +196,7 @@ fn distance_m([a, b]: &Segment, at: [f64; 2]) -> f64 {
     (at - a - along * share).norm()
 }
 
-/// Describes what covers an area, or returns `None` if any of its floor is free.
+/// Describes what covers an area, or returns `None` if part of its floor is free.
 fn without_floor(map: &OccupancyMap, there: &Place, around: &Extent) -> Option<&'static str> {
     let steps = [0, 1].map(|axis| {
         let length_m = around.high[axis] - around.low[axis];
@@ -245,7 +245,7 @@ fn solid(piece: &Furniture, key: &str) -> Result<Convex, SimError> {
     }
 }
 
-/// Lists the keys that give the shape of a piece, for an error.
+/// Lists the keys with which a piece of furniture gives its shape, for an error.
 fn shape(piece: &Furniture) -> String {
     let keys = [
         ("polygon", piece.polygon.is_some()),

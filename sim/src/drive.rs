@@ -1,5 +1,5 @@
-//! How a drive follows a command. It approaches the commanded velocity as fast as its limits allow, while
-//! wheel slip makes the robot deviate from it.
+//! How a drive follows a command: it approaches the commanded velocity as fast as its limits allow, while wheel slip makes the
+//! robot deviate from it.
 
 use nalgebra::{Rotation2, Vector2};
 use rand::RngExt;
@@ -93,7 +93,8 @@ mod tests {
         Twist { vx_mps, vy_mps, yaw_rate_radps }
     }
 
-    /// At 0.1 m/s, the robot drives a tenth farther, slides a twentieth to the left and turns by 0.2 rad per metre.
+    /// When the robot drives at 0.1 m/s, it goes a tenth too far, slides a twentieth of the distance to the left and turns by 0.2
+    /// rad per metre.
     #[test]
     fn slip_displaces_the_robot_in_proportion_to_its_motion() {
         let slip = Slip { distance: 0.1, sideways: 0.05, yaw_radpm: 0.2 };

@@ -42,7 +42,7 @@ pub struct Floor {
     sonar: Option<Sensor<SonarRing>>,
     camera: Option<Sensor<Camera>>,
     odometry: Option<(Schedule, Odometer)>,
-    /// Times of the ranging sensors' readings within the last step. The vector may be longer than `moment_count`.
+    /// State of the world at each reading of a ranging sensor within the last step. The vector may be longer than `moment_count`.
     moments: Vec<Moment>,
     moment_count: usize,
     people: Vec<Walker>,
@@ -55,7 +55,7 @@ pub struct Floor {
     substeps: u32,
 }
 
-/// The parts of the robot's file that determine its motion.
+/// The parts of the robot file that determine how the robot moves.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Body {
     radius_m: f64,
@@ -75,7 +75,7 @@ struct Sensor<S> {
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Reading {
     number: u64,
-    /// Index of the time of the reading.
+    /// Index into `moments` of the time of the reading.
     moment: usize,
 }
 
@@ -90,12 +90,12 @@ struct Moment {
 /// The command that the robot is following.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Held {
-    /// Forward and left, in m/s, and turn rate, in rad/s.
+    /// Velocity: forward and left, in m/s, and turn rate, in rad/s.
     velocity: [f64; 3],
     stamp_ns: u64,
 }
 
-/// State of the contact with a body.
+/// State of the robot's contact with a body.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 struct Touch {
     /// Whether the robot touched the body during the last step.
@@ -127,7 +127,7 @@ impl<S> Sensor<S> {
         Self { model, schedule, readings: Vec::with_capacity(capacity) }
     }
 
-    /// Takes a reading if one is due after the given number of physics steps. Returns true if it was.
+    /// Takes a reading if one is due after the given number of physics steps. Returns true if it did.
     fn takes(&mut self, physics_steps: u64, moment: usize) -> bool {
         let number = self.schedule.take(physics_steps);
         self.readings.extend(number.map(|number| Reading { number, moment }));
@@ -274,8 +274,8 @@ impl Floor {
     }
 
     /// Collects the contacts that begin or end. A contact begins with the first step in which it is detected, and ends with the
-    /// first in which it is not. Contacts that come and go within a step count as one. Events that do not fit into a step wait for
-    /// the next one.
+    /// first step in which it is not. Contacts that come and go within a step count as one. Events that do not fit into a step are
+    /// delivered in the next one.
     fn collect_events(&mut self) {
         self.events.clear();
         for (body, touch) in self.touches.iter_mut().enumerate() {
@@ -414,8 +414,8 @@ impl Touch {
     }
 }
 
-/// Returns the number of physics steps per instant. It must be large enough that the robot never moves far within a step, and
-/// that no sensor takes two readings in one.
+/// Returns the number of physics steps per instant. There are so many that the robot never moves far within a step, and that no
+/// sensor takes two readings in one.
 fn substeps(robot: &Robot, period_s: f64) -> u32 {
     let by_rate = PHYSICS_HZ * period_s;
     let by_speed = 4.0 * robot.limits.speed_mps * period_s / robot.radius_m;

@@ -48,7 +48,7 @@ pub fn middle_lines(plan: &FloorPlan) -> Result<Vec<Segment>, SimError> {
     check_plan(plan)?;
     let lines: Vec<Segment> = plan.wall.iter().flat_map(Wall::lines).collect();
     check_doors(plan, &lines)?;
-    // The pieces are counted before they are made, since there may be millions.
+    // Count the pieces before they are created, since there may be millions.
     let mut count = 0;
     for line in &lines {
         count += plan.stretches(line, 0.0).len();
@@ -167,8 +167,8 @@ mod tests {
         }
     }
 
-    /// In single precision, walls at 1e308 m and furniture at 1e39 m are infinitely far away, and a table of 1e-30 m is a
-    /// point. The physics used to panic.
+    /// In single precision, walls at 1e308 m and furniture at 1e39 m are infinitely far away, and a table of 1e-30 m is a point.
+    /// Such numbers used to make the physics panic.
     #[test]
     fn numbers_beyond_any_building_are_refused() {
         let cases = [
@@ -238,7 +238,7 @@ mod tests {
         }
     }
 
-    /// 2000 walls on one line with 1000 doors became two million pieces, which took 11 GB and several minutes.
+    /// 2000 walls on one line with 1000 doors used to become two million pieces, which took 11 GB and several minutes.
     #[test]
     fn the_number_of_wall_pieces_is_limited() {
         let walls = "[[wall]]\npoints=[[0,1],[4,1]]\n".repeat(90);

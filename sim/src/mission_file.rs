@@ -64,8 +64,8 @@ mod tests {
         );
     }
 
-    /// Empty files of 8 GB, and text with a list as long as the memory, were read completely and then parsed. Now, any file
-    /// that a mission names is rejected if it exceeds the size limit, which the error states.
+    /// Empty files of 8 GB, and text with a list as long as the memory, used to be read completely before they were parsed. Now,
+    /// any file that a mission names is rejected if it exceeds the size limit, which the error states.
     #[test]
     fn every_file_of_a_mission_has_a_limit() {
         let folder = tempfile::tempdir().unwrap();

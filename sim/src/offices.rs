@@ -11,11 +11,11 @@ use sketchnav_schemas::seed;
 const WALL_THICKNESS_M: f64 = 0.12;
 /// Width of a corridor, in centimetres.
 const CORRIDOR_CM: i32 = 240;
-/// Smallest and largest width of a room along its corridor, its depth, and the width of its door, in centimetres.
+/// Minimum and maximum width of a room along its corridor, its depth, and the width of its door, in centimetres.
 const ROOM_CM: [i32; 2] = [320, 560];
 const DEPTH_CM: [i32; 2] = [400, 560];
 const DOOR_CM: [i32; 2] = [90, 105];
-/// Smallest distance of a door's middle from the corners of its room, in centimetres.
+/// Minimum distance from the middle of a door to the corners of its room, in centimetres.
 const CORNER_CM: i32 = 90;
 /// Radius of a column in a hall, and distance between columns, in metres.
 const COLUMN_M: f64 = 0.3;
@@ -39,10 +39,10 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// All shapes. Their floors ship in `sim/missions/offices`.
+    /// All shapes. Two floors of each ship in `sim/missions/offices`, those with the numbers 1 and 2.
     pub const ALL: [Self; 6] = [Self::L, Self::T, Self::Ring, Self::Double, Self::Hall, Self::Comb];
 
-    /// Returns the name, which is also that of the shipped file.
+    /// Returns the name, which is also that of the first shipped file.
     pub fn name(self) -> &'static str {
         match self {
             Self::L => "l",
@@ -122,7 +122,7 @@ impl Area {
         Wall { points: vec![[left, bottom], [right, bottom], [right, top], [left, top]], closed: true }
     }
 
-    /// Returns an opening as wide as the edge that two areas share, or `None` if they share none.
+    /// Returns an opening as wide as the edge that two areas share, or `None` if they do not share an edge.
     fn opening(&self, other: &Self) -> Option<Door> {
         (0..2).find_map(|axis| {
             let across = 1 - axis;
@@ -134,7 +134,7 @@ impl Area {
         })
     }
 
-    /// Returns a room beside this corridor, which extends along `axis`, `from` centimetres from the beginning of the axis.
+    /// Returns a room beside this corridor, which runs along `axis`. The room begins `from` centimetres along that axis.
     fn beside(&self, axis: usize, is_above: bool, from: i32, width: i32, depth: i32) -> Self {
         let across = 1 - axis;
         let mut room = *self;
@@ -164,7 +164,7 @@ struct Floor {
 }
 
 impl Floor {
-    /// Adds rooms along a corridor wherever they overlap nothing.
+    /// Adds rooms along a corridor wherever they do not overlap with anything.
     fn add_rooms(&mut self, corridor: &Area, rng: &mut Pcg64Mcg) {
         // There are no rooms at the ends of a corridor. Its long sides are those along its longer axis.
         let length = |axis: usize| corridor.high[axis] - corridor.low[axis];
@@ -178,8 +178,7 @@ impl Floor {
                 if left < ROOM_CM[0] {
                     break;
                 }
-                // If the remaining space is too narrow for another room, this one gets it, up to the maximum
-                // width.
+                // If the remaining space is too narrow for another room, this room is widened into it, up to the maximum width.
                 let width = if left - width < ROOM_CM[0] { left.min(ROOM_CM[1]) } else { width };
                 let room = corridor.beside(long, is_above, from, width, depth);
                 if self.areas.iter().any(|area| area.overlaps(&room)) {
@@ -226,7 +225,7 @@ mod tests {
                 let plan = shape.plan(number);
                 let rooms = plan.wall.len() - shape.corridors().len();
                 assert!(rooms >= 10, "{shape:?} {number}: {rooms}");
-                // Each room has a door, and each further corridor an opening or two.
+                // Each room has a door, and each corridor but the first has one or two openings.
                 assert!(plan.door.len() >= plan.wall.len() - 1, "{shape:?} {number}");
                 crate::floor_plan::describe(&plan).unwrap();
             }

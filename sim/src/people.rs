@@ -1,5 +1,5 @@
-//! People, who are discs that walk back and forth along their waypoints. They pause at each waypoint, and
-//! wait for a robot in their way.
+//! People, modelled as discs that walk back and forth along their waypoints. They pause at each waypoint, and wait if a robot is in
+//! their way.
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};

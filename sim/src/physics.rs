@@ -42,7 +42,7 @@ pub struct Touching {
     pub impulse_ns: f64,
 }
 
-/// A pose in the precision of rapier, which defines the truth.
+/// A pose in the precision of rapier. It defines the truth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TruePose {
     /// Position, in metres, in frame `World`.
@@ -126,7 +126,7 @@ impl Physics {
         self.rapier.bodies[self.people[person]].set_next_kinematic_translation(vector(to));
     }
 
-    /// Advances by one step, whose length was given at the start.
+    /// Advances by one step. The length of a step was given when the bodies were created.
     pub fn step(&mut self) {
         self.rapier.step();
     }
@@ -218,7 +218,7 @@ fn distinct(corners: &[Vector]) -> Vec<Vector> {
     distinct
 }
 
-/// Returns a capsule along the longest line through the corners.
+/// Returns a capsule along the longest line between two of the corners.
 fn sliver(corners: &[Vector]) -> SharedShape {
     let farthest = |from: Vector| {
         let far = corners.iter().max_by(|a, b| (**a - from).length().total_cmp(&(**b - from).length()));

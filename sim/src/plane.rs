@@ -1,5 +1,5 @@
-//! The plane of dots. A helicopter moves over it in x and y and sees a small window (Park and Kender 1995,
-//! 3.1). The plane is the second kind of [`Simulation`].
+//! The plane of dots: a helicopter moves over it in x and y and sees a small window (Park and Kender 1995, 3.1). This is the second
+//! kind of [`Simulation`].
 //!
 //! The plane has no walls, so there are no contacts. The helicopter follows its commands as fast as its
 //! limits allow, with random errors in position and heading that grow with the square root of the distance.
@@ -34,7 +34,7 @@ pub struct DotPlane {
     noise: MotionNoise,
     stream: Pcg64Mcg,
     camera: Option<(Schedule, DownCamera)>,
-    /// Number of the view taken at the present instant, if any.
+    /// Number of the view taken at the current instant, if any.
     reading: Option<u64>,
     robot: Pose<World>,
     /// Velocity in the world's axes, in m/s.
@@ -124,7 +124,7 @@ impl DotPlane {
     }
 }
 
-/// Rejects robots with sensors for things that a plane of dots does not have.
+/// Rejects robots with sensors that are of no use over a plane of dots.
 fn check_sensors(robot: &Robot) -> Result<(), SimError> {
     let slip = robot.slip.is_some().then_some("slip");
     let sensors = robot.sensors().filter(|sensor| sensor.channel.name != VIEW.spec.name);

@@ -173,7 +173,7 @@ mod tests {
                 "clustered = { dots = 10, side_m = 1.0, clusters = 0, spread_m = 0.1, seed = 1 }",
                 "clustered.clusters: expected 1 to 20000 clusters, found 0",
             ),
-            // This many centres would not fit into memory.
+            // That many centres would not fit into memory.
             (
                 "clustered = { dots = 10, side_m = 1.0, clusters = 9000000000000000000, spread_m = 0.1, seed = 1 }",
                 "clustered.clusters: expected 1 to 20000 clusters",

@@ -1,5 +1,5 @@
-//! Fields of poles, which are identical upright cylinders at random positions, far from any wall. They are used for directions
-//! on land (Park and Kender 1995, 8).
+//! Fields of poles: identical upright cylinders at random positions, far from any wall. They are used to test directions on land
+//! (Park and Kender 1995, 8).
 
 use rand::RngExt;
 use sketchnav_schemas::floor_plan::{FloorPlan, Furniture, Wall};
@@ -13,10 +13,10 @@ pub const SIDE_M: f64 = 36.0;
 pub const POLES: usize = 100;
 /// Minimum distance between two poles, in metres. A robot can pass between them.
 const APART_M: f64 = 1.6;
-/// Distance from the field to the walls around it, in metres. It is greater than a robot's range.
+/// Distance from the field to the walls around it, in metres, which exceeds the range of the robots.
 const AROUND_M: f64 = 15.0;
 
-/// Returns the poles of the field with the given number, the one nearest to the south-west corner first.
+/// Returns the poles of the field with the given number, starting with the one nearest to the south-west corner.
 pub fn poles(number: u64) -> Vec<[f64; 2]> {
     let mut rng = seed::stream(number, "poles");
     let mut poles: Vec<[f64; 2]> = Vec::with_capacity(POLES);

@@ -1,9 +1,9 @@
 //! Finds the first hit of a ray. Parry casts rays against the faces of everything static, which are in one
 //! bounding volume tree, and against moving discs. Coordinates are in metres, in frame `World`.
 //!
-//! Rapier's own query pipeline goes through its colliders solid by solid and takes two to three times as long for the same rays
-//! (`benches/world.rs` measures both). Although parry computes in single precision, a range is accurate to two millimetres even
-//! if a ray grazes a wall. [`sweep`] casts a whole scan at once, with bit-identical results, and [`cone`] finds the nearest
+//! Rapier's own query pipeline goes through its colliders one solid at a time and takes two to three times as long for the same
+//! rays (`benches/world.rs` measures both). Although parry computes in single precision, a range is accurate to two millimetres
+//! even if a ray grazes a wall. [`sweep`] casts a whole scan at once, with bit-identical results, and [`cone`] finds the nearest
 //! point in a cone.
 
 pub mod cone;
@@ -81,7 +81,7 @@ impl Faces {
     }
 }
 
-/// Sorts the pieces by block, and returns the blocks.
+/// Sorts the pieces by block. Returns the blocks.
 fn blocks(pieces: &mut [Piece]) -> Vec<Block> {
     let long = |piece: &Piece| f64::from(piece.line.length()) > BLOCK_M;
     let cell = |v: Real| (f64::from(v) / BLOCK_M).floor() as i64;

@@ -1,4 +1,4 @@
-//! The robots that ship with the project.
+//! The robots that ship with this project.
 
 use sketchnav_schemas::robot::{Robot, RobotError};
 

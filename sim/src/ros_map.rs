@@ -19,10 +19,11 @@ use crate::description::{Extent, WorldDescription};
 use crate::error::{SimError, check, check_within};
 use crate::raster::{CellBox, Raster};
 
-/// Describes a position where the image is transparent.
+/// Describes a position at which the image is transparent.
 pub(crate) const TRANSPARENT: &str = "a transparent part of the map: transparent counts as unknown, and unknown as solid; \
     save the picture with a white background";
-/// Yaw of a map, in radians, below which the map counts as not turned. Over 100 m, it would be off by a centimetre.
+/// Yaw of a map, in radians, below which the map counts as not rotated. Over 100 m, such a yaw displaces a position by at most a
+/// centimetre.
 const LEAST_YAW_RAD: f64 = 1e-4;
 
 /// The YAML file of a map. Unknown keys are ignored.
@@ -258,8 +259,8 @@ impl OccupancyMap {
     }
 }
 
-/// Returns the error for an image without a free cell. People get such an image when they export only the walls, on a transparent
-/// floor.
+/// Returns the error for an image without a free cell. People get such an image if they export only the walls, with a transparent
+/// background.
 fn without_floor(size: String, transparent: usize) -> SimError {
     let found = match transparent {
         0 => size,
@@ -378,7 +379,7 @@ mod tests {
         }
     }
 
-    /// A robot that started in a transparent part of the map could not move, and a goal there was never reached.
+    /// Regression test: a robot that started in a transparent part of the map could not move, and a goal there was never reached.
     #[test]
     fn places_in_the_transparent_part_of_a_map_are_refused_with_the_reason() {
         let picture = image::RgbaImage::from_fn(40, 20, |x, y| {

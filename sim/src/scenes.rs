@@ -1,10 +1,10 @@
 //! Scenes of objects for routes past landmarks: the two scenes of Chronis 2007, 5.1, and randomly generated ones.
 //!
-//! The figures of Chronis 2007 are lost. Scene A is reconstructed from the relations of figure 4.29, and
-//! scene B from its six commands. Both are in the pixels of the PDA, which are 5 inches each. A random scene
-//! is determined by a [`Kind`] and a number: yards, streets of blocks with crossings, halls of pillars and
-//! machines. The scenes of [`sites`] are generated in another way. The scenes for which results are reported were never looked at
-//! before robots had driven in them. The walls are beyond the range of sonars.
+//! The figures of Chronis 2007 are lost. Scene A is reconstructed from the relations of figure 4.29, and scene B from its six
+//! commands. Both are in the pixels of the PDA, which are 5 inches each. A random scene is determined by a [`Kind`] and a number:
+//! yards, streets of blocks with crossings, halls of pillars and machines. The scenes of [`sites`] are generated in another way.
+//! Nobody looked at the scenes for which results are reported before robots had driven in them. The walls are beyond the range of
+//! sonars.
 
 pub mod sites;
 
@@ -21,14 +21,14 @@ use self::sites::Site;
 
 /// Size of a pixel of the PDA, in metres.
 const PIXEL_M: f64 = 0.127;
-/// Distance of the walls from the route, in metres. It is beyond the range of sonars, which is 255 inches.
+/// Distance of the walls from the route, in metres, which is beyond the range of sonars, 255 inches.
 const WALLS_M: f64 = 7.5;
 /// Half the side length of the open area, in metres.
 const OPEN_M: f64 = 70.0;
-/// Distance from its goal within which the robot stops, in metres. It is the sum of 30 inches measured by the sensors, the robot's
+/// Maximum distance from its goal at which the robot stops, in metres: the sum of 30 inches measured by the sensors, the robot's
 /// radius, and a margin.
 const THERE_M: f64 = 1.15;
-/// Minimum distance between the route and an object, and between two objects, in metres. A robot can pass with room to spare.
+/// Minimum distance of an object from the route and from other objects, in metres. A robot can pass with room to spare.
 const BESIDE_WAY_M: f64 = 0.9;
 const BETWEEN_M: f64 = 0.9;
 /// Minimum distance between the goal and another object, in metres.
@@ -77,7 +77,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Returns the word for the kind that is used in names of scenes.
+    /// Returns the word for this kind, as used in the names of scenes.
     pub const fn word(self) -> &'static str {
         match self {
             Self::Yard => "yard",
@@ -94,8 +94,8 @@ fn boxed(name: &str, [x, y]: At, [width, height]: [f64; 2], yaw_rad: f64) -> Obj
     Object { name: name.into(), outline: [[-w, -h], [w, -h], [w, h], [-w, h]].map(corner).to_vec() }
 }
 
-/// Makes a route from pieces, and returns its points and the heading at its end. Each piece is a distance straight ahead
-/// followed by an arc, whose angle is in radians and positive to the left, and its radius.
+/// Builds a route from pieces, and returns its points and the heading at its end. Each piece is a distance straight ahead, followed
+/// by an arc, which is given by its angle in radians, positive to the left, and its radius.
 fn way(pieces: &[(f64, f64, f64)]) -> (Vec<At>, f64) {
     const STEP_M: f64 = 0.1;
     let (mut at, mut heading) = ([0.0, 0.0], 0.0_f64);
@@ -215,7 +215,7 @@ impl Scene {
         Site::ALL.into_iter().flat_map(move |site| (first..first + 2).map(move |number| site.scene(number)))
     }
 
-    /// Returns a large empty area, for scenes that do not come from a file.
+    /// Returns the floor plan of a large empty area, for scenes that do not come from a file.
     pub fn open() -> FloorPlan {
         let points = vec![[-OPEN_M, -OPEN_M], [OPEN_M, -OPEN_M], [OPEN_M, OPEN_M], [-OPEN_M, OPEN_M]];
         FloorPlan {
@@ -244,7 +244,7 @@ impl Scene {
         }
     }
 
-    /// Returns true if there are enough objects, the route is clear, neither too short nor too long, and never comes near itself,
+    /// Returns true if the scene is usable: there are enough objects, the route is clear, of suitable length and never near itself,
     /// and the goal is apart from everything else.
     fn holds(&self) -> bool {
         if self.objects.len() < LEAST_OBJECTS || !PATHS_M.contains(&self.path_m()) {
@@ -393,7 +393,7 @@ fn side(rng: &mut Pcg64Mcg) -> f64 {
     if rng.random::<bool>() { 1.0 } else { -1.0 }
 }
 
-/// Makes the goal, with the given size across and along, straight ahead of the end of the route.
+/// Creates the goal, with the given size across and along, straight ahead of the end of the route.
 fn ahead(name: &str, way: &[At], heading: f64, [across, along]: [f64; 2], gap_m: f64) -> Object {
     let end = way[way.len() - 1];
     let beyond = gap_m + along / 2.0;
@@ -498,7 +498,7 @@ fn streets(rng: &mut Pcg64Mcg) -> Option<Scene> {
             scene.objects.push(object);
         }
     }
-    // The goal is in the street, so the blocks next to it are nearer than the objects of other scenes.
+    // The goal is in the street, so the blocks next to it are nearer than is allowed for objects in other scenes.
     (blocks >= 6).then_some(scene)
 }
 
@@ -570,7 +570,8 @@ mod tests {
         assert_ne!(Scene::laid_out(Kind::Yard, 7).way, Scene::laid_out(Kind::Yard, 8).way);
     }
 
-    /// The third hall had only six objects: scenes were generated without the bounds that other code relies on.
+    /// Regression test: the third hall had only six objects, because scenes were generated without the bounds that other code
+    /// relies on.
     #[test]
     fn scenes_of_any_seed_have_objects_and_paths_within_bounds() {
         for kind in [Kind::Yard, Kind::Streets, Kind::Hall] {

@@ -30,9 +30,9 @@ pub struct Scene<'a> {
     pub people: &'a [Disc],
 }
 
-/// When a sensor takes readings. Reading k (from 0) is due at k / rate after the start. A sensor that is no faster than the
-/// tick takes it at the first tick at or after that time. A faster sensor takes it at the end of the first physics step at or
-/// after that time.
+/// When a sensor takes readings. Reading k (from 0) is due at k / rate after the start. A sensor that is not faster than the tick
+/// takes it at the first tick at or after that time. A faster sensor takes it at the end of the first physics step at or after that
+/// time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Schedule {
     /// Number of physics steps between two possible readings of the sensor.

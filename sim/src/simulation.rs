@@ -37,7 +37,7 @@ pub trait Simulation: Serialize + DeserializeOwned {
     /// Returns the time between two instants, in nanoseconds.
     fn period_ns(&self) -> u64;
 
-    /// Returns the simulation time of the present instant, in nanoseconds since the start.
+    /// Returns the simulation time of the current instant, in nanoseconds since the start.
     fn stamp_ns(&self) -> u64 {
         self.steps() * self.period_ns()
     }

@@ -1,5 +1,4 @@
-//! The world of a mission in either form, as stored by hosts. The table `[world]` of the mission determines
-//! the form.
+//! The world of a mission in either of its two forms, as hosts store it. The table `[world]` of the mission determines the form.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_files::Files;

@@ -1,4 +1,4 @@
-//! The sensors of a running world do not allocate, and its physics no more than rapier itself.
+//! The sensors of a running world do not allocate, and its physics allocates no more than rapier itself.
 
 mod support;
 
@@ -50,7 +50,7 @@ fn step(floor: &mut Floor) {
     floor.step(Some(&command(floor, 0.5, 0.3 * (phase / 20.0).sin(), 0.7 * (phase / 70.0).cos())));
 }
 
-/// Returns the number of allocations by `work`.
+/// Returns how often `work` allocates.
 fn allocations(work: impl FnOnce()) -> u64 {
     let before = ALLOCATIONS.get();
     work();
@@ -59,7 +59,7 @@ fn allocations(work: impl FnOnce()) -> u64 {
 
 #[test]
 fn the_sensors_allocate_nothing_and_the_physics_no_more_than_rapier_does() {
-    // A robot that cannot move sideways stays at the first wall.
+    // A robot that cannot move sideways is held up by the first wall.
     for (name, hz, least) in
         [("robotino", None, 20), ("robotino", Some(50.0), 20), ("nomad200", Some(50.0), 1)]
     {

@@ -1,5 +1,5 @@
-//! Any robot or floor that is accepted can be simulated: the robot moves without a panic, and the messages of its sensors are
-//! valid. `fuzz/` has the corresponding fuzz targets.
+//! Any robot or floor that is accepted can be simulated: the robot moves without a panic, and its sensors send valid messages.
+//! `fuzz/` has the corresponding fuzz targets.
 
 use std::convert::Infallible;
 

@@ -1,5 +1,5 @@
-//! The corridors that ship are those that [`sketchnav_sim::corridors`] generates. With the camera of `youbot-markers`, they meet
-//! the requirements in the text of the thesis.
+//! The corridors that ship are exactly those that [`sketchnav_sim::corridors`] generates. With the camera of `youbot-markers`, they
+//! meet the requirements in the text of the thesis.
 
 use std::path::Path;
 

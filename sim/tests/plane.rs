@@ -1,4 +1,4 @@
-//! The plane of dots as a whole, in the respects on which navigators rely.
+//! Tests the plane of dots as a whole, as far as navigators rely on it.
 
 mod support;
 
@@ -51,7 +51,7 @@ fn the_helicopter_follows_commands_with_the_stated_error() {
     fly(&mut still, 50, 0.04, 0.03);
     let at = still.robot_pose();
     assert!((at.x - 0.7).abs() < 1e-3 && (at.y - 0.65).abs() < 1e-3 && at.yaw_rad == 0.0, "{at:?}");
-    // One metre of flight, 400 times.
+    // The robot flies one metre, 400 times.
     let noise = MotionNoise { translation_m: 0.02, rotation_rad: 0.05 };
     let noisy = Robot { motion_noise: Some(noise), ..helicopter() };
     let ends = (0..400).map(|seed| {

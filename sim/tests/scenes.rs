@@ -1,4 +1,4 @@
-//! The scenes, fields and office floors that ship are those that [`sketchnav_sim::scenes`], [`sketchnav_sim::poles`] and
+//! The scenes, fields and office floors that ship are exactly those that [`sketchnav_sim::scenes`], [`sketchnav_sim::poles`] and
 //! [`sketchnav_sim::offices`] generate.
 
 use std::path::Path;
@@ -24,10 +24,12 @@ fn golden_fields_are_up_to_date() {
 
 #[test]
 fn golden_floors_are_up_to_date() {
+    let made_by = MADE_BY.replace("scenes", "offices");
     for shape in Shape::ALL {
-        let made = toml::to_string(&shape.plan(1)).unwrap();
-        let made_by = MADE_BY.replace("scenes", "offices");
-        is_as_made(&format!("offices/{}.floor.toml", shape.name()), &format!("{made_by}{made}"));
+        for (number, suffix) in [(1, ""), (2, "-2")] {
+            let made = toml::to_string(&shape.plan(number)).unwrap();
+            is_as_made(&format!("offices/{}{suffix}.floor.toml", shape.name()), &format!("{made_by}{made}"));
+        }
     }
 }
 

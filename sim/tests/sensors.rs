@@ -72,7 +72,7 @@ fn a_slow_laser_reports_at_the_first_tick_at_or_after_its_time() {
     assert_eq!(readings.stamps("odometry"), stamps(100, 11));
 }
 
-/// With two scans per tick, each shows the world at its own time, with the walker at that time's position.
+/// With two scans per tick, each scan shows the world at its own time, with the walker where it is at that time.
 #[test]
 fn a_fast_laser_reads_between_the_ticks() {
     let mut slow = robot("robotino");
@@ -81,7 +81,7 @@ fn a_fast_laser_reads_between_the_ticks() {
     (slow.tick_hz, fast.tick_hz) = (Some(10.0), Some(20.0));
     let between_ticks = driven(&slow, 10);
     assert_eq!(between_ticks.stamps("scan"), stamps(50, 21));
-    // While the robot is at rest, only the walker moves, so a world with faster ticks sees the same.
+    // While the robot is at rest, only the walker moves, so a world with a faster tick sees the same.
     let scans = |robot: &Robot, steps: usize| {
         let (mut floor, mut readings) = (floor(robot), Readings::new());
         (0..steps).for_each(|_| floor.step(None));
@@ -106,7 +106,7 @@ fn a_robot_reports_only_the_sensors_that_it_has() {
     assert_eq!(floor(&blind).period_ns(), 100_000_000);
 }
 
-/// After a restart from a checkpoint in the middle of a drive, the sonar, too, measures the same.
+/// After a restart from a checkpoint in the middle of a drive, the sonar measures the same, too.
 #[test]
 fn a_restored_floor_with_a_sonar_ring_continues_with_the_same_bytes() {
     let mut robot = robot("nomad200");
@@ -130,7 +130,7 @@ fn a_restored_floor_with_a_sonar_ring_continues_with_the_same_bytes() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 60, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
-    /// At any rate there are as many readings as the time allows, in order, and none is later than its instant.
+    /// At any rate, there are as many readings as the time allows, in order, and none is later than its instant.
     #[test]
     fn every_sensor_keeps_its_rate(tick in 2.0..40.0_f64, odometry in 0.5..150.0_f64, sonar in 0.5..60.0_f64) {
         let mut robot = robot("nomad200");
@@ -153,7 +153,7 @@ proptest! {
         }
     }
 
-    /// The ranges of the ring equal those of a fan of rays in each cone, wherever the robot stands.
+    /// Wherever the robot stands, the ranges of the ring equal those of a fan of rays in each cone.
     #[test]
     fn the_ring_measures_the_nearest_of_many_rays(x in 0.4..5.6, y in 0.4..3.6, yaw in -3.1..3.1) {
         let mut robot = robot("nomad200");

@@ -1,4 +1,4 @@
-//! The world as a whole, in the respects on which navigators rely.
+//! Tests the world as a whole, as far as navigators rely on it.
 
 mod support;
 
@@ -70,7 +70,7 @@ fn the_robot_stops_at_a_wall_and_reports_one_contact() {
         (contact.position_m[0] - 3.9).abs() < 0.01 && (contact.position_m[1] - 2.0).abs() < 0.01,
         "{contact:?}"
     );
-    // 22.5 kg at 0.5 m/s, plus the push of the drive.
+    // The impulse stops 22.5 kg at 0.5 m/s, and includes the push of the drive.
     assert!((5.0..16.0).contains(&contact.impulse_ns), "{contact:?}");
     let ends = drive(&mut world, 10, -0.5, 0.0, 0.0);
     assert_eq!(ends.iter().map(|c| c.begins).collect::<Vec<_>>(), [0]);
@@ -275,7 +275,7 @@ fn a_start_too_narrow_for_the_robot_is_refused_with_its_place() {
     }
 }
 
-/// Returns a busy world: furniture, a person, every kind of noise, and walls that are hit.
+/// Returns a busy world: furniture, a person, every kind of noise, and walls that the robot hits.
 fn busy(seed: u64) -> Floor {
     let extra = "[[furniture]]\ncenter=[2.8,1.2]\nradius_m=0.3\n[[person]]\nwaypoints=[[3.2,3.2],[0.6,3.2]]\nspeed_mps=0.8\n";
     world(extra, &robotino(), (1.0, 1.0, 0.3), seed).unwrap()

@@ -62,7 +62,7 @@ impl Attached {
     }
 }
 
-/// A turn of one case, with the ticks that belong to it.
+/// A turn of one case, and the ticks during it.
 struct Turn {
     attached: Attached,
     ticks: std::ops::Range<u64>,
@@ -153,7 +153,7 @@ fn attach(place: &Place, attached: Attached) -> Vec<Running> {
     observers
 }
 
-/// Returns the time from each tick to its command, in milliseconds, with the number of the tick.
+/// Returns the number of each tick, and the time from that tick to its command in milliseconds.
 fn delays(recording: &Path) -> Vec<(u64, f64)> {
     let latencies = Recording::open(recording).and_then(|recording| recording.all(LATENCY));
     let latencies = latencies.expect("a recording that can be read");

@@ -18,7 +18,7 @@ use rand_pcg::Pcg64Mcg;
 use support::page::{free_port, wait_for};
 use support::{Ended, Place, SERVICES, kill_if_alive, repository, room, send, wait_until};
 
-/// Draws random numbers, and contains the common starting point of all attacks.
+/// A source of random attacks, and the place in which all of them start.
 struct Attacker {
     rng: Pcg64Mcg,
     /// An undisturbed recording of the room.

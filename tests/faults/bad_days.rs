@@ -338,7 +338,7 @@ fn another_users_file_among_those_of_a_system_ends_the_mission() {
     let ended = running.end();
     assert_eq!(ended.code, Some(3), "{ended}");
     assert!(ended.err.contains(&format!("{foreign}: expected a regular file owned by user")), "{ended}");
-    // Programs used to get the error alone, and had to read on standard error what was kept.
+    // Programs used to get only the error, and had to find out from standard error which files were kept.
     let report = ended.json();
     let is_kept = |key: &str| report[key].as_str().is_some_and(|path| place.files().join(path).exists());
     assert!(report["exit"] == 3 && is_kept("recording") && is_kept("logs"), "{report:#}");

@@ -53,7 +53,7 @@ fn hint(kind: &Kind) -> String {
     }
 }
 
-/// Writes the class of a struct, after those of the structs in it.
+/// Writes the class of a struct, preceded by the classes of the structs that it contains.
 fn class(layout: &Layout, base: &str, known: &mut BTreeSet<&'static str>, text: &mut String) {
     if !known.insert(layout.name) {
         return;

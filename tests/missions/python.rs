@@ -51,7 +51,7 @@ fn it_drives_a_mission_and_its_recording_is_replayed_executed_again_and_judged()
     assert!(page.contains("Distance of the wall") && page.contains("m, from the centre"));
 }
 
-/// A run can be judged although the account is wrong.
+/// A run can be judged even if the account fails.
 #[test]
 fn an_account_that_fails_is_named_in_its_place() {
     let changes = [("self.right_m.append((", "self.right_m.add((")];
@@ -74,7 +74,7 @@ fn rust_place() -> Place {
     place
 }
 
-/// The comments of the two definitions had diverged.
+/// Regression test: the comments in the two definitions had diverged.
 #[test]
 fn the_definition_of_its_message_is_that_of_the_navigator_in_rust() {
     let main = "    raise SystemExit(sketchnav.main([NAVIGATOR]))\n";
@@ -128,7 +128,7 @@ fn a_sensor_that_no_robot_has_is_refused() {
     assert!(ended.err.contains(expected), "{ended}");
 }
 
-/// The second channel was silently replaced by the first one and its messages.
+/// Regression test: the second channel was silently replaced by the first one and its messages.
 #[test]
 fn a_channel_with_the_name_of_another_one_is_refused() {
     let (navigator, channels) = ("NAVIGATOR = Navigator(\n", "    channels=[WALLS],\n");
@@ -272,7 +272,7 @@ fn what_is_kept_of_a_message_without_a_copy_is_an_error() {
             "{ended}"
         );
     }
-    // A message to be sent, whose sender ignores the error.
+    // Here, the message is about to be sent, and its sender ignores the error.
     let send = "        out.send(WALLS, ahead_m=ahead_m, right_m=right_m)\n";
     let keeps = "        try:\n            out.send(WALLS, lambda walls: setattr(self, 'kept', walls))\n        \
                  except RuntimeError:\n";
@@ -320,7 +320,7 @@ fn messages_are_declared_filled_and_read() {
     assert_eq!(ended.code, Some(0), "{ended}");
 }
 
-/// The description of the package where it is published.
+/// Tests the examples in the package's description, as it is published.
 #[test]
 fn the_examples_of_the_package_run_as_they_are() {
     let Some(python) = needs::python("wheel", "SKETCHNAV_WHEEL_PYTHON", "numpy, sketchnav._core") else {

@@ -13,7 +13,7 @@ fn python_with(simulator: &str) -> Option<PathBuf> {
     needs::python(simulator, "SKETCHNAV_WHEEL_PYTHON", &format!("{simulator}, sketchnav._core"))
 }
 
-/// Drives a mission by an example, and returns the report. Every task must be reached, by the truth of the simulator.
+/// Drives a mission in a simulator by its example driver. Every task must be reached according to the simulator's truth.
 fn drive(simulator: &str, prepare: impl FnOnce(&Place) -> &'static str) {
     let Some(python) = python_with(simulator) else { return };
     let place = Place::new();

@@ -91,7 +91,7 @@ fn a_third_party_viewer_decodes_every_topic_of_a_running_demo() {
     }
 }
 
-/// Asserts that the type and bytes of every message shown are the same as in the recording, for recorded topics.
+/// Asserts that on recorded topics, the type and the bytes of every message shown are those in the recording.
 fn shown_messages_equal_the_recorded_ones(watched: &Value, recording: &str) {
     let recording = Recording::open(recording.as_ref()).unwrap();
     let mut recorded: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();

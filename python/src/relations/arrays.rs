@@ -1,4 +1,4 @@
-//! Arrays of objects as Python passes them: doubles with any strides, which are read in place.
+//! Arrays of objects that Python passes. They contain doubles with any strides, and are read in place.
 
 use pyo3::buffer::PyBuffer;
 use pyo3::exceptions::PyValueError;
@@ -7,7 +7,7 @@ use sketchnav_qualitative::dipole::Dipole;
 use sketchnav_qualitative::qsrlib::Box2;
 use sketchnav_qualitative::{Error, Interval, Oriented, Point, Rect};
 
-/// An object as a row of numbers.
+/// An object that an array represents by a row of numbers.
 pub trait Row: Copy {
     /// The numbers of a row.
     type Numbers: AsRef<[f64]> + AsMut<[f64]> + Default;
@@ -59,7 +59,7 @@ impl Row for Dipole {
     }
 }
 
-/// A rectangle that may have no extent.
+/// A rectangle, which may have a width or height of zero.
 impl Row for Box2 {
     type Numbers = Self;
 
@@ -71,10 +71,10 @@ impl Row for Box2 {
 
 /// The objects that a calculus relates.
 pub trait Scene: Copy {
-    /// The kind of the objects.
+    /// The type of each of the objects.
     type Object: Row;
 
-    /// Reads the objects at a time of a track, or `None` if one of them is missing.
+    /// Reads the objects of one track at one time. Returns `None` if one of them is missing.
     ///
     /// # Errors
     /// If a row does not describe an object. The error names the argument and the row.
@@ -102,7 +102,7 @@ impl<T: Row, const N: usize> Scene for [T; N] {
     }
 }
 
-/// An array of objects, by times, tracks and the numbers of a row.
+/// A three-dimensional array of objects. Its dimensions are the times, the tracks, and the numbers of a row.
 pub struct Array {
     name: String,
     buffer: PyBuffer<f64>,
@@ -130,7 +130,7 @@ impl Array {
         self.shape
     }
 
-    /// Reads an object, or `None` if one of its numbers is NaN.
+    /// Reads an object. Returns `None` if one of its numbers is NaN, which means that the object is missing.
     ///
     /// # Errors
     /// If the row does not describe an object.
@@ -154,7 +154,7 @@ impl Array {
         T::of(numbers).map(Some).map_err(|error| self.rejected(time, track, &error))
     }
 
-    /// Reads an object of the first track that must not be missing.
+    /// Reads an object of the first track, which must not be missing.
     ///
     /// # Errors
     /// If the row does not describe an object, or one of its numbers is NaN.

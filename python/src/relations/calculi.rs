@@ -1,4 +1,4 @@
-//! The calculi by name, with their parameters as Python passes them.
+//! The calculi, selected by name, with their parameters as Python passes them.
 
 use serde::Deserialize;
 use sketchnav_qualitative::argd::{Bound, Rank, Scale};

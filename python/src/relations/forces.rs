@@ -25,13 +25,13 @@ fn polygon(name: &str, rings: &[Bound<'_, PyAny>]) -> PyResult<Polygon> {
     Polygon::from_rings(corners).map_err(|error| PyValueError::new_err(format!("{name}: {error}")))
 }
 
-/// The two polygons that are the first arguments.
+/// Creates polygons from the first two arguments.
 fn polygons(arguments: &Bound<'_, PyTuple>) -> PyResult<[Polygon; 2]> {
     let rings = |i| arguments.get_item(i)?.extract::<Vec<Bound<'_, PyAny>>>();
     Ok([polygon("argument", &rings(0)?)?, polygon("referent", &rings(1)?)?])
 }
 
-/// Reads a histogram, in which an infinite force is an infinity.
+/// Reads a histogram. Infinity stands for an infinite force.
 fn histogram(array: &PyBuffer<f64>, py: Python<'_>) -> PyResult<Vec<Force>> {
     let force = |(i, force): (usize, f64)| match force {
         f64::INFINITY => Ok(Force::Infinite),

@@ -12,7 +12,7 @@ use super::arrays::Array;
 use super::{given, rejected};
 use crate::function;
 
-/// Returns the words of all rows.
+/// Returns the word of the relation in each row.
 fn words(which: Which, arrays: &[Array], quantisation: f64) -> PyResult<Vec<String>> {
     let [rows, ..] = arrays[0].shape();
     let point = |i: usize, row| arrays[i].present::<Point>(row);
@@ -40,7 +40,8 @@ fn words(which: Which, arrays: &[Array], quantisation: f64) -> PyResult<Vec<Stri
     (0..rows).map(word).collect()
 }
 
-/// Returns the words of the steps of two points. Unless the steps are independent, a step begins where the previous one ends.
+/// Returns the words of the QTC relations of two points, one for each step. Unless the steps are independent, a step begins where
+/// the previous one ends.
 fn steps(which: Which, arrays: &[Array], parameters: &Parameters) -> PyResult<Vec<String>> {
     let [rows, ..] = arrays[0].shape();
     let pair = |of: [usize; 2], row| {

@@ -1,4 +1,4 @@
-//! A calculus with its parameters, as Python uses it: relations are numbers, regardless of the calculus.
+//! The interface of a calculus to Python, in which relations are numbers regardless of the calculus.
 
 use std::sync::OnceLock;
 
@@ -15,7 +15,7 @@ use super::arrays::{Array, Scene};
 /// The number for no relation.
 pub const NONE: i16 = -1;
 
-/// Objects over time.
+/// The samples of some objects over time.
 pub struct Given {
     /// The objects, in the order of the relation.
     pub arrays: Vec<Array>,
@@ -30,7 +30,7 @@ impl Given {
     }
 }
 
-/// A series of relations, one array for each part.
+/// A series of relations, with one array for each property.
 #[derive(Default)]
 pub struct Series {
     /// When each relation began to hold, in seconds.
@@ -39,33 +39,33 @@ pub struct Series {
     pub to_s: Vec<f64>,
     /// The relations.
     pub relations: Vec<i16>,
-    /// The kind of change from the previous relation, by the order of [`Change`].
+    /// The kinds of change from the previous relation, as numbers in the order of [`Change`].
     pub changes: Vec<i8>,
 }
 
-/// A question about relations.
+/// A question about given relations.
 pub enum Question {
-    /// The relations that b may have to a.
+    /// The relations that b may have to a, if a has one of the given ones to b.
     Converse,
-    /// The relations that may follow.
+    /// The relations that may follow the given ones when objects move continuously.
     Neighbours,
-    /// The relations that a may have to c.
+    /// The relations that a may have to c, if the relations of a to b and of b to c are given.
     Compose,
-    /// The relations that the same objects may have in another order.
+    /// The relations that the same objects may have if they are named in another order.
     Permuted(Permutation),
 }
 
-/// A question about a network.
+/// What to compute about a network of relations.
 pub enum Task {
-    /// Path consistency.
+    /// The relations that remain after enforcing path consistency.
     Close,
-    /// A relation for each pair.
+    /// One relation for each pair of objects, such that all of them are consistent.
     Scenario,
-    /// The relations that occur in some scenario.
+    /// For each pair of objects, the relations that occur in at least one scenario.
     Minimal,
 }
 
-/// The sets of relations of a network, by the first and the second object.
+/// The possible relations of each pair of objects in a network, ordered by the first and then by the second object.
 pub type Sets = Vec<Vec<usize>>;
 
 /// A calculus with its parameters.
@@ -102,12 +102,12 @@ type Unary<R> = Box<dyn Fn(R) -> RelationSet<R> + Send + Sync>;
 type Permuted<R> = fn(R, Permutation) -> RelationSet<R>;
 type Binary<R> = Box<dyn Fn(R, R) -> RelationSet<R> + Send + Sync>;
 
-/// A calculus, and the known properties of its relations.
+/// A calculus and what is known about its relations.
 pub struct Of<C: Calculus> {
     calculus: C,
     /// The words, in the order of the relations. Their number may be below that of the calculus.
     words: Vec<String>,
-    /// Whether a word is looked up among those above. The calculus also reads other forms.
+    /// Whether words are looked up in `words`. If not, the calculus parses them, and also accepts other forms of a word.
     has_own_words: bool,
     converse: Option<Unary<C::Relation>>,
     compose: Option<Binary<C::Relation>>,
@@ -117,7 +117,7 @@ pub struct Of<C: Calculus> {
 }
 
 impl<C: Calculus> Of<C> {
-    /// Creates a calculus without any known properties of its relations.
+    /// Creates a calculus about whose relations nothing else is known.
     pub fn new(calculus: C) -> Self {
         let words = C::Relation::all().map(|relation| relation.to_string()).collect();
         let (converse, compose, permuted, make_table, table) = (None, None, None, None, OnceLock::new());

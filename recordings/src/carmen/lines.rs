@@ -30,12 +30,12 @@ impl<R: BufRead> Lines<R> {
         Self { input, number: 0, text: Vec::new() }
     }
 
-    /// The number of the last line that was read, counted from 1.
+    /// Returns the number of the last line that was read, counted from 1.
     pub fn number(&self) -> u64 {
         self.number
     }
 
-    /// The text of the last line that was read, without the line break.
+    /// Returns the text of the last line that was read, without the line break.
     pub fn text(&self) -> &[u8] {
         &self.text
     }

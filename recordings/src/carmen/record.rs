@@ -40,7 +40,7 @@ impl ScanKind {
     /// All kinds, the most informative one first.
     pub const ALL: [Self; 3] = [Self::RobotLaser1, Self::Flaser, Self::RawLaser1];
 
-    /// The first word of lines of this kind.
+    /// Returns the first word of lines of this kind.
     pub const fn word(self) -> &'static str {
         match self {
             Self::RobotLaser1 => "ROBOTLASER1",
@@ -49,7 +49,7 @@ impl ScanKind {
         }
     }
 
-    /// Number of fields after the readings, without remissions.
+    /// Returns the number of fields after the readings, without remissions.
     const fn fields_after(self) -> usize {
         match self {
             // Both poses, two velocities, two safety distances, the turn axis.
@@ -121,7 +121,7 @@ pub enum Fault {
         /// Time since the first scan, in seconds.
         since_s: f64,
     },
-    /// The scan or its odometry is one that every reader rejects.
+    /// Every reader would reject the scan or its odometry.
     #[error("expected a scan with odometry that readers accept; {0}")]
     Invalid(Invalid),
     /// The data breaks off.
@@ -151,7 +151,7 @@ impl Beams {
         Self { angle_min_rad: -view_rad / 2.0, angle_increment_rad: view_rad / gaps.max(1) as f64 }
     }
 
-    /// Angle from the first of `count` beams to the last, in radians.
+    /// Returns the angle from the first of `count` beams to the last, in radians.
     pub fn span_rad(&self, count: usize) -> f64 {
         self.angle_increment_rad * count.saturating_sub(1) as f64
     }
@@ -164,11 +164,11 @@ pub struct ScanLine {
     pub kind: ScanKind,
     /// The directions of the beams.
     pub beams: Beams,
-    /// Ranges in metres, from right to left. NaN for a number in the log that no laser could have measured.
+    /// Ranges in metres, from right to left. NaN stands for a number that no laser could have measured.
     pub ranges_m: Vec<f32>,
     /// The maximum range according to the line, in metres.
     pub range_max_m: Option<f64>,
-    /// The value of an extra field right after the readings, if there is one. It is never less than any of the readings.
+    /// Value of an extra field right after the readings, if the line has one. It is never less than any of the readings.
     pub surplus: Option<f64>,
     /// The pose of the laser and the pose of the robot. If a mapper has corrected the log, the former is the reference.
     pub poses: Option<(Pose<World>, Pose<Odom>)>,

@@ -9,7 +9,7 @@ use super::lines::{Lines, Next};
 use super::record::{Beams, Fault, Record, ScanKind, ScanLine};
 use super::{CarmenError, Chain, LeftOut};
 
-/// Motion below this does not count, in metres and in radians.
+/// Motion below this is ignored, in metres and in radians.
 const STILL: f64 = 1e-3;
 /// If the distances travelled according to the ODOM lines and to the scans' own poses differ by more than this share, they
 /// are not the same odometry. In a log that a mapper has corrected, they differ by less than a tenth.
@@ -166,7 +166,7 @@ impl Shapes {
         }
     }
 
-    /// The most frequent shape. If there are several, the one that occurred first.
+    /// Returns the most frequent shape. If there are several, the one that occurred first.
     pub fn most_frequent(&self) -> Option<&Shape> {
         self.known.iter().rev().max_by_key(|shape| shape.scans)
     }
@@ -188,7 +188,7 @@ struct Facts {
     scans: u64,
     reference: Motion,
     own: Motion,
-    /// The current gap, since the last ODOM line, and the one in which the robot travels farthest.
+    /// The current gap, which began after the last ODOM line, and the gap in which the robot travelled farthest.
     gap: Gap,
     longest_gap: Gap,
     /// True if the two poses of some scan differ.
@@ -247,7 +247,7 @@ pub struct Survey {
     kinds: BTreeMap<ScanKind, Facts>,
     odometry_lines: u64,
     chained: Motion,
-    /// Number of lines of the kinds that are not read, by their first words.
+    /// Number of lines of the kinds that are not read, keyed by the first word of the line.
     others: BTreeMap<String, u64>,
     first_fault: Option<LeftOut>,
     faults: u64,
@@ -330,7 +330,7 @@ impl Survey {
         Ok(Reading { kind, odometry, surplus: facts.surplus().map(|(value, _)| value) })
     }
 
-    /// The distance travelled according to the odometry of `reading`, in metres.
+    /// Returns the distance travelled according to the odometry of `reading`, in metres.
     pub fn odometry_distance_m(&self, reading: &Reading) -> f64 {
         let own = self.kinds.get(&reading.kind).map_or(0.0, |facts| facts.own.distance_m);
         if reading.odometry == OdometrySource::Lines { self.chained.distance_m } else { own }
@@ -368,7 +368,7 @@ impl Survey {
         is_partial.then_some(Doubt::Partial { lines_m, scans_m })
     }
 
-    /// The scans of `reading` by their beam directions.
+    /// Returns the scans of `reading` by their beam directions.
     pub fn shapes(&self, reading: &Reading) -> Option<&Shapes> {
         self.kinds.get(&reading.kind).map(|facts| &facts.shapes)
     }

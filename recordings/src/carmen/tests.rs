@@ -23,7 +23,7 @@ fn read(log: impl AsRef<[u8]>) -> (Vec<CarmenScan>, Vec<LeftOut>) {
     (scans, left_out)
 }
 
-/// A scan of two readings, at `x` by the reference and at `own` by the robot's odometry.
+/// Returns a scan of two readings, at `x` by the reference and at `own` by the robot's odometry.
 fn flaser(x: f64, own: f64) -> String {
     format!("FLASER 2 1 2 {x} 0 0 {own} 0 0 {own} h 0\n")
 }
@@ -46,8 +46,8 @@ fn corrections_by_the_mapper_stay_out_of_the_odometry() {
     assert_eq!((scans[0].ranges_m.as_slice(), scans[1].time_s), (&[1.5, 2.5, 81.9][..], 0.5));
 }
 
-/// The step from the last ODOM line before a scan to the first one after it was always left out. With ODOM and FLASER lines
-/// alternating, as in raw logs, the robot never moved.
+/// Regression test: the step from the last ODOM line before a scan to the first one after it was always left out. With ODOM and
+/// FLASER lines alternating, as in raw logs, the robot never moved.
 #[test]
 fn the_odometry_of_a_raw_log_is_taken_as_it_is() {
     let log: String = [0.0, 1.0, 2.0].map(|x| odom(x) + &flaser(x + 0.1, x + 0.1)).concat();
@@ -55,7 +55,8 @@ fn the_odometry_of_a_raw_log_is_taken_as_it_is() {
     assert_eq!(way, [0.0, 1.0, 2.0]);
 }
 
-/// gmapping's `scanstudio2carmen` writes no ODOM lines. The robot appeared to stand still, and was localized without error.
+/// Regression test: gmapping's `scanstudio2carmen` writes no ODOM lines. The robot appeared to stand still, and was localized
+/// without error.
 #[test]
 fn without_odom_lines_the_odometry_is_the_pose_of_the_scans() {
     let log: String = [0.0, 1.0, 2.5].map(|x| flaser(7.0 + x, x)).concat();
@@ -92,8 +93,8 @@ fn an_odometry_that_never_moves_is_doubted() {
     assert_eq!(doubts(turning), [Doubt::SamePoses], "to turn is to move");
 }
 
-/// ODOM lines that ended after 3.0 m of 5.1 m, or accompanied only every twentieth scan, were accepted silently, because only
-/// less than half of the distance raised a doubt. The robot stood still where the lines were missing.
+/// Regression test: ODOM lines that ended after 3.0 m of 5.1 m, or accompanied only every twentieth scan, were accepted
+/// silently, because only less than half of the distance raised a doubt. The robot stood still where the lines were missing.
 #[test]
 fn odom_lines_that_end_halfway_or_are_sparse_are_doubted() {
     let doubts = |log: &str| {
@@ -153,8 +154,8 @@ fn the_number_of_fields_must_match_the_counts_in_the_line() {
     }
 }
 
-/// A last line that was cut off caused the whole log to be refused. Garbled lines were silently ignored, and so were lines
-/// from a host whose name is not UTF-8.
+/// Regression test: a last line that was cut off caused the whole log to be refused. Garbled lines were silently ignored, and
+/// so were lines from a host whose name is not UTF-8.
 #[test]
 fn reading_continues_after_an_unreadable_line() {
     let mut log = b"# Aufgenommen in Z\xfcrich\n".to_vec();
@@ -172,7 +173,7 @@ fn reading_continues_after_an_unreadable_line() {
     assert_eq!(words(&left_out), expected);
 }
 
-/// A compressed file that was cut off was refused.
+/// Regression test: a compressed file that was cut off was refused.
 #[test]
 fn truncated_data_ends_the_log() {
     struct Cut<'a>(&'a [u8]);
@@ -194,7 +195,7 @@ fn truncated_data_ends_the_log() {
     assert_eq!(end.to_string(), "3: the file breaks off here: too early");
 }
 
-/// Some readings are not a distance, and one of them is next to one that means "no return".
+/// Some readings are not distances, and one of them is next to a reading that means "no return".
 #[test]
 fn an_invalid_reading_does_not_affect_the_others() {
     let (scans, left_out) = read("FLASER 4 1 nan inf -1 0 0 0 0 0 0 1 h 1\n");
@@ -202,7 +203,7 @@ fn an_invalid_reading_does_not_affect_the_others() {
     assert_eq!((scans[0].ranges_m[0], scans[0].ranges_m[2]), (1.0, f32::INFINITY));
 }
 
-/// The poses were read one field too early, so the robot stood 80 m away.
+/// Regression test: the poses were read one field too early, so the robot stood 80 m away.
 #[test]
 fn a_maximum_range_after_the_readings_is_not_taken_for_a_pose() {
     let line = |x: f64| format!("FLASER 2 1 2 80.0 {x} 0 0 {x} 0 0 {x} h 0\n");
@@ -218,7 +219,7 @@ fn a_maximum_range_after_the_readings_is_not_taken_for_a_pose() {
     assert_eq!((scans.len(), left_out.len()), (1, 3));
 }
 
-/// 401 readings over 100° were read as half a circle.
+/// Regression test: 401 readings over 100° were read as half a circle.
 #[test]
 fn the_field_of_view_follows_from_the_number_of_readings() {
     for (count, first_deg, step_deg) in [
@@ -245,7 +246,7 @@ fn the_field_of_view_follows_from_the_number_of_readings() {
     assert_eq!(shapes.known.iter().map(|shape| shape.scans).collect::<Vec<_>>(), [1, 2]);
 }
 
-/// The newer kinds of CARMEN lines were not read at all.
+/// Regression test: the newer kinds of CARMEN lines were not read at all.
 #[test]
 fn lines_with_angles_are_read_with_those_angles() {
     let robot = |x: f64| {
@@ -295,7 +296,7 @@ proptest! {
         }
     }
 
-    /// Wherever a line is cut off, nothing is read that is not in it.
+    /// Wherever a line is cut off, the parser reads nothing that the line does not contain.
     #[test]
     fn a_truncated_line_is_skipped(cut in 7_usize..40) {
         let line = "FLASER 3 1.5 2.5 3.5 9 0.1 0 9 0.1 0 0.25 h";

@@ -72,7 +72,7 @@ struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    /// Offset from the start of the message as stored in the file, including the encapsulation header.
+    /// Returns the offset from the start of the message as stored in the file, including the encapsulation header.
     fn offset(&self) -> usize {
         self.at + ENCAPSULATION_BYTES
     }
@@ -142,7 +142,7 @@ mod tests {
         Types::of(&Schema { name, encoding, data: TEXT.as_bytes().to_vec() }).unwrap()
     }
 
-    /// The same message in either byte order, encoded by hand.
+    /// Returns the same message in either byte order, encoded by hand.
     fn bytes(is_big_endian: bool) -> Vec<u8> {
         let order = |mut bytes: Vec<u8>| {
             if is_big_endian {

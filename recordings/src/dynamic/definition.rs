@@ -217,7 +217,8 @@ mod tests {
         assert!(types.fields("std_msgs/Header").is_err());
     }
 
-    /// `time stamp` was mistaken for a type that the file does not define, so no message with a header was read.
+    /// Regression test: `time stamp` was mistaken for a type that the file does not define, so no message with a header was
+    /// read.
     #[test]
     fn times_need_no_definition() {
         let types = types("time stamp\nduration[2] lasted\nbuiltin_interfaces/Time again\n").unwrap();

@@ -1,4 +1,4 @@
-//! A run to record, and its messages.
+//! A run to record and its messages, shared by the tests.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -66,7 +66,7 @@ drift_yaw_radpm = 0.01
 slips_per_m = 0.0
 "#;
 
-/// An invented run.
+/// Returns an invented run of the kind `sketch`.
 pub fn run_config() -> RunConfig {
     sketchnav_navigators::register(&[]).unwrap();
     let mission = Mission::parse(MISSION).unwrap();
@@ -106,7 +106,7 @@ impl ChannelVisitor for WriteSamples<'_> {
     }
 }
 
-/// The channels that are recorded in a run of this kind of navigator, in the order of an instant.
+/// Returns the channels that are recorded in a run of this kind of navigator, in the order of an instant.
 pub fn channels_of(kind: &str) -> impl Iterator<Item = &'static ChannelSpec> {
     channels::of_kind(kind).filter(|spec| spec.is_recorded())
 }
@@ -138,7 +138,7 @@ fn latched() -> Header {
     Header { seq: 1, stamp_ns: 0, source_seq: 0 }
 }
 
-/// The drawing of the story: a frame of walls around free space.
+/// Returns the drawing of the story: a frame of walls around free space.
 pub fn sketch() -> (SketchMap, Vec<u8>) {
     let (width_px, height_px) = (40, 30);
     let is_wall = |x: u32, y: u32| x == 0 || y == 0 || x == width_px - 1 || y == height_px - 1;
@@ -159,7 +159,7 @@ fn route() -> Route {
     route
 }
 
-/// The scan of a step: a wall ahead that comes nearer, and one lost beam.
+/// Returns the scan of a step: a wall ahead that comes nearer, and one lost beam.
 pub fn scan(step: u64) -> LaserScan {
     let mut scan = LaserScan {
         header: header(step),
@@ -189,7 +189,7 @@ pub fn write_beginning(writer: &mut Writer<BufWriter<File>>) {
     writer.write(channels::MISSION, &order, &[]).unwrap();
 }
 
-/// The tick that ends the world's part of a step. It names a reading of each sensor that the story has.
+/// Returns the tick that ends the world's part of a step. It names a reading of each sensor that the story has.
 pub fn tick(step: u64) -> Tick {
     let mut tick = Tick { header: header(step), ..Zeroable::zeroed() };
     for (newest, sensor) in tick.newest.iter_mut().zip(channels::sensors()) {

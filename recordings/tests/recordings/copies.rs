@@ -1,4 +1,4 @@
-//! Recordings made from recordings: intact parts stay as they are, damaged parts are left out and counted.
+//! Recordings made from other ones: intact parts stay as they are, and damaged parts are left out and counted.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -84,8 +84,8 @@ fn a_file_truncated_by_a_kill_is_recovered_up_to_the_cut() {
     assert!(info.clean_end && info.messages == known);
 }
 
-/// A recorder that is killed usually leaves a file that ends after a complete record. `info` reported such a file as cut off,
-/// but a copy of it counted as complete.
+/// Regression test: a recorder that is killed usually leaves a file that ends after a complete record. `info` reported such a
+/// file as cut off, but a copy of it counted as complete.
 #[test]
 fn a_file_that_ends_after_a_complete_record_is_truncated_too() {
     let folder = tempfile::tempdir().unwrap();
@@ -203,8 +203,8 @@ fn halves_become_one() {
     assert_eq!(messages(&to).len(), messages(&path).len());
 }
 
-/// A filter that started at the second second reported everything before as missing. So did every part except the first and,
-/// at any time, `/health`, whose numbers mean nothing.
+/// Regression test: a filter that started 2 s into the recording reported everything before as missing. So did every part except
+/// the first and, at any time, `/health`, whose numbers mean nothing.
 #[test]
 fn messages_left_out_on_purpose_do_not_count_as_missing() {
     let folder = tempfile::tempdir().unwrap();
@@ -247,7 +247,8 @@ fn parts_report_what_the_recording_lacks() {
     assert_eq!(missing.sum::<u64>(), info(&path).unwrap().missing);
 }
 
-/// The drawing is latched and therefore in every part. With a limit below its size, each message became a separate part.
+/// The drawing is latched and therefore in every part. Regression test: with a limit below its size, each message became a
+/// separate part.
 #[test]
 fn a_part_keeps_its_limit_despite_latched_messages() {
     let folder = tempfile::tempdir().unwrap();
@@ -266,7 +267,8 @@ fn a_part_keeps_its_limit_despite_latched_messages() {
     }
 }
 
-/// If two runs had descriptions of different lengths, both descriptions were written and the last one was used.
+/// Regression test: if two runs had descriptions of different lengths, both descriptions were written and the last one was
+/// used.
 #[test]
 fn the_first_of_several_descriptions_counts() {
     let folder = tempfile::tempdir().unwrap();
@@ -346,8 +348,9 @@ fn rewritten(path: &Path, to: &Path, form: mcap::WriteOptions) {
     other.finish().unwrap();
 }
 
-/// Another tool had rewritten the recording of a run with its attachments at the end, where many tools put them. It was
-/// treated as a recording without run.json, which neither `rerun` nor `replay` accepts, and so was its recovered copy.
+/// Regression test: another tool had rewritten the recording of a run with its attachments at the end, where many tools put
+/// them. It was treated as a recording without run.json, which neither `rerun` nor `replay` accepts, and so was its recovered
+/// copy.
 #[test]
 fn the_run_is_found_wherever_another_tool_wrote_it() {
     let folder = tempfile::tempdir().unwrap();

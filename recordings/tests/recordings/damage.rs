@@ -119,7 +119,7 @@ fn attach_holes(path: &Path, count: u32) {
     }
 }
 
-/// All attachments are kept in memory, so a small file on the disk could once take gigabytes.
+/// Regression test: all attachments are kept in memory, so a small file on the disk could once take gigabytes.
 #[test]
 fn attachments_are_limited_to_the_files_of_a_run() {
     let folder = tempfile::tempdir().unwrap();
@@ -134,7 +134,7 @@ fn attachments_are_limited_to_the_files_of_a_run() {
     assert!(error.contains("attachments") && error.contains("expected at most 268435456 bytes"), "{error}");
 }
 
-/// A file without chunks appeared to be empty, because its messages were in no index.
+/// Regression test: a file without chunks appeared to be empty, because its messages were in no index.
 #[test]
 fn messages_outside_chunks_are_found() {
     let folder = tempfile::tempdir().unwrap();
@@ -170,7 +170,7 @@ fn loose(channel: u16, sequence: u32, ns: u64) -> Vec<u8> {
     [&[MESSAGE][..], &(content.len() as u64).to_le_bytes(), &content].concat()
 }
 
-/// Messages between chunks were left out if the file had an index, because an index lists only chunks.
+/// Regression test: messages between chunks were left out if the file had an index, because an index lists only chunks.
 #[test]
 fn messages_between_chunks_are_found() {
     let folder = tempfile::tempdir().unwrap();
@@ -240,7 +240,7 @@ fn a_chunk_that_ends_beyond_the_file_is_reported() {
     assert!(error.contains(&format!("byte {at}: the file ends within the record")), "{error}");
 }
 
-/// `recover` is for damaged files, but it refused a file with only its first bytes damaged.
+/// Regression test: `recover` is for damaged files, but it refused a file with only its first bytes damaged.
 #[test]
 fn a_file_with_only_its_magic_damaged_is_recovered() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Two recordings of the same messages are the same. Any other two differ at a message that is named.
+//! Two recordings of the same messages count as the same. For any others, the first message that differs is named.
 
 use std::path::Path;
 
@@ -114,8 +114,8 @@ fn a_cell_of_the_drawing_is_named() {
     assert_eq!((found.channel, found.what), ("sketch", what));
 }
 
-/// A drawing has no field for its length. If one drawing began with all of the other, the two did not differ in any common
-/// byte and counted as the same.
+/// Regression test: a drawing has no field for its length. If one drawing began with all of the other, the two did not differ
+/// in any common byte and counted as the same.
 #[test]
 fn a_longer_drawing_is_a_different_one() {
     let folder = tempfile::tempdir().unwrap();

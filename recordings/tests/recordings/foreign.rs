@@ -33,7 +33,7 @@ fn recovered(path: &Path, damaged: Damaged) -> (Copied, Vec<u8>) {
     (copied, copy.finish().unwrap())
 }
 
-/// A recording with lz4 chunks was reported as damaged, and `recover` left nothing of it.
+/// Regression test: a recording with lz4 chunks was reported as damaged, and `recover` left nothing of it.
 #[test]
 fn every_compression_of_mcap_is_read() {
     let folder = tempfile::tempdir().unwrap();
@@ -54,7 +54,7 @@ fn every_compression_of_mcap_is_read() {
     }
 }
 
-/// Among messages that rosbag2 had compressed individually, a damaged one was silently copied unchanged.
+/// Regression test: among messages that rosbag2 had compressed individually, a damaged one was silently copied unchanged.
 #[test]
 fn a_message_that_cannot_be_decompressed_is_skipped_and_counted() {
     let folder = tempfile::tempdir().unwrap();
@@ -211,7 +211,8 @@ fn ros_1_messages_are_reported_and_json_is_passed_on() {
     assert_eq!(info(&path).unwrap().profile, "ros1");
 }
 
-/// `recover` dropped chunks with a wrong checksum for good. It reported how many there were, but not where and why.
+/// Regression test: `recover` dropped chunks with a wrong checksum for good. It reported how many there were, but not where and
+/// why.
 #[test]
 fn messages_with_a_wrong_checksum_are_listed_and_kept_on_request() {
     let folder = tempfile::tempdir().unwrap();
@@ -251,7 +252,7 @@ fn a_file_other_than_a_recording_is_reported() {
     }
 }
 
-/// A message whose topic is not a channel was silently left out of a copy.
+/// Regression test: a message whose topic is not a channel was silently left out of a copy.
 #[test]
 fn the_writer_of_runs_refuses_an_unknown_topic() {
     let folder = tempfile::tempdir().unwrap();
@@ -261,8 +262,8 @@ fn the_writer_of_runs_refuses_an_unknown_topic() {
     assert!(matches!(&error, RecordingError::UnknownTopic { topic } if topic == "/ball"), "{error}");
 }
 
-/// If rosbag2 had not found a definition, its messages were reported as too long. If a topic had two types, only one was
-/// shown.
+/// Regression test: if rosbag2 had not found a definition, its messages were reported as too long. If a topic had two types,
+/// only one was shown.
 #[test]
 fn an_empty_definition_and_a_second_type_are_reported() {
     let folder = tempfile::tempdir().unwrap();
@@ -278,7 +279,7 @@ fn an_empty_definition_and_a_second_type_are_reported() {
     assert!(notes.contains(words), "{notes}");
 }
 
-/// Another tool had left out scans but copied the facts about the topics, which said "0 missing".
+/// Regression test: another tool had left out scans but copied the facts about the topics, which said "0 missing".
 #[test]
 fn metadata_of_topics_copied_by_another_tool_is_ignored() {
     let folder = tempfile::tempdir().unwrap();

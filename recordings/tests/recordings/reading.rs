@@ -1,4 +1,5 @@
-//! Reading part of a recording: a range of times, some topics, or in order of time, and how little of the file is read for that.
+//! Tests how part of a recording is read (a range of times, some topics, or in order of time), and how little of the file that
+//! takes.
 
 use std::path::{Path, PathBuf};
 

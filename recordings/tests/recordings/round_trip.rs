@@ -301,8 +301,8 @@ fn times_within_a_topic_never_decrease() {
     assert_eq!(said, stamps);
 }
 
-/// The recorder reports its restarts in `health`, as every process does, and also counts them itself. Each of its restarts
-/// was therefore counted twice.
+/// Regression test: the recorder reports its restarts in `health`, as every process does, and also counts them itself. Each of
+/// its restarts was therefore counted twice.
 #[test]
 fn a_restart_of_the_recorder_counts_once() {
     let folder = tempfile::tempdir().unwrap();

@@ -11,7 +11,7 @@ use sketchnav_schemas::run::RunConfig;
 
 use crate::common;
 
-/// A mission with this drawing, in the world of this map.
+/// Returns a mission with this drawing, in the world of this map.
 fn mission(drawing: &Path, map: &Path) -> Mission {
     let mut mission = common::run_config().mission;
     mission.navigator.given.insert("drawing".into(), drawing.to_str().unwrap().into());
@@ -36,8 +36,8 @@ fn playing(recording: &Recording, run: RunConfig) -> RunConfig {
     RunConfig { files_of: Some(recording.path().to_str().unwrap().to_owned()), ..run }
 }
 
-/// `rerun` opened the files named in the `run.json` of an untrusted recording, and `replay --live` put them into another
-/// recording.
+/// Regression test: `rerun` opened the files named in the `run.json` of an untrusted recording, and `replay --live` put them
+/// into another recording.
 #[test]
 fn a_recorded_run_reads_nothing_outside_its_recording() {
     let folder = tempfile::tempdir().unwrap();
@@ -61,7 +61,7 @@ fn a_recorded_run_reads_nothing_outside_its_recording() {
     assert!(sources::to_record(&run).unwrap().is_empty());
 }
 
-/// The place that a running system names for its files is valid only within that system.
+/// The location that a running system gives for its files is valid only within that system.
 #[test]
 fn a_recording_cannot_refer_to_another_one() {
     let folder = tempfile::tempdir().unwrap();
@@ -100,7 +100,7 @@ fn embedded_files_are_read_from_the_recording() {
     assert_eq!(sources::to_record(&playing(&whole, recorded.run)).unwrap().len(), files.len());
 }
 
-/// The second of two files with the same name replaced the first.
+/// Regression test: the second of two files with the same name replaced the first.
 #[test]
 fn files_with_the_same_name_are_kept_apart() {
     let folder = tempfile::tempdir().unwrap();

@@ -45,13 +45,13 @@ impl Draft {
         Ok((Self { path, draft: Some(draft) }, BufWriter::new(file)))
     }
 
-    /// Path of the file that the draft will replace.
+    /// Returns the path of the file that the draft will replace.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Path of the unfinished file, so that the caller can check the content before the file is renamed. `None` for a pipe or a
-    /// device.
+    /// Returns the path of the unfinished file, so that the caller can check the content before the file is renamed. `None` for
+    /// a pipe or a device.
     pub fn written(&self) -> Option<&Path> {
         self.draft.as_deref()
     }
@@ -171,7 +171,7 @@ mod tests {
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
     }
 
-    /// A source named `a.mcap.unfinished` was truncated when `a.mcap` was made from it.
+    /// Regression test: a source named `a.mcap.unfinished` was truncated when `a.mcap` was made from it.
     #[test]
     fn an_existing_file_with_the_drafts_name_is_kept() {
         let folder = tempfile::tempdir().unwrap();
@@ -196,7 +196,7 @@ mod tests {
         assert!(refuse_to_overwrite([path.as_path()], &other).is_ok());
     }
 
-    /// Running with `-o /dev/null` as root replaced the device with a file.
+    /// Regression test: running with `-o /dev/null` as root replaced the device with a file.
     #[test]
     fn devices_and_pipes_are_not_replaced() {
         let folder = tempfile::tempdir().unwrap();

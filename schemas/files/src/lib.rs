@@ -114,7 +114,7 @@ mod tests {
 
     const FEW: Limit = Limit { what: "a note", bytes: 10 };
 
-    /// A sparse file of 8 GB was read into memory without first checking its size.
+    /// Regression test: a sparse file of 8 GB was read into memory without first checking its size.
     #[test]
     fn an_oversized_file_is_refused_before_it_is_read() {
         let folder = tempfile::tempdir().unwrap();

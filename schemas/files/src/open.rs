@@ -75,8 +75,8 @@ mod tests {
         assert_eq!(O_NONBLOCK, nix::libc::O_NONBLOCK);
     }
 
-    /// `info`, `--faults` and a drawing waited forever for the writer of a named pipe, and read `/dev/zero` up to the
-    /// limit.
+    /// Regression test: `info`, `--faults` and a drawing waited forever for the writer of a named pipe, and read `/dev/zero` up
+    /// to the limit.
     #[test]
     fn anything_but_a_plain_file_is_refused_without_waiting() {
         let folder = tempfile::tempdir().unwrap();

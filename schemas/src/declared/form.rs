@@ -172,7 +172,7 @@ impl Declared {
         })
     }
 
-    /// The fields after the header.
+    /// Returns the fields after the header.
     fn body(&self) -> &[Field] {
         &self.layout.fields[1..]
     }
@@ -215,7 +215,7 @@ fn read<T: Pod>(bytes: &[u8]) -> T {
     bytemuck::pod_read_unaligned(bytes)
 }
 
-/// The text up to the first zero, or up to the first byte that is not UTF-8.
+/// Returns the text up to the first zero, or up to the first byte that is not UTF-8.
 fn text(bytes: &[u8]) -> &str {
     let bytes = bytes.split(|&byte| byte == 0).next().unwrap_or_default();
     bytes.utf8_chunks().next().map_or("", |chunk| chunk.valid())

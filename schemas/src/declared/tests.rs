@@ -140,7 +140,7 @@ fn a_list_that_claims_more_than_it_can_hold_ends_at_its_capacity() {
     assert!(matches!(room.decode(&cdr, 1), Err(crate::ros2::Ros2Error::Cdr(_))));
 }
 
-/// Makes a declaration invalid.
+/// A change that makes a declaration invalid.
 type Spoil = fn(&mut Declaration);
 
 #[test]

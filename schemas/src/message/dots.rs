@@ -37,7 +37,7 @@ parts! {
 }
 
 impl DotView {
-    /// The valid entries of `dots`.
+    /// Returns the valid entries of `dots`.
     pub fn dots(&self) -> &[SeenDot] {
         &self.dots[..(self.dot_count as usize).min(MAX_DOTS)]
     }

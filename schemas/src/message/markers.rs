@@ -45,7 +45,7 @@ parts! {
 }
 
 impl MarkerView {
-    /// The valid entries of `markers`.
+    /// Returns the valid entries of `markers`.
     pub fn markers(&self) -> &[SeenMarker] {
         &self.markers[..(self.marker_count as usize).min(MAX_MARKERS)]
     }

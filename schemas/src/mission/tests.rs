@@ -32,7 +32,7 @@ fn a_mission_round_trips() {
     assert_eq!(serde_json::from_str::<Mission>(&json).unwrap(), mission);
 }
 
-/// A mission without tasks was once reported as "line 1, column 1: missing field `task`".
+/// Regression test: a mission without tasks was once reported as "line 1, column 1: missing field `task`".
 #[test]
 fn a_mission_without_tasks_is_refused() {
     let (tasks, _) = MISSION.split_once("[[task]]").unwrap();
@@ -40,7 +40,7 @@ fn a_mission_without_tasks_is_refused() {
     assert_eq!(error, "task: expected 1 to 64 [[task]], found 0");
 }
 
-/// "missing field `name`" did not mention the misspelt key.
+/// Regression test: "missing field `name`" did not mention the misspelt key.
 #[test]
 fn a_misspelt_key_that_is_required_is_named() {
     let error = refusal("name = \"kitchen\"", "nmae = \"kitchen\"");
@@ -103,7 +103,7 @@ fn parameters_must_belong_to_known_processes() {
     assert!(parameters.of(Process::Sketcher).is_empty());
 }
 
-/// The second of two values in one table used to remove the first.
+/// Regression test: the second of two values in one table used to remove the first.
 #[test]
 fn nested_tables_are_merged_completely() {
     let mut parameters: Parameters = "localizer.belief.hypotheses = 48".parse().unwrap();
@@ -167,7 +167,7 @@ fn an_invalid_number_is_named_wherever_it_is() {
     }
 }
 
-/// The error printed the place in Rust's debug format: "Place { polygon: None, center: Some([1.0, 2.0]), …".
+/// Regression test: the error printed the place in Rust's debug format: "Place { polygon: None, center: Some([1.0, 2.0]), …".
 #[test]
 fn an_invalid_place_is_quoted_from_the_file() {
     let error = refusal("center = [1.0, 2.0], radius_m = 1.0", "center = [1.0, 2.5]");
@@ -180,8 +180,8 @@ fn a_heading_beyond_a_full_turn_is_refused() {
     assert!(refusal("world_heading_deg = 90", "world_heading_deg = 1e300").contains("-360 to 360"));
 }
 
-/// All finite numbers were accepted, but a time limit of 1e300 s does not fit into nanoseconds, and a start at 1e39 m
-/// does not fit into single precision.
+/// Regression test: all finite numbers were accepted, but a time limit of 1e300 s does not fit into nanoseconds, and a start at
+/// 1e39 m does not fit into single precision.
 #[test]
 fn numbers_beyond_any_building_are_refused_with_their_keys() {
     for (from, to, message) in [

@@ -41,7 +41,7 @@ pub struct Laser {
 }
 
 impl Laser {
-    /// The pose of the sensor on the robot.
+    /// Returns the pose of the sensor on the robot.
     pub fn mount(&self) -> Pose<Base> {
         Pose::new(self.mount_x_m, self.mount_y_m, self.mount_yaw_deg.to_radians())
     }
@@ -149,7 +149,7 @@ pub struct MarkerCamera {
 }
 
 impl MarkerCamera {
-    /// The pose of the camera on the robot.
+    /// Returns the pose of the camera on the robot.
     pub fn mount(&self) -> Pose<Base> {
         Pose::new(self.mount_x_m, self.mount_y_m, self.mount_yaw_deg.to_radians())
     }
@@ -178,7 +178,7 @@ impl MarkerCamera {
         })
     }
 
-    /// Standard deviation of the measured distance of a marker, as a share of the distance.
+    /// Returns the standard deviation of the measured distance of a marker, as a share of the distance.
     ///
     /// The distance is the focal length times a marker's side, divided by the length of that side in the
     /// image. With pixels, that length is the mean of the two upright sides, which a slant does not shorten.
@@ -190,7 +190,7 @@ impl MarkerCamera {
         }
     }
 
-    /// The length of a marker's side in the picture, in pixels.
+    /// Returns the length of a marker's side in the picture, in pixels.
     fn side_px(&self, pixels: &Pixels, distance_m: f64) -> f64 {
         let focal_px = pixels.width_px / 2.0 / (self.field_of_view_deg.to_radians() / 2.0).tan();
         focal_px * pixels.marker_side_m / distance_m
@@ -217,8 +217,8 @@ impl MarkerCamera {
     }
 }
 
-/// The minimum apparent size at which a marker is detected. A bit narrower than about two pixels cannot be
-/// read, since the sampling theorem requires two samples for the smallest detail.
+/// The minimum apparent size at which a marker is detected. Bits of a marker that are narrower than about two pixels in the
+/// image cannot be read, since the sampling theorem requires two samples for the smallest detail.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Pixels {

@@ -117,7 +117,7 @@ fn collect<'a>(name: &str, own: &'a [Definition], needed: &mut Vec<(&'a str, &'a
     }
 }
 
-/// The types used in a text that have a definition of their own.
+/// Returns the types used in a text that have a definition of their own.
 pub fn used_types(text: &str) -> impl Iterator<Item = &str> {
     let words = text.lines().filter_map(|line| line.split_whitespace().next());
     let types = words.map(|word| word.split('[').next().unwrap_or(word));

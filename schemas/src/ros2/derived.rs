@@ -30,7 +30,7 @@ pub struct Derived {
 pub type Encode = fn(&[u8], &[u8], &mut Vec<u8>) -> Result<(), Ros2Error>;
 
 impl Derived {
-    /// The `ros2msg` schema of the topic.
+    /// Returns the `ros2msg` schema of the topic.
     pub fn schema(&self) -> String {
         definitions::schema(self.ros2, &[])
     }

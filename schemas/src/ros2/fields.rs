@@ -16,10 +16,10 @@ pub trait Field: Part {
     /// The ROS 2 form of the type.
     type Form: Default + Serialize + DeserializeOwned + Send + 'static;
 
-    /// The name of the type in a `.msg`.
+    /// Returns the name of the type in a `.msg`.
     fn msg() -> String;
 
-    /// The `.msg` texts of this project that the type needs.
+    /// Returns the `.msg` texts of this project that the type needs.
     fn definitions() -> Vec<Definition> {
         Vec::new()
     }

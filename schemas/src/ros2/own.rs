@@ -18,10 +18,10 @@ pub trait Way<T> {
     /// The values that the field takes, if it is the number of a code.
     const CONSTANTS: &'static [Value] = &[];
 
-    /// The field's type in the `.msg`, or `None` if it has no line there.
+    /// Returns the field's type in the `.msg`, or `None` if it has no line there.
     fn msg() -> Option<String>;
 
-    /// The `.msg` texts of this project that the field needs.
+    /// Returns the `.msg` texts of this project that the field needs.
     fn definitions() -> Vec<Definition> {
         Vec::new()
     }
@@ -178,10 +178,10 @@ pub trait Own: Part {
     /// The struct's comment.
     const DOC: &'static [&'static str];
 
-    /// The fields in the `.msg`.
+    /// Returns the fields in the `.msg`.
     fn lines() -> Vec<Line>;
 
-    /// The `.msg` texts of the structs inside this one.
+    /// Returns the `.msg` texts of the structs inside this one.
     fn parts() -> Vec<Definition>;
 
     /// Converts the fields into their forms, using the memory of `spare`.
@@ -237,7 +237,7 @@ pub trait OwnMessage: Own + Message {
 
 /// The form of the slice that follows a message.
 pub trait Slice: Default + Serialize + DeserializeOwned + Send + 'static {
-    /// The type of the slice in the `.msg`, or `None` if it has no line there.
+    /// Returns the type of the slice in the `.msg`, or `None` if it has no line there.
     fn msg() -> Option<String>;
 
     /// Stores `cells` in the memory of `self`.

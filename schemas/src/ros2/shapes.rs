@@ -25,7 +25,7 @@ pub fn stamped(header: &Header, frame: &str) -> Result<HeaderForm, Ros2Error> {
 /// Returns a path through points. Each of its poses faces the next one.
 ///
 /// # Errors
-/// As [`stamped`].
+/// Same errors as [`stamped`].
 pub fn path(header: &Header, frame: &str, points: &[[f32; 2]]) -> Result<Path, Ros2Error> {
     let header = stamped(header, frame)?;
     let yaw = |i: usize| {
@@ -51,9 +51,9 @@ pub fn first<T>(all: &[T], count: u32) -> &[T] {
 
 /// Colour of the place that the robot should reach.
 pub const ROUTE_COLOR: [f32; 4] = [0.85, 0.33, 0.1, 0.9];
-/// Colour of the robot's current view.
+/// Colour of what the robot currently sees.
 pub const SEEN_COLOR: [f32; 4] = [0.93, 0.69, 0.13, 1.0];
-/// Colour of the robot's memory.
+/// Colour of what the robot remembers.
 pub const REMEMBERED_COLOR: [f32; 4] = [0.47, 0.53, 0.6, 0.9];
 /// Colour of people.
 pub const PERSON_COLOR: [f32; 4] = [0.49, 0.18, 0.56, 0.9];
@@ -68,7 +68,7 @@ impl Shapes {
     /// Starts with no shapes. The new shapes replace those of the previous message.
     ///
     /// # Errors
-    /// As [`stamped`].
+    /// Same errors as [`stamped`].
     pub fn new(header: &Header, frame: &str) -> Result<Self, Ros2Error> {
         let header = stamped(header, frame)?;
         let clear = Marker { header: header.clone(), action: Marker::DELETEALL, ..Marker::default() };

@@ -59,8 +59,8 @@ fn a_foreign_frame_is_refused() {
     assert!(matches!(error, Ros2Error::Foreign { .. }), "{error}");
 }
 
-/// A driver that computes its quaternions leaves rounding errors in x and y, and −0 if it inverts them. Its whole odometry was
-/// once rejected, with a byte offset as the reason.
+/// Regression test: a driver that computes its quaternions leaves rounding errors in x and y, and −0 if it inverts them. Its
+/// whole odometry was once rejected, with a byte offset as the reason.
 #[test]
 fn rounding_in_a_quaternion_is_distinguished_from_a_tilt() {
     let header = Header { seq: 3, stamp_ns: 5, source_seq: 3 };
@@ -96,8 +96,8 @@ fn constants<T: Ros2>(name: &str, code: u32) -> usize {
     T::schema().lines().filter(|found| found.starts_with(&line)).count()
 }
 
-/// The `.msg` texts were once written by hand. When `Process::Pad` was added to the code, it was forgotten in the two
-/// messages that contain a process.
+/// Regression test: the `.msg` texts were once written by hand. When `Process::Pad` was added to the code, it was forgotten in
+/// the two messages that contain a process.
 #[test]
 fn the_pad_is_a_process_in_every_message_that_names_processes() {
     for value in Process::VALUES {

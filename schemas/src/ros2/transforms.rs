@@ -18,7 +18,7 @@ pub const TF_STATIC: &str = "/tf_static";
 /// The ROS 2 type of both topics.
 pub const TYPE: &str = "tf2_msgs/msg/TFMessage";
 
-/// The `ros2msg` schema of both topics.
+/// Returns the `ros2msg` schema of both topics.
 pub fn schema() -> String {
     definitions::schema(TYPE, &[])
 }

@@ -240,7 +240,7 @@ pub enum Command {
     },
     /// Give a running mission one order by hand: start, abort, pause, resume, unattended, goal or here.
     #[command(
-        after_help = "The supervisor forwards the order, so this works alongside a pad, and the order is recorded.\nExit codes: 0 sent, 2 bad input, 3 anything else.\nExample: sketchnav send pause --system lab\nExample, to go to the third task now: sketchnav send goal --task 3\nExample, to go to the kitchen, which a task or the drawing names: sketchnav send goal kitchen\nExample, to set the robot's position in the drawing: sketchnav send here --at 520,90"
+        after_help = "The supervisor forwards the order, so this works alongside a pad, and the order is recorded.\nExit codes: 0 sent, 2 bad input, 3 anything else.\nExample: sketchnav send pause --system lab\nExample, to go to the third task now: sketchnav send goal --task 3\nExample, to go to the kitchen, which a task or the drawing names: sketchnav send goal kitchen\nExample, to go to a room without a name: sketchnav send goal the room left of the kitchen\nExample, to set the robot's position in the drawing: sketchnav send here --at 520,90"
     )]
     Send {
         #[command(flatten)]
@@ -254,7 +254,7 @@ pub enum Command {
         #[command(subcommand)]
         what: Param,
     },
-    /// Save the last seconds of what a running system records, now or when a message arrives on a channel.
+    /// Save the last seconds of a running system's recording, now or when a message arrives on a channel.
     #[command(
         after_help = "The copy is a separate recording that includes the latched messages; the system keeps recording.\nExit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav snapshot --last 20 -o moment.mcap\nExample: sketchnav snapshot --on contact --after 2 -o bump.mcap"
     )]
@@ -472,7 +472,7 @@ pub struct EvalOptions {
     /// world.
     #[arg(long, value_enum, value_name = "SIMULATOR", conflicts_with_all = ["check_processes", "pictures"])]
     pub world: Option<Simulator>,
-    /// With --world: the Python that has the simulator and the package sketchnav.
+    /// With --world: the Python interpreter that has the simulator and the package sketchnav.
     #[arg(long, value_name = "PROGRAM", default_value = "python3", requires = "world")]
     pub python: PathBuf,
     /// Folder of the maps and drawings that are not part of the project. Default: the value of the environment variable

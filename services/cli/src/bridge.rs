@@ -82,7 +82,7 @@ mod built {
     #[cfg(feature = "zenoh")]
     const ROUTER: &str = "tcp/localhost:7447";
 
-    /// Returns Zenoh as a client of the given routers, or as a router itself if `--listen` is given.
+    /// Returns the settings for Zenoh: a router if `--listen` is given, otherwise a client of the given routers or of this host's.
     #[cfg(feature = "zenoh")]
     pub fn zenoh(options: &Ros2Options) -> Middleware {
         let (mut routers, listen) = (options.routers.clone(), options.listen.clone());
@@ -121,7 +121,11 @@ mod built {
         let orders = settings.takes_orders.then(|| format!("; orders from {}", settings.topic(ORDER_TOPIC)));
         let (domain, orders) = (settings.domain, orders.unwrap_or_default());
         live!("{name} in domain {domain}: {}{orders}", names.join(" "))?;
-        let find = |name: &str| named_goal(run, name).map_err(|error| error.to_string());
+        let find = |name: &str| {
+            let (order, resolved) = named_goal(run, name).map_err(|error| error.to_string())?;
+            resolved.iter().for_each(|resolved| crate::output::say!("{resolved}"));
+            Ok(order)
+        };
         let done = sketchnav_ros2::run(&node, run, &topics, settings, &find).context("bridge ros2")?;
         Ok(report(name, &done))
     }

@@ -32,8 +32,8 @@ use safety::{Safety, safety};
 #[derive(Debug, Serialize)]
 struct Report {
     kills: usize,
-    /// The number of kills that the options asked for. If the mission ends early, there are fewer, and the
-    /// result proves less.
+    /// The number of kills that the user asked for. If the mission ends early, fewer of them happen, and the result is less
+    /// conclusive.
     asked: u32,
     /// Number of kills that starved a process of the processor for a while instead of ending it.
     starvations: usize,
@@ -182,7 +182,7 @@ fn recording(report: &Value) -> Result<PathBuf, Failure> {
     Ok(path.into())
 }
 
-/// Returns the number of messages that the world sends in the whole mission, which is how its progress is counted.
+/// Returns the number of messages that the world sends in the whole mission, against which its progress is measured.
 fn world_messages(recording: &Path) -> Result<u32, Failure> {
     let info = info::info(recording).context("the undisturbed recording")?;
     let is_worlds =
@@ -289,8 +289,8 @@ mod tests {
         }
     }
 
-    /// A run that was identical down to the byte was once called bad because its mission fails even without kills, or
-    /// ends early.
+    /// Regression test: a run that was identical down to the byte was once called bad because its mission fails even without
+    /// kills, or ends early.
     #[test]
     fn an_undisturbed_run_passes_if_it_is_identical() {
         assert!(report().is_good());

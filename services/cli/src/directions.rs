@@ -161,7 +161,7 @@ fn write_page(file: &Path, run: &RunConfig, made: &Made) -> anyhow::Result<()> {
         .with_context(|| format!("--page {}", file.display()))
 }
 
-/// The landmarks that a map refers to, one for each entry, by their numbers.
+/// The landmark of each entry of a map: its number in the plane and its position.
 type Landmarks = Vec<(DotId, Place)>;
 
 fn on_picture(at: Place) -> Point<World> {

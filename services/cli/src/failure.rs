@@ -168,7 +168,7 @@ mod tests {
 
     use super::*;
 
-    /// An error that quoted a rejected escape sequence used to send it to the terminal itself.
+    /// Regression test: an error that quoted a rejected escape sequence used to send it to the terminal itself.
     #[test]
     fn no_error_controls_the_terminal_or_forges_a_line() {
         let name = "a\u{1b}[31m\u{202e}\nerror: forged\u{9b}";
@@ -211,7 +211,7 @@ mod tests {
         shown::lines(on_lines(&story(error)))
     }
 
-    /// A missing file was once reported three times: "m.toml: cannot be read: No such file …: cannot be …".
+    /// Regression test: a missing file was once reported three times: "m.toml: cannot be read: No such file …: cannot be …".
     #[test]
     fn each_cause_is_printed_once() {
         let missing = sketchnav_sim::mission_file::load("/nowhere/m.toml".as_ref()).unwrap_err();

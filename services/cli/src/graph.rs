@@ -17,11 +17,11 @@ use crate::{channels as table, systems};
 
 const LANE_PX: f64 = 118.0;
 const ROW_PX: f64 = 30.0;
-/// Width to the left of the lanes, for the names and types of the channels.
+/// Space to the left of the lanes for the names and types of the channels.
 const LEFT_PX: f64 = 292.0;
-/// Width to the right of the lanes, for the figures.
+/// Space to the right of the lanes for the figures.
 const RIGHT_PX: f64 = 170.0;
-/// The part of `RIGHT_PX` that is for the bandwidth.
+/// Width of the column for the bandwidth, which is part of `RIGHT_PX`.
 const BAND_PX: f64 = 76.0;
 const TOP_PX: f64 = 104.0;
 const FONT: &str = "font-family=\"Helvetica, Arial, sans-serif\"";

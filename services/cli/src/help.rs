@@ -50,13 +50,13 @@ const PAGES: &[Page] = pages![
     "docs/write-a-navigator.md",
 ];
 
-/// Other words for topics.
+/// Alternative names of topics, each with the topic that it stands for.
 const ALIASES: &[(&str, &str)] = &[("ros", "ecosystem"), ("ros2", "ecosystem")];
 /// The page that lists all the others by what their readers want to do.
 const INDEX: &str = "docs/README.md";
 /// The topic of [`INDEX`].
 const INDEX_TOPIC: &str = "topics";
-/// Columns of the output if it does not go to a terminal.
+/// Width of the output, in columns, if it does not go to a terminal.
 const COLUMNS: usize = 100;
 /// Narrowest and widest output on a terminal, in columns. Longer lines are hard to read.
 const TERMINAL_COLUMNS: (usize, usize) = (40, 120);

@@ -35,7 +35,7 @@ pub fn load(path: &Path, options: &SystemOptions) -> Result<(Mission, Robot), Fa
     Ok((mission, robot))
 }
 
-/// Makes the mission one that is driven in the learned map `learned`.
+/// Changes the mission so that it is driven in the learned map `learned`.
 ///
 /// # Errors
 /// If the path is not UTF-8, or if the mission's navigator or method does not support learned maps.
@@ -176,7 +176,7 @@ mod tests {
         serde_json::to_value(judged).unwrap()["method"].as_str().unwrap().to_owned()
     }
 
-    /// The method was once missing from the recordings of all kinds of navigators but one.
+    /// Regression test: the method was once missing from the recordings of all kinds of navigators but one.
     #[test]
     fn the_method_of_a_run_is_known_for_every_navigator() {
         let mut kinds = BTreeSet::new();

@@ -159,7 +159,7 @@ pub fn main_with(navigators: &'static [Navigator]) -> ExitCode {
 /// returns the exit code. If a program is not started by its own executable, it must first call [`start_by`].
 pub fn run(navigators: &'static [Navigator], words: Vec<OsString>) -> u8 {
     let words = WORDS.get_or_init(|| words);
-    // Before anything that needs much of the stack.
+    // This must come before anything that needs a lot of stack.
     if let Err(error) = sketchnav_runtime::provide_stack() {
         return exit_code(Err(Failure::Other(error.into())), false);
     }

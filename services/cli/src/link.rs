@@ -42,7 +42,7 @@ impl Link {
         Ok(Self { site, token: given.unwrap_or_else(Token::random), study: None })
     }
 
-    /// Makes this the link to the page of the study in `folder`, which must be an absolute path.
+    /// Turns this into the link to the page of the study in `folder`, which must be an absolute path.
     pub fn of_study(self, folder: PathBuf) -> Self {
         Self { study: Some(folder), ..self }
     }

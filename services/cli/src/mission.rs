@@ -28,7 +28,7 @@ use crate::report;
 use crate::view::Beside;
 use crate::warnings;
 
-/// Minimum width of the column of tasks' names, in characters.
+/// Minimum width of the column with the tasks' names, in characters.
 const LEAST_NAME: usize = 12;
 
 /// Time between updates of the progress line.
@@ -249,7 +249,7 @@ fn link(run: &RunConfig, options: &RunOptions, token: Option<Token>) -> Result<O
     Link::new(&options.site, token).or_input().map(Some)
 }
 
-/// How a run that was watched ended.
+/// How watching a run ended.
 enum Watched {
     /// The mission ended, or never began.
     Ended(Progress),
@@ -319,7 +319,7 @@ fn print_above(line: &ProgressBar, quiet: bool, text: &str) {
     }
 }
 
-/// Describes the end of a task, with its name in a column of that width.
+/// Describes the end of a task in one line. The task's name is padded to `width` characters.
 fn task_ended(status: &MissionStatus, width: usize) -> String {
     let state = TaskState::from_code(status.state).map_or("?", TaskState::word);
     let (name, reason) = (status.name.as_str(), status.reason.as_str());

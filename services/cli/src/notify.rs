@@ -25,8 +25,8 @@ impl Manager {
         Self::new(variable("NOTIFY_SOCKET").as_deref(), limit.as_deref())
     }
 
-    /// `limit_us` is the longest time, in microseconds, that the manager waits for a sign of life. Signs of life are
-    /// sent at half of that.
+    /// Returns the manager that listens at the address `socket`. `limit_us` is the longest time, in microseconds, that it waits
+    /// for a sign of life; signs are sent twice as often.
     fn new(socket: Option<&str>, limit_us: Option<&str>) -> Self {
         let address = socket.and_then(address);
         let socket = address.and_then(|address| Some((UnixDatagram::unbound().ok()?, address)));

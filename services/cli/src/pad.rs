@@ -22,7 +22,7 @@ use crate::study;
 /// Interval at which to check for dead processes and for the end.
 const REFRESH: Duration = Duration::from_millis(100);
 
-/// Serves the page and drives by people's drawings on it, until a person ends it.
+/// Serves the page, and drives by the drawings that people make on it, until a person ends the system.
 pub fn pad(options: &PadOptions) -> Result<Outcome, Failure> {
     match &options.study {
         Some(folder) if options.report => study::report(folder),
@@ -44,7 +44,7 @@ pub struct Ended {
     pub by_person: bool,
 }
 
-/// The folder of the results, the world and the robot.
+/// What a page needs to start a system: the folder for the results, the mission that provides the world, and the robot.
 pub type Stage = (RunFolder, Mission, Robot);
 
 /// Runs the system until a person ends it or `is_over` returns true.

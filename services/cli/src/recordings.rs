@@ -73,8 +73,8 @@ fn refuse_to_overwrite<'a>(
     sketchnav_files::draft::refuse_to_overwrite(inputs.into_iter().map(PathBuf::as_path), output).or_input()
 }
 
-/// Rejects an output that is not a recording but would overwrite one, which is probably a mistake. The option `--force` of a command
-/// that has it allows it.
+/// Rejects an output that is not a recording but would overwrite one, which is probably a mistake. `force` is the value of the
+/// command's option `--force`, which permits this, or `None` if the command has no such option.
 fn refuse_a_recording(output: &Path, force: Option<bool>) -> Result<(), Failure> {
     let is_recording = || output.is_file() && (whole::is_packed(output) || copy::profile(output).is_ok());
     if force == Some(true) || !is_recording() {
@@ -203,7 +203,7 @@ mod tests {
         assert_eq!(place.run("echo text --file x.mcap --field a"), "");
     }
 
-    /// A single message that could not be decoded used to make `echo` and `relations` fail.
+    /// Regression test: a single message that could not be decoded used to make `echo` and `relations` fail.
     #[test]
     fn a_message_that_cannot_be_decoded_is_skipped() {
         let cut = |count: usize| {
@@ -221,7 +221,7 @@ mod tests {
         assert!(cut(25).run("echo ball --file x.mcap").contains("found the end of the message"));
     }
 
-    /// `filter -o pipe` used to wait forever for a process to read the pipe.
+    /// Regression test: `filter -o pipe` used to wait forever for a process to read the pipe.
     #[test]
     fn a_pipe_without_a_reader_is_refused_as_output() {
         let place =
@@ -249,7 +249,7 @@ mod tests {
         }
     }
 
-    /// A page once replaced a recording whose name resembled the intended one.
+    /// Regression test: a page once replaced a recording whose name resembled the intended one.
     #[test]
     fn no_page_overwrites_another_recording_without_force() {
         let place = Place::new(SampleForm::default(), &[points("/ball", 25, false)]);
@@ -267,7 +267,7 @@ mod tests {
         assert_eq!(place.run("report x.mcap -o other.mcap"), "", "a page may be written again");
     }
 
-    /// `report` once overwrote a packed recording with its page.
+    /// Regression test: `report` once overwrote a packed recording with its page.
     #[test]
     fn no_page_overwrites_the_recording_that_it_shows() {
         let place = Place::new(SampleForm::default(), &[points("/ball", 25, false)]);

@@ -87,7 +87,7 @@ fn parse_tolerance(text: &str) -> Result<f64, String> {
     seconds.ok_or_else(|| "expected a number of seconds, 0 or above".to_owned())
 }
 
-/// An object at one time.
+/// The position, heading and size of an object at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Body {
     /// Position, in metres.
@@ -98,7 +98,7 @@ struct Body {
     size_m: Option<[f64; 2]>,
 }
 
-/// An object over time.
+/// An object and its samples over time.
 #[derive(Debug, Clone, PartialEq)]
 struct Track {
     name: String,
@@ -122,7 +122,7 @@ struct Held {
     from_s: f64,
     to_s: f64,
     relation: String,
-    /// The kind of change from the previous relation, in a word.
+    /// The kind of change from the previous relation, as a word.
     change: String,
 }
 

@@ -39,7 +39,7 @@ pub struct Report {
     /// The planner's report of how it drove, if it had to deviate from the method.
     #[serde(skip_serializing_if = "Option::is_none")]
     driven: Option<&'static str>,
-    /// Duration of the run by the clock, in seconds, or `None` if its supervisor was killed at its end.
+    /// Wall-clock duration of the run, in seconds, or `None` if its supervisor was killed at its end.
     wall_seconds: Option<f64>,
     real_time_factor: Option<f64>,
     lost_messages: u64,

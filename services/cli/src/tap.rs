@@ -134,7 +134,7 @@ fn chosen(
 /// A channel that is read.
 struct Tapped {
     reader: RawReader,
-    /// Whether to pass on the messages that arrive. Those of the history may be skipped.
+    /// Whether to pass on the messages that arrive. Messages from the history may be skipped.
     counts: bool,
 }
 

@@ -193,7 +193,7 @@ mod tests {
 
     use super::*;
 
-    /// A bag had lost most of its messages, and the user was not warned.
+    /// Regression test: a bag had lost most of its messages, and the user was not warned.
     #[test]
     fn a_bag_with_fewer_messages_than_its_metadata_is_reported() {
         let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! The plan that the navigator makes before the start, and the warnings of `run` about it.
+//! Prints the plan that the navigator makes before the start, and warns about anything doubtful in it.
 
 use std::time::Duration;
 

@@ -1,4 +1,4 @@
-//! A robot in place of the world.
+//! A driver: a robot, or a third-party simulator, in place of the simulated world.
 
 use std::time::{Duration, Instant};
 
@@ -109,7 +109,7 @@ impl Driver {
         ticks.resume_after_history();
         let newest_ns = outlets.iter().filter_map(Outlet::newest_ns).max();
         let newest_ns = newest_ns.max(ticks.last_sent().map(|tick| tick.header.stamp_ns));
-        // The first instant of a simulator ends after a period, too.
+        // A simulator's first instant also ends only after a full period.
         let is_first = newest_ns.is_none() && clock == Clock::Robot;
         let begin_ns = if is_first { 0 } else { newest_ns.unwrap_or(0) + period_ns };
         let mut driver = Self {
@@ -251,7 +251,7 @@ impl Driver {
     /// simulator in real time, it is the latest command at the time when the next instant is due. Simulators ignore `wait`.
     ///
     /// # Errors
-    /// Those of the runtime.
+    /// Any error of the runtime.
     pub fn command(&mut self, wait: Duration) -> Result<Option<Twist>, DriverError> {
         let twist = match (self.clock, self.run.pace) {
             (Clock::Robot, _) => self.answer_within(wait)?,
@@ -272,7 +272,7 @@ impl Driver {
     /// when they send a reading.
     ///
     /// # Errors
-    /// Those of the runtime.
+    /// Any error of the runtime.
     pub fn idle(&mut self, timeout: Duration) -> Result<(), DriverError> {
         self.wait(timeout)
     }
@@ -306,7 +306,7 @@ impl Driver {
             }
             self.wait(left.min(LOOK_UP))?;
         }
-        // A driver that does not wait is asked to end, too.
+        // A driver that never waits may also be asked to end.
         self.is_over |= self.node.end_requested() || self.is_gone();
         Ok(self.orders.in_force())
     }

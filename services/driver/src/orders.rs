@@ -1,4 +1,4 @@
-//! The commands that a driver receives: which one applies, and whether it is too old.
+//! Receives the commands for a driver, and determines which one applies and whether it is too old.
 
 use std::time::{Duration, Instant};
 

@@ -21,9 +21,9 @@ pub struct Outlet {
     since_tick: usize,
     /// Timestamp of the latest message, in nanoseconds.
     newest_ns: Option<u64>,
-    /// The latest reading if it is held.
+    /// The latest reading, if it has been held back.
     held: Owned,
-    /// Memory for the next one.
+    /// Memory for the next reading to hold back.
     spare: Owned,
     is_holding: bool,
 }
@@ -51,7 +51,7 @@ impl Outlet {
         self.writer.spec()
     }
 
-    /// Returns the last message that an earlier driver sent, as words.
+    /// Returns the last message that an earlier driver sent, as eight-byte words.
     pub fn last_sent(&self) -> Option<Vec<u64>> {
         self.writer.last_sent()
     }
@@ -64,8 +64,8 @@ impl Outlet {
     /// Sends a message, or holds it back. `source_seq` is the number of its tick.
     ///
     /// # Errors
-    /// Any error of `fill`, and [`DriverError`] if the message is invalid, too early or one too many, in
-    /// which case it is not sent.
+    /// Any error of `fill`, and [`DriverError`] if the message is invalid, not later than the previous one, or more than the channel
+    /// can take before the next tick. In any of these cases, it is not sent.
     pub fn send<E: From<DriverError>>(
         &mut self,
         (stamp_ns, source_seq): (u64, u64),
@@ -154,7 +154,7 @@ impl Thinning {
     /// Creates a selection for ticks with a period of `period_ns` nanoseconds, and `per_tick` messages per tick.
     fn new(period_ns: u64, per_tick: usize) -> Self {
         let gap_ns = period_ns / per_tick.max(1) as u64;
-        // The last reading before a tick needs a place.
+        // One message per tick is reserved for the last reading before it.
         let most = per_tick.saturating_sub(1).max(1);
         Self { gap_ns, most, found: 0, sent: 0, last_ns: None, is_fast: false }
     }
@@ -214,7 +214,7 @@ mod tests {
         }
     }
 
-    /// Readings that come in bursts are not fast ones.
+    /// Readings that arrive in bursts do not exceed the capacity, so none is left out.
     #[test]
     fn late_readings_are_not_left_out() {
         let mut thinning = Thinning::new(100_000_000, 8);

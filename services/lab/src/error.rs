@@ -1,4 +1,4 @@
-//! Errors of experiments. A robot that fails to arrive is a result rather than an error.
+//! Errors of experiments. If a robot fails to arrive, that is a result and not an error.
 
 use std::path::PathBuf;
 
@@ -76,7 +76,7 @@ pub enum EvalError {
         /// The cause of the failure.
         cause: toml::de::Error,
     },
-    /// Nothing can be learned from a drive.
+    /// Nothing can be learned from a drive, although the trial requires it.
     #[error("trial {trial}: {cause}")]
     Learn {
         /// Name of the trial.
@@ -84,7 +84,7 @@ pub enum EvalError {
         /// The cause of the failure.
         cause: LearnError,
     },
-    /// A map-maker or a landmark navigator failed.
+    /// The map-maker or the navigator `directions` failed.
     #[error(transparent)]
     Directions(#[from] sketchnav_directions::Error),
     /// The world, the robot or the mission file is invalid.
@@ -96,7 +96,7 @@ pub enum EvalError {
     /// The drawing cannot be read.
     #[error(transparent)]
     Sketch(#[from] SketchError),
-    /// The file that matches positions in drawings to positions on floors is invalid.
+    /// The file that matches positions in drawings with positions on floors is invalid.
     #[error("{path}: {cause}")]
     Anchors {
         /// Path of the file.
@@ -104,7 +104,7 @@ pub enum EvalError {
         /// The cause of the failure.
         cause: AnchorsError,
     },
-    /// The positions in a drawing contradict those on its floor.
+    /// The positions marked in a drawing contradict those on its floor.
     #[error("{path}: {cause}")]
     Correspondence {
         /// Path of the mission file.
@@ -120,7 +120,7 @@ pub enum EvalError {
         /// The cause of the failure.
         cause: CarmenError,
     },
-    /// A log has no poses to compare with.
+    /// A log contains no poses to compare with.
     #[error("{path}: expected scans with corrected poses, found none")]
     NoReference {
         /// Path of the log.
@@ -161,7 +161,7 @@ pub enum EvalError {
     },
 }
 
-/// Reads a file. Errors name the file.
+/// Reads a file. Errors name it.
 pub(crate) fn read(path: &std::path::Path) -> Result<Vec<u8>, EvalError> {
     sketchnav_files::read(path, sketchnav_files::DRAWING)
         .map_err(|cause| EvalError::Io { path: path.to_path_buf(), cause })

@@ -7,8 +7,8 @@
 //!
 //! An experiment that does not drive missions is a [`Study`](studies::Study).
 //!
-//! The same suite, method and seed yield the same outcomes for any number of threads, because a trial's seed
-//! is derived only from the suite's seed and the trial's name.
+//! The same suite, method and seed yield the same outcomes for any number of threads, because the seed of a trial is derived only
+//! from the suite's seed and the trial's name.
 
 pub mod ablation;
 pub mod calibration;

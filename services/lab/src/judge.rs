@@ -1,12 +1,11 @@
-//! Judges the outcome of a mission by the true poses rather than by the planner's own report.
+//! Judges the outcome of a mission by the robot's true poses rather than by the planner's own report.
 //!
 //! A task is reached if the planner reported so *and* the robot actually was in the task's place. (Boniardi et al. 2015, IV,
-//! "considered a task successful if … the robot is able to access them".) The [`on_sketch`] module instead judges by the robot's
-//! own estimate, as the authors do. A real robot's true poses are not known, so its own report counts.
+//! "considered a task successful if … the robot is able to access them".) The [`on_sketch`] module judges by the robot's own
+//! estimate instead, as the authors do. For a real robot, whose true poses are not known, its own report counts.
 //!
-//! This module is pure: messages and the mission go in, and a [`Verdict`] or [`figures::Figures`] comes out.
-//! It does not print, and only [`log::Log`], which collects the messages that the judge needs, reads
-//! recordings.
+//! This module is pure: messages and the mission go in, and a [`Verdict`] or [`figures::Figures`] comes out. It does not print
+//! anything. Only [`log::Log`], which collects the messages that the judge needs, reads recordings.
 
 pub mod anchors;
 pub mod directions;
@@ -29,7 +28,7 @@ use sketchnav_schemas::time::seconds;
 /// The outcome of a mission.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
-    /// True if every task was reached.
+    /// Whether every task was reached.
     pub success: bool,
     /// The verdicts on the tasks, in the order of the mission.
     pub tasks: Vec<TaskVerdict>,
@@ -42,22 +41,22 @@ pub struct Verdict {
 pub struct TaskVerdict {
     /// Name of the task.
     pub name: String,
-    /// True if the planner reported the goal as reached and the robot actually was there.
+    /// Whether the planner reported the goal as reached and the robot actually was there.
     pub reached: bool,
     /// The last state that the planner reported, in the words of [`TaskState`], or `not begun` if it did not
     /// report any. If this says `reached` but the field `reached` is false, the robot stopped in the wrong
     /// place.
     pub state: String,
-    /// The reason given by the planner.
+    /// The reason that the planner reported.
     pub reason: String,
     /// Simulation time from the start of the task to its end, in seconds.
     pub time_s: f64,
     /// Length of the true path or, if no true pose was recorded, of the path according to the odometry, in metres.
     pub path_m: f64,
-    /// Distance in metres from the true position at the end of the task to the middle of its place. `None` if the task never
+    /// Distance, in metres, from the true position at the end of the task to the centre of its place. `None` if the task never
     /// began, if its place is not known, or if the true position is missing.
     pub final_error_m: Option<f64>,
-    /// Number of times the robot began to touch something.
+    /// Number of times that the robot began to touch something.
     pub collisions: u32,
 }
 
@@ -86,14 +85,14 @@ impl Verdict {
     }
 }
 
-/// The period of a task's drive, and its last state.
+/// The time span in which a task was driven, and its last state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TaskSpan {
-    /// Simulation time of the first status message of the task other than `waiting`.
+    /// Simulation time of the task's first status message with a state other than `waiting`.
     pub begin_ns: u64,
     /// Simulation time of the status message that ended the task, or of its last one.
     pub end_ns: u64,
-    /// The state in the status message at `end_ns`.
+    /// The state in the status message sent at `end_ns`.
     pub state: TaskState,
 }
 
@@ -108,7 +107,7 @@ impl TaskSpan {
 
 /// Returns the span of each of the `task_count` tasks, or `None` for a task that never began.
 ///
-/// `status` is the whole channel in order. `Finished` refers to the mission as a whole, so it belongs to no task.
+/// `status` is the whole channel, in order. `Finished` refers to the mission as a whole and not to a task.
 pub fn spans(task_count: usize, status: &[MissionStatus]) -> Vec<Option<TaskSpan>> {
     let mut spans: Vec<Option<TaskSpan>> = vec![None; task_count];
     for message in status {
@@ -119,7 +118,7 @@ pub fn spans(task_count: usize, status: &[MissionStatus]) -> Vec<Option<TaskSpan
         }
         let now_ns = message.header.stamp_ns;
         let span = span.get_or_insert(TaskSpan { begin_ns: now_ns, end_ns: now_ns, state });
-        // A task that was aborted may have been resumed.
+        // An aborted task may have been resumed.
         if !span.state.is_end() || span.state == TaskState::Aborted {
             (span.end_ns, span.state) = (now_ns, state);
         }
@@ -127,7 +126,7 @@ pub fn spans(task_count: usize, status: &[MissionStatus]) -> Vec<Option<TaskSpan
     spans
 }
 
-/// Judges a mission by the `truth`, `status` and `contact` channels. Each must be complete and in order.
+/// Judges a mission by the channels `truth`, `status` and `contact`, which must be complete and in order.
 pub fn judge(
     mission: &Mission,
     truth: &[GroundTruth],
@@ -149,12 +148,12 @@ pub fn judge(
     }
 }
 
-/// Maximum age of a true pose at the end of a task, in nanoseconds. A true pose is sent at each instant, so an older one indicates
-/// a gap.
+/// Maximum age of a true pose at the end of a task, in nanoseconds. Since a true pose is sent at each instant, an older one
+/// indicates a gap in the recording.
 const FRESH_NS: u64 = 1_000_000_000;
 
 /// Judges tasks that end in a gap of the recording by the last status that they reported while the mission ran. Such a task is
-/// reached if the planner reported so, and its reason mentions that it is not in the recording.
+/// reached if the planner reported so, and its reason mentions that its end is not in the recording.
 pub fn fill_gaps<'a>(
     verdict: &mut Verdict,
     truth: &[GroundTruth],
@@ -209,7 +208,7 @@ fn judge_task(
     let at_end = truth_at(truth, span.end_ns).map(|m| m.pose());
     let there = at_end.is_some_and(|pose| task.there.contains(pose.x, pose.y));
     let [x, y] = task.there.middle();
-    // The true position of a real robot is not known.
+    // For a real robot, the true position is not known.
     let is_real = truth.is_empty();
     let is_unknown = task.there.is_unknown() || is_real;
     let reason = if is_unknown { by_its_word(reason) } else { reason.to_owned() };
@@ -226,8 +225,8 @@ fn judge_task(
     }
 }
 
-/// Returns the reason of a task for which only the robot's own report counts, because the mission names no place in the true
-/// world, or because no true pose was recorded.
+/// Adds to the reason that only the robot's own report counts, because the mission names no place in the true world, or because no
+/// true pose was recorded.
 fn by_its_word(reason: &str) -> String {
     let separator = if reason.is_empty() { "" } else { "; " };
     format!("{reason}{separator}according to the robot only")
@@ -251,7 +250,7 @@ fn last_of<'a>(index: usize, span: &TaskSpan, status: &'a [MissionStatus]) -> Op
     span.of(status).iter().rev().find(|m| m.task as usize == index)
 }
 
-/// Returns the true pose at `stamp_ns`, or the last one before it if none was sent at that step.
+/// Returns the true pose at `stamp_ns`, or the last one before it if none was sent at that instant.
 fn truth_at(truth: &[GroundTruth], stamp_ns: u64) -> Option<&GroundTruth> {
     let after = truth.partition_point(|m| m.header.stamp_ns <= stamp_ns);
     truth[..after].last()
@@ -259,7 +258,7 @@ fn truth_at(truth: &[GroundTruth], stamp_ns: u64) -> Option<&GroundTruth> {
 
 fn path_length_m(truth: &[GroundTruth]) -> f64 {
     let ways = truth.windows(2).map(|pair| pair[0].pose().position().distance(&pair[1].pose().position()));
-    // An empty sum of floats is minus zero, so start the fold from 0.
+    // The sum of no floats is minus zero, so fold from 0 instead.
     ways.fold(0.0, |sum, way| sum + way)
 }
 
@@ -290,7 +289,7 @@ mod tests {
         Header { seq: step, stamp_ns: step * 100_000_000, source_seq: step }
     }
 
-    /// Returns one pose per step, with each step moving 0.1 m to the right.
+    /// Returns one pose for each step. In each step, the robot moves 0.1 m to the right.
     fn drive(steps: u64) -> Vec<GroundTruth> {
         let pose = |k: u64| PoseM::new(&Pose::<World>::new(k as f64 * 0.1, 0.0, 0.0));
         (0..steps).map(|k| GroundTruth { header: header(k), pose: pose(k), ..Zeroable::zeroed() }).collect()
@@ -340,7 +339,7 @@ mod tests {
         assert!((verdict.tasks[0].final_error_m.unwrap() - 1.0).abs() < 1e-9);
     }
 
-    /// The tasks of a real robot used to be judged by a place that nobody could check, so they were never reached.
+    /// Regression test: the tasks of a real robot were judged by a place that nobody could check, so they were never reached.
     #[test]
     fn a_real_robot_is_judged_by_its_own_report() {
         let status = [
@@ -390,7 +389,7 @@ mod tests {
         assert!(!empty.success && empty.tasks.len() == 2 && empty.sim_seconds == 0.0);
     }
 
-    /// A disk that was full for a short time turned a mission whose tasks were all reached into "3 of 9 reached".
+    /// Regression test: a disk that was full for a short time turned a mission whose tasks were all reached into "3 of 9 reached".
     #[test]
     fn a_gap_in_the_recording_changes_no_verdict() {
         let ends = [say(20, 0, TaskState::Reached), say(50, 1, TaskState::Reached)];
@@ -406,7 +405,7 @@ mod tests {
         let [a, b] = &verdict.tasks[..] else { panic!("{verdict:?}") };
         assert!(a.final_error_m.is_some() && a.reason == "because", "{a:?}");
         assert!(b.final_error_m.is_none() && b.reason.ends_with("not in the recording"), "{b:?}");
-        // The status of the second task is there, but the robot's pose is not.
+        // The status of the second task is in the recording, but the robot's pose is not.
         let status = [recorded.as_slice(), &[ends[1]]].concat();
         assert!(judged(&drive(30), &status, &ends).success);
         assert!(judged(&[], &[], &ends).success);

@@ -1,9 +1,8 @@
-//! Assesses recordings and runs: judges them, draws pictures and builds pages. Experiments drive and judge
-//! many runs.
+//! Evaluates recordings and runs: judges them, draws pictures, builds pages, and drives and judges many runs in experiments.
 //!
 //! - [`judge`] determines how a mission went and how far its estimates were off.
-//! - [`picture`] draws missions as SVG, and [`page`] builds the HTML pages that show them.
-//! - [`sections`] contains the parts of a report that are specific to one kind of navigator.
+//! - [`picture`] draws missions as SVG, and [`page`] builds the HTML pages that show the pictures.
+//! - [`sections`] builds the parts of a report that are specific to one navigator.
 //! - [`experiments`] contains suites of trials, which are driven in one process, judged and counted.
 //!
 //! This crate does not open shared memory or print. It reads recordings and the files that make up suites,

@@ -1,5 +1,5 @@
-//! Self-contained HTML pages, with their frame and style, tables, and curves over time. Pages work in light
-//! and dark mode and fit the screen of a phone.
+//! Self-contained HTML pages: their frame and style, tables, and curves over time. Pages work in light and dark mode and fit the
+//! screen of a phone.
 //!
 //! This module is pure: the same content yields the same page.
 
@@ -11,8 +11,8 @@ use sketchnav_schemas::shown;
 const LONGEST_IN_A_LINE: usize = 32;
 const STYLE: &str = include_str!("page/style.css");
 
-/// Returns a whole page. Hidden characters in the content are made visible, as on a terminal, because names
-/// may come from anywhere.
+/// Returns a complete page. Since names may come from anywhere, hidden characters in the content are made visible, as on a
+/// terminal.
 pub fn document(title: &str, body: &Markup) -> String {
     let page = html! {
         (DOCTYPE)
@@ -56,7 +56,8 @@ pub fn table(header: &[String], rows: &[Vec<String>]) -> Markup {
 pub struct Series {
     /// Name of the value.
     pub name: String,
-    /// Positions along the picture, mostly in seconds, with their values. Points that are not finite are left out.
+    /// Points of the curve: the position along the horizontal axis, mostly in seconds, and the value. Points that are not finite
+    /// are left out.
     pub points: Vec<[f64; 2]>,
 }
 
@@ -69,20 +70,20 @@ pub struct Chart<'a> {
     pub unit: &'a str,
     /// The curves.
     pub series: &'a [Series],
-    /// Unit along the picture, for example `s` for time.
+    /// Unit of the horizontal axis, for example `s` for time.
     pub x_unit: &'a str,
-    /// First and last position along the picture, mostly in seconds.
+    /// First and last position along the horizontal axis, mostly in seconds.
     pub span: [f64; 2],
-    /// Positions where tasks began.
+    /// Positions at which tasks began.
     pub marks: &'a [f64],
-    /// Positions where processes died.
+    /// Positions at which processes died.
     pub faults: &'a [f64],
 }
 
 /// Width and height of a chart. `RIM` is the space around its plot: left, top, right and bottom.
 const SIZE: [f64; 2] = [340.0, 210.0];
 const RIM: [f64; 4] = [40.0, 10.0, 10.0, 30.0];
-/// Maximum number of points in a curve. Points closer together than pixels would be invisible.
+/// Maximum number of points in a curve. More would be closer together than pixels.
 const MOST_POINTS: usize = 320;
 const LINES: usize = 4;
 
@@ -130,7 +131,7 @@ impl Chart<'_> {
         }
     }
 
-    /// Returns the value at the upper edge, which is a round number.
+    /// Returns the value at the upper edge of the chart, which is a round number.
     fn top(&self) -> f64 {
         let values = self.series.iter().flat_map(|series| series.points.iter().map(|point| point[1]));
         let largest = values.filter(|value| value.is_finite()).fold(0.0, f64::max);
@@ -151,7 +152,7 @@ fn fixed(value: f64) -> String {
     format!("{value:.1}")
 }
 
-/// Formats a value with about three significant digits, since more would be invisible in a chart.
+/// Formats a value with about three significant digits, since more cannot be read off a chart.
 fn short(value: f64) -> String {
     let text = match value.abs() {
         v if v >= 100.0 || v == 0.0 => format!("{value:.0}"),
@@ -161,7 +162,7 @@ fn short(value: f64) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
-/// Returns the largest of every few points, so that no peak is lost.
+/// Keeps the largest of every few points, so that no peak is lost.
 fn thinned(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let finite: Vec<_> = points.iter().copied().filter(|p| p[0].is_finite() && p[1].is_finite()).collect();
     let each = finite.len().div_ceil(MOST_POINTS).max(1);

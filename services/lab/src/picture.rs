@@ -1,8 +1,7 @@
 //! Draws two pictures of a mission: the drawing with the estimated path, and the true floor with the true path.
 //!
-//! This module is pure: it takes plain points and returns SVG as text, and the same points yield the same
-//! text. It never reads a recording (see [`crate::judge::TaskSpan::of`] for cutting channels into tasks) and
-//! never writes a file.
+//! This module is pure: it takes plain points and returns SVG as text, and the same points yield the same text. It never reads a
+//! recording (to cut channels into tasks, see [`crate::judge::TaskSpan::of`]) and never writes a file.
 //!
 //! Both pictures are 1200 units wide and all sizes are in these units, so that lines and letters look the
 //! same for canvases and buildings of any size.
@@ -44,12 +43,12 @@ pub enum PictureError {
         /// The number of cells.
         found: usize,
     },
-    /// The grid could not be packed as a PNG.
+    /// The grid could not be encoded as a PNG.
     #[error("sketch cells: cannot be packed as a PNG: {0}")]
     Png(#[from] image::ImageError),
 }
 
-/// A drawing with a start and a goal, as drawn by [`drawn_outline`] and [`drawn_rooms`].
+/// A drawing with a start and a goal, for [`drawn_outline`] and [`drawn_rooms`].
 #[derive(Debug, Clone)]
 pub struct DrawnGoal<'a> {
     /// Heading of the picture.
@@ -67,7 +66,7 @@ pub struct DrawnGoal<'a> {
 }
 
 impl DrawnGoal<'_> {
-    /// Returns a sheet with the walls.
+    /// Returns a sheet that shows the walls.
     fn sheet(&self) -> Result<Sheet, PictureError> {
         let view = View::new([0.0; 2], [self.width_px.into(), self.height_px.into()], 0.0);
         let mut sheet = Sheet::new(view, self.title);
@@ -82,7 +81,7 @@ impl DrawnGoal<'_> {
     }
 }
 
-/// The drawing and the robot's estimates, as drawn by [`sketch()`].
+/// The drawing and the robot's estimates, for [`sketch()`].
 #[derive(Debug, Clone)]
 pub struct SketchPicture<'a> {
     /// Heading of the picture.
@@ -99,16 +98,16 @@ pub struct SketchPicture<'a> {
     pub tasks: &'a [TaskPicture<Sketch>],
 }
 
-/// The true floor and what actually happened on it, to be drawn by [`floor()`].
+/// The true floor and what happened on it, for [`floor()`].
 #[derive(Debug, Clone)]
 pub struct FloorPicture<'a> {
     /// Heading of the picture.
     pub title: &'a str,
     /// Walls and objects on the floor.
     pub shapes: &'a FloorShapes,
-    /// Paths of the people walking on the floor.
+    /// Paths of the people who walk on the floor.
     pub people: &'a [Vec<Point<World>>],
-    /// Polygons of the camera's view at some times.
+    /// Polygons of the camera's field of view at some points in time.
     pub views: &'a [Vec<Point<World>>],
     /// The robot's start pose.
     pub start: Pose<World>,
@@ -134,7 +133,7 @@ pub fn place_outline(place: &Place) -> Vec<Point<World>> {
 /// Draws the drawing with the estimated trajectory as SVG.
 ///
 /// # Errors
-/// [`PictureError`] if the number of cells does not match the size, or if they cannot be packed as a PNG.
+/// [`PictureError`] if the number of cells does not match the size, or if they cannot be encoded as a PNG.
 pub fn sketch(picture: &SketchPicture<'_>) -> Result<String, PictureError> {
     let (width, height) = (f64::from(picture.width_px), f64::from(picture.height_px));
     let view = View::new([0.0, 0.0], [width, height], 0.0);
@@ -153,7 +152,7 @@ pub fn sketch(picture: &SketchPicture<'_>) -> Result<String, PictureError> {
     Ok(sheet.finish())
 }
 
-/// A snapshot of a run in a drawing, to be drawn by [`moment()`].
+/// A snapshot of a run in a drawing, for [`moment()`].
 #[derive(Debug, Clone)]
 pub struct Moment<'a> {
     /// Heading of the picture.
@@ -166,7 +165,7 @@ pub struct Moment<'a> {
     pub cells: &'a [u8],
     /// The robot's estimated pose.
     pub pose: Pose<Sketch>,
-    /// The robot's estimated positions until then.
+    /// The robot's estimated positions up to the moment.
     pub trail: &'a [Point<Sketch>],
     /// Positions of the particles.
     pub particles: &'a [Point<Sketch>],
@@ -174,10 +173,10 @@ pub struct Moment<'a> {
     pub plan: &'a [Point<Sketch>],
 }
 
-/// Draws a snapshot in the drawing as SVG, with the path so far, the particles, the pose and the plan.
+/// Draws a snapshot in the drawing as SVG: the path so far, the particles, the pose and the plan.
 ///
 /// # Errors
-/// [`PictureError`] if the number of cells does not match the size, or if they cannot be packed as a PNG.
+/// [`PictureError`] if the number of cells does not match the size, or if they cannot be encoded as a PNG.
 pub fn moment(moment: &Moment<'_>) -> Result<String, PictureError> {
     let Moment { title, width_px, height_px, cells, .. } = *moment;
     let view = View::new([0.0, 0.0], [width_px.into(), height_px.into()], 0.0);
@@ -231,7 +230,7 @@ pub fn floor(picture: &FloorPicture<'_>) -> String {
     sheet.finish()
 }
 
-/// Packs the walls as a PNG, dark on white with row 0 at the top. A whole canvas takes a few dozen kilobytes.
+/// Encodes the walls as a PNG, dark on white, with row 0 at the bottom. A whole canvas takes a few dozen kilobytes.
 fn wall_png(width_px: u32, height_px: u32, cells: &[u8]) -> Result<Vec<u8>, PictureError> {
     let found = cells.len();
     if found == 0 || found as u64 != u64::from(width_px) * u64::from(height_px) {

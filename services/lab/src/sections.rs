@@ -1,5 +1,5 @@
-//! The parts of a report that are specific to one kind of navigator and need the true state of the world, such as pictures and
-//! verdicts. A navigator's own report about a run is its [`Account`](sketchnav_stage::account::Account).
+//! The parts of a report that are specific to one navigator and require the true state of the world, such as pictures and verdicts.
+//! A navigator's own report about a run is its [`Account`](sketchnav_stage::account::Account).
 
 pub mod directions;
 mod drawing;
@@ -18,7 +18,7 @@ use crate::judge::{self, TaskSpan, TaskVerdict, Verdict};
 use crate::picture::TaskMark;
 use landmarks::Landmarks;
 
-/// Returns the part of a page about the run's kind of navigator.
+/// Returns the part of a page that is specific to the run's navigator.
 ///
 /// # Errors
 /// Fails if a route or a plan in the recording cannot be read.
@@ -37,7 +37,7 @@ pub fn of(
     })
 }
 
-/// Returns a picture of the drawing or sketch with the estimated path, or `None` if the recording has neither.
+/// Returns a picture of the drawing or the sketch with the estimated path, or `None` if the recording contains neither.
 ///
 /// # Errors
 /// Fails if the drawing or the route cannot be read.
@@ -48,7 +48,7 @@ pub fn believed(run: &RunConfig, log: &Log, verdict: &Verdict) -> anyhow::Result
     }
 }
 
-/// Returns a picture of the true floor with the true trajectory, or of the plane of dots, preceded by a file name for it.
+/// Returns a picture of the true floor with the true trajectory, or of the plane of dots, together with a file name for it.
 ///
 /// # Errors
 /// Fails if a file of the world cannot be read.
@@ -69,7 +69,7 @@ fn within<'a, T: Message>(span: &Option<TaskSpan>, messages: &'a [T]) -> &'a [T]
     span.as_ref().map_or(&[], |span| span.of(messages))
 }
 
-/// Returns the outcome of a task as shown in pictures.
+/// Returns how pictures show the outcome of a task.
 pub fn outcome(span: &Option<TaskSpan>, verdict: &TaskVerdict) -> TaskMark {
     match (span, verdict.reached) {
         (None, _) => TaskMark::NotBegun,

@@ -1,4 +1,4 @@
-//! Drives journeys over a plane on which landmarks are easily confused, in gusts and with a camera that misses dots and
+//! Drives journeys over a plane on which landmarks are easily confused, in gusts of wind and with a camera that misses dots and
 //! reports false ones. Everything runs in one process, including the judge.
 
 use std::path::Path;
@@ -35,7 +35,7 @@ fn driven(mission: &str, seed: u64) -> Vec<JourneyVerdict> {
     judged(&run, &log_of(&run), &dots)
 }
 
-/// Asserts that the number of arrivals is within three standard deviations of the one stated.
+/// Asserts that the number of arrivals is within three standard deviations of the stated number.
 fn arrive_as_stated(verdicts: &[JourneyVerdict]) {
     let is_success = |verdict: &&JourneyVerdict| verdict.kind.is_some_and(Kind::is_success);
     let arrived = verdicts.iter().filter(is_success).count() as f64;
@@ -51,7 +51,7 @@ fn journeys_in_gusts_and_clusters_arrive_as_often_as_predicted() {
     arrive_as_stated(&verdicts);
 }
 
-/// The navigator has no map. The judge compares each landmark that it attained with the most probable one.
+/// The navigator has no map. The judge compares each landmark that the navigator attained with the most probable one.
 #[test]
 fn with_a_belief_as_many_journeys_arrive_as_stated_and_most_landmarks_are_known() {
     let verdicts: Vec<_> = (1..=6).flat_map(|seed| driven("belief.toml", seed)).collect();
@@ -62,8 +62,8 @@ fn with_a_belief_as_many_journeys_arrive_as_stated_and_most_landmarks_are_known(
     assert!(verdicts.iter().any(|verdict| verdict.kind == Some(Kind::Recovered)), "{verdicts:?}");
 }
 
-/// A person stands halfway between two poles. The robot must go around without touching anybody. Since the person hides
-/// poles, the robot may take another one and get lost.
+/// A person stands halfway between two poles. The robot must go around the person without contact. Since the person hides poles,
+/// the robot may mistake one pole for another and get lost.
 #[test]
 fn on_land_the_robot_drives_around_a_person_without_contact() {
     let mut run = run("poles.toml", 1);
@@ -85,7 +85,7 @@ fn on_land_the_robot_drives_around_a_person_without_contact() {
     assert!(log.contacts.is_empty(), "{:?}", log.contacts.len());
 }
 
-/// The robot only has its laser to see with. It must drive around the poles in its way without touching any.
+/// The robot sees only with its laser. It must drive around the poles in its way without contact.
 #[test]
 fn on_land_the_robot_drives_from_pole_to_pole_without_contact() {
     let run = run("poles.toml", 1);

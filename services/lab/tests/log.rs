@@ -9,8 +9,9 @@ use sketchnav_lab::judge::log::Log;
 use sketchnav_recordings::Recording;
 use sketchnav_schemas::channels;
 
-/// Everything that the judge needs is read in one pass. A scan that got no command must be counted as unanswered, even if
-/// it did not get an estimate either, as may happen in real time. Estimates without a status used to be counted instead.
+/// Everything that the judge needs is read in one pass. A scan that no command responded to must be counted as unanswered, even if
+/// there was no estimate for it either, as may happen in real time. Regression test: estimates without a status were counted
+/// instead.
 #[test]
 fn scans_without_a_command_are_counted() {
     let folder = tempfile::tempdir().unwrap();

@@ -11,7 +11,7 @@ use sketchnav_schemas::run::RunConfig;
 use sketchnav_sketch::method::Method;
 use sketchnav_sketch::mission::SketchMission;
 
-/// Returns the number of successes among the first `tasks` tasks of a shipped mission in the true floor plan.
+/// Returns how many of the first `tasks` tasks of a shipped mission are reached with the true floor plan as the drawing.
 fn reached(mission: &str, method: Method, tasks: usize, seed: u64) -> usize {
     let folder = tempfile::tempdir().unwrap();
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../sim/missions").join(mission);

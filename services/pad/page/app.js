@@ -9,6 +9,7 @@ import { choose, dataUrl, flattened, nameOf, photo, png, save } from "./files.js
 import { itemOf, movedKey } from "./items.js";
 import { Keeper, begun } from "./keeper.js";
 import { Crosshair, shortcuts } from "./keyboard.js";
+import { Lessons } from "./learned.js";
 import { Library } from "./library.js";
 import { Link, takeToken } from "./link.js";
 import {
@@ -36,7 +37,7 @@ const NEAR_PX = 28;
 const CHECK_MS = 250;
 /** Size of another program's drawing when it is pasted onto one, as a fraction of the sheet. */
 const PASTED = 0.5;
-const robot = { feed: null, hello: null, busy: false, fedAt: 0, walls: null, learned: null, placed: readPlaced(), sent: null };
+const robot = { feed: null, hello: null, busy: false, fedAt: 0, walls: null, placed: readPlaced(), sent: null };
 /** What text is being asked for: the text of the item `key` of the drawing `of`, or a new text `at` a place. */
 let asking = null;
 
@@ -186,7 +187,7 @@ const link = new Link(takeToken(), {
     if (draws) takeSent(hello, before);
     else takeDrawing(hello, before).then(resume);
     takeWalls(hello.walls);
-    takeLearned(hello.learned);
+    lessons.take(learned());
     refresh();
   },
   feed(feed) {
@@ -194,6 +195,7 @@ const link = new Link(takeToken(), {
     robot.fedAt = performance.now();
     desk.told(feed);
     takeWalls(feed.walls);
+    lessons.take(feed.learned);
     refresh();
   },
   drawn: (news) => together.told(news),
@@ -269,17 +271,13 @@ async function takeWalls(number) {
   }
 }
 
-/** The picture of what was learned, shown over the drawing. */
-async function takeLearned(view) {
-  const number = view?.picture ?? null;
-  if (number === robot.learned) return;
-  robot.learned = number;
-  const blob = number && await link.fetch(`/api/learned.png?k=${number}`).catch(() => null);
-  const picture = blob ? await createImageBitmap(blob) : null;
-  if (number !== robot.learned) return;
+const lessons = new Lessons((path) => link.fetch(path), (picture) => {
   desk.learned = picture;
   desk.redrawFeed();
-}
+});
+
+/** What the robot has learned; `null` if nothing. The feed has it during a drive, before the first feed the greeting does. */
+const learned = () => (robot.feed ? robot.feed.learned : robot.hello?.learned) ?? null;
 
 function refresh() {
   const { drawing } = desk;
@@ -292,9 +290,9 @@ function refresh() {
     up: link.up, refusal: link.refusal, latencyMs: link.latencyMs, drives,
     watches: robot.hello?.mode === "watches", busy: robot.busy, feed: robot.feed, seen: robot.hello !== null,
     practising, questions: study.hasQuestions(robot.feed),
-    learned: robot.hello?.learned ?? null,
+    learned: learned(),
     together: together.isInside,
-    map: hasMap(drawing) && !practising, path: canGo(drawing, robot.hello?.learned?.accepted || robot.feed?.pose) && !practising,
+    map: hasMap(drawing) && !practising, path: canGo(drawing, learned()?.accepted || robot.feed?.pose) && !practising,
     silentS: robot.fedAt ? (performance.now() - robot.fedAt) / 1000 : 0,
   });
 }
@@ -388,7 +386,7 @@ at("accept").addEventListener("click", () => answerLesson("accept", "The robot d
 at("reject").addEventListener("click", () => answerLesson("reject", "What the robot has learned is forgotten."));
 // What the robot saw is placed under the drawing for tracing; the drawing is then sent like any other.
 at("correct").addEventListener("click", () => request(async () => {
-  const picture = await dataUrl(await link.fetch(`/api/learned.png?k=${robot.learned}`));
+  const picture = await dataUrl(await link.fetch(lessons.path));
   desk.change({ ...desk.drawing, underlay: picture });
   desk.take("select");
   return "What the robot saw lies under the drawing. Correct the walls, then send the map.";

@@ -7,7 +7,7 @@ use axum::body::Bytes;
 use serde_json::Value;
 use tokio::sync::{oneshot, watch};
 
-use crate::learning::Learned;
+use crate::bridge::Looked;
 use crate::protocol::{Hello, HereBody, PathRequest, Refusal, SketchRequest, SketchType, Step, WheelWish};
 use crate::sessions::Plea;
 use crate::study::sitting::Told;
@@ -57,8 +57,10 @@ pub enum Call {
     Metrics(oneshot::Sender<String>),
     /// The walls of the drawing with this number have been painted.
     Walls(u64, Vec<u8>),
-    /// What was learned, with the number of the drives that it was learned on.
-    Learned(u64, Box<Learned>),
+    /// The rooms that the mission's goals describe have been found, each in words.
+    Resolved(Vec<String>),
+    /// The recording has been looked at.
+    Looked(Box<Looked>),
 }
 
 /// A page's request.
@@ -141,6 +143,8 @@ pub struct Board {
     pub walls: Mutex<Option<Image>>,
     /// What was learned.
     pub learned: Mutex<Option<Image>>,
+    /// The drawing, corrected by what was learned, as SVG.
+    pub corrected: Mutex<Option<Bytes>>,
     /// The photo that was sent last.
     pub photo: Mutex<Option<Image>>,
     /// The floor of a study, as SVG.
@@ -190,6 +194,7 @@ impl Board {
             welcome: watch::Sender::new(None),
             walls: Mutex::default(),
             learned: Mutex::default(),
+            corrected: Mutex::default(),
             photo: Mutex::default(),
             place: OnceLock::new(),
             together: together.then(Together::default),
@@ -209,12 +214,12 @@ impl Board {
 
 /// Returns a copy of the image. Even if a thread panicked while holding the lock, the image is intact,
 /// because it is always replaced as a whole.
-pub fn image(place: &Mutex<Option<Image>>) -> Option<Image> {
+pub fn image<T: Clone>(place: &Mutex<Option<T>>) -> Option<T> {
     place.lock().unwrap_or_else(PoisonError::into_inner).clone()
 }
 
 /// Replaces an image.
-pub fn put_image(place: &Mutex<Option<Image>>, image: Option<Image>) {
+pub fn put_image<T>(place: &Mutex<Option<T>>, image: Option<T>) {
     *place.lock().unwrap_or_else(PoisonError::into_inner) = image;
 }
 

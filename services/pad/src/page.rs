@@ -36,6 +36,7 @@ files! {
     "items.js": SCRIPT,
     "keeper.js": SCRIPT,
     "keyboard.js": SCRIPT,
+    "learned.js": SCRIPT,
     "library.js": SCRIPT,
     "link.js": SCRIPT,
     "manifest.webmanifest": MANIFEST,

@@ -24,6 +24,7 @@
 //! | `GET /api/seat` | `?session=…`: whether a page would be admitted now (503: not) | |
 //! | `GET /api/walls.png` | | a picture: the walls as the robot understands them, gray with alpha, as large as the sketch; 404 before there are any |
 //! | `GET /api/learned.png` | | a picture: what the robot has seen, as it lies in the drawing, gray with alpha, as large as the sketch; 404 if nothing was learned |
+//! | `GET /api/corrected.svg` | | a picture: the drawing, corrected by what the robot has seen; 404 if nothing was learned |
 //! | `GET /api/drawing` | | a picture: the photo that is the drawing; 404 if it is not a photo |
 //! | `GET /api/place.svg` | | a picture: the floor that participants of a study see before they draw; 404 if there is none |
 //!
@@ -543,13 +544,15 @@ impl Hello {
     }
 }
 
-/// What was learned on drives from the page.
+/// What was learned on drives.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct LearnedView {
-    /// Number of the picture at `/api/learned.png`.
+    /// Number of the pictures at `/api/learned.png` and `/api/corrected.svg`.
     pub picture: u64,
     /// Whether the robot drives in it, without a start.
     pub accepted: bool,
+    /// Whether the pictures show a drive that is not over.
+    pub growing: bool,
 }
 
 /// The limits that a page has to observe.

@@ -104,6 +104,7 @@ fn router(desk: Desk) -> Router {
         .route("/api/seat", get(seat))
         .route("/api/walls.png", get(walls))
         .route("/api/learned.png", get(learned))
+        .route("/api/corrected.svg", get(corrected))
         .route("/api/drawing", get(drawing))
         .route("/api/place.svg", get(place))
         .route("/metrics", get(metrics))
@@ -410,12 +411,19 @@ async fn learned(State(desk): State<Desk>) -> Response {
     picture(image(&desk.caller.board.learned))
 }
 
+async fn corrected(State(desk): State<Desk>) -> Response {
+    vector(image(&desk.caller.board.corrected))
+}
+
 async fn drawing(State(desk): State<Desk>) -> Response {
     picture(image(&desk.caller.board.photo))
 }
 
 async fn place(State(desk): State<Desk>) -> Response {
-    let found = desk.caller.board.place.get().cloned();
+    vector(desk.caller.board.place.get().cloned())
+}
+
+fn vector(found: Option<Bytes>) -> Response {
     found.map_or_else(missing, |svg| ([(header::CONTENT_TYPE, "image/svg+xml")], svg).into_response())
 }
 
@@ -516,7 +524,8 @@ mod tests {
     fn whatever_does_or_shows_anything_wants_the_token_also_on_loopback() {
         let posts = ["sketch", "path", "order", "here", "wheel", "draw", "limit", "mission", "study"];
         let posts = posts.map(|name| ("POST", format!("/api/{name}")));
-        let pictures = ["/api/walls.png", "/api/learned.png", "/api/drawing", "/api/place.svg"];
+        let pictures =
+            ["/api/walls.png", "/api/learned.png", "/api/corrected.svg", "/api/drawing", "/api/place.svg"];
         let gets = ["/api/seat", "/metrics", "/ws"].into_iter().chain(pictures);
         let gets = gets.map(|path| ("GET", path.to_owned()));
         for (method, path) in posts.into_iter().chain(gets) {

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-/// The pause before a failed recording is tried again. It doubles with each further attempt.
+/// The pause before the first attempt to continue a failed recording. It doubles with each further attempt.
 const FIRST_PAUSE: Duration = Duration::from_secs(1);
 const LONGEST_PAUSE: Duration = Duration::from_secs(16);
 
@@ -18,7 +18,7 @@ impl Attempts {
         Self { next: None, pause: FIRST_PAUSE }
     }
 
-    /// Returns true if another attempt is due. To be called while the recording has failed.
+    /// Returns true if another attempt is due. Only call this while the recording has failed.
     pub(crate) fn is_due(&mut self, now: Instant) -> bool {
         if now < *self.next.get_or_insert(now + self.pause) {
             return false;

@@ -107,7 +107,7 @@ impl<W: Write> Core<W> {
         }
     }
 
-    /// The last sequence number of each recorded channel, in the order of the table.
+    /// Returns the last sequence number of each recorded channel, in the order of the table.
     pub fn positions(&self) -> Positions {
         let mut positions = Positions::default();
         let topics = self.writer.iter().flat_map(|writer| writer.topics());
@@ -184,7 +184,7 @@ impl<W: Write> Core<W> {
         error
     }
 
-    /// The counts so far.
+    /// Returns the counts so far.
     pub fn report(&self) -> Report {
         let mut report = self.report.clone();
         if let Some(writer) = &self.writer {

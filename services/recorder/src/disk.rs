@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 /// A second handle to the file that the recording is written to.
 pub struct Disk {
-    /// Shares its position with the writing handle.
+    /// This handle shares its position with the one that is written to.
     file: File,
     whole_bytes: u64,
 }
@@ -26,7 +26,7 @@ impl Disk {
         Ok((Self { file, whole_bytes: 0 }, sink))
     }
 
-    /// Marks everything written so far as complete. To be called after a flush.
+    /// Marks everything written so far as complete. Call this after a flush.
     ///
     /// # Errors
     /// Any error of the system.
@@ -35,7 +35,7 @@ impl Disk {
         Ok(())
     }
 
-    /// Length of the complete part of the file, in bytes.
+    /// Returns the length of the complete part of the file, in bytes.
     pub fn whole_bytes(&self) -> u64 {
         self.whole_bytes
     }

@@ -1,5 +1,5 @@
-//! Reports the duration of each stage for each tick on a separate channel, so that these figures are in the recording alongside the
-//! health.
+//! Reports the duration of each stage for each tick on a separate channel, so that these figures are recorded, as the health
+//! reports are. health.
 
 use sketchnav_runtime::{Node, Result, SendTimes, Sent, Writer};
 use sketchnav_schemas::channels::{COMMAND, LATENCY, Role, TICK, of_role};
@@ -58,7 +58,7 @@ impl Latencies {
     }
 }
 
-/// Returns `None` if by the clock an effect came before its cause, which happens if a dead writer's number is used again.
+/// Returns `None` if an effect was sent before its cause, which happens if a dead writer's number is used again.
 fn of(tick: &Sent, situation: &Sent, command: &Sent) -> Option<Latency> {
     let header = Header { seq: 0, source_seq: tick.header.seq, ..tick.header };
     let situation_ns = situation.at_ns.checked_sub(tick.at_ns)?;

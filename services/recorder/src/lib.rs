@@ -104,7 +104,7 @@ pub struct Recorder<'a> {
     /// Schedules further attempts if the disk is full.
     attempts: Attempts,
     inputs: Vec<Input>,
-    /// Present only if the world waits for the recorder.
+    /// `None` unless the world waits for the recorder.
     acknowledgements: Option<Writer<Recorded>>,
     latencies: Latencies,
     health: HealthReporter,
@@ -157,7 +157,7 @@ impl<'a> Recorder<'a> {
         Ok(recorder)
     }
 
-    /// Takes the messages after those that the predecessor had made safe.
+    /// Takes the messages that follow those which the predecessor had safely written.
     fn catch_up(&mut self) -> anyhow::Result<()> {
         for (input, position) in self.inputs.iter_mut().zip(self.state.positions) {
             for error in input.catch_up(self.node, position, &mut self.core)? {
@@ -252,7 +252,7 @@ impl<'a> Recorder<'a> {
         Ok(())
     }
 
-    /// Reports that the recording failed between two files. It is tried again as after any other failure.
+    /// Reports that the recording failed between two files. Further attempts follow, as after any other failure.
     fn fail(&mut self, failure: String) {
         let words = format!("{failure}; the mission continues; the recording so far remains readable");
         self.node.report_fault(FaultKind::RecordingFailed, 0, &words);
@@ -564,9 +564,9 @@ impl Input {
     }
 
     /// Returns true if the messages stay in the channel while writing has failed. That applies to messages with cells, which are
-    /// stored nowhere else. When writing fails, the reader is opened again to get the history once more, because the latest
-    /// messages may have been in the part that was truncated. If that fails, the old reader still receives the messages from now
-    /// on.
+    /// stored nowhere else. When writing fails, the reader is opened again so that it receives the history once more, because the
+    /// latest messages may have been in the part that was truncated. If the reader cannot be opened, the old one still receives new
+    /// messages.
     fn waits_for_room(&mut self, node: &Node) -> bool {
         if self.reader.spec().max_cells == 0 {
             return false;

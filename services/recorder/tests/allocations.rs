@@ -15,12 +15,12 @@ use sketchnav_schemas::seed::stream;
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
-/// The maximum number of allocations by mcap 0.26 for a chunk with [`RECORDED_EVERY`] messages of each of `topics`, including its
-/// end. For the chunk itself these are zstd's output buffer, the buffers of three checksums, two trees, and the entry of the chunk
-/// index. The message index has a list for each topic, which is first allocated for 4 messages and therefore grows at the 1st, 5th,
-/// 9th, 17th message and so on. A buffer of the whole chunk is doubled when it is full, and the list of chunks grows occasionally.
-/// The crate allocates all of these again for every chunk. The only option that avoids them is to leave out the index and the
-/// checksums.
+/// Returns the maximum number of allocations by mcap 0.26 for a chunk with [`RECORDED_EVERY`] messages of each of `topics`,
+/// including its end. For the chunk itself these are zstd's output buffer, the buffers of three checksums, two trees, and the entry
+/// of the chunk index. The message index has a list for each topic, which is first allocated for 4 messages and therefore grows at
+/// the 1st, 5th, 9th, 17th message and so on. A buffer of the whole chunk is doubled when it is full, and the list of chunks grows
+/// occasionally. The crate allocates all of these again for every chunk. The only option that avoids them is to leave out the index
+/// and the checksums.
 fn most_a_chunk(topics: u64) -> u64 {
     // The trees have nodes of eleven entries.
     47 + topics / 11 + 3 * topics

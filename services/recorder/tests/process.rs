@@ -56,8 +56,8 @@ fn every_message_is_recorded_and_acknowledged() {
     system.remove();
 }
 
-/// On a busy machine, a mission of twelve instants was once over before its recorder had connected to the writers. The
-/// recording lacked the odometry and the status, and nothing counted as missing.
+/// Regression test: on a busy machine, a mission of twelve instants was once over before its recorder had connected to the writers.
+/// The recording lacked the odometry and the status, and nothing counted as missing.
 #[test]
 fn a_late_recorder_reads_the_writers_histories() {
     let folder = tempfile::tempdir().unwrap();

@@ -89,8 +89,8 @@ fn files_of_four_seconds_form_one_recording_despite_three_kills() {
     system.remove();
 }
 
-/// If no limit of duration was set, a large run was once recorded into one file, regardless of the requested size. The size is now
-/// checked where the duration is.
+/// Regression test: if no limit of duration was set, a large run was once recorded into one file, regardless of the requested size.
+/// The size is now checked at the same point as the duration.
 #[test]
 fn a_file_ends_at_the_size_limit_of_the_run() {
     const LIMIT: u64 = 60_000;

@@ -45,8 +45,8 @@ pub trait Onlooker: Tap {
         false
     }
 
-    /// Returns a person's answer to where the robot is, if there is one. Its position is in pixels (frame `Sketch`), its
-    /// heading in radians. Called after each instant except the last.
+    /// Returns a person's answer to the question where the robot is, if there is one. Its position is in pixels (frame `Sketch`),
+    /// its heading in radians. Called after each instant except the last.
     fn here(&mut self) -> Option<Here> {
         None
     }
@@ -86,18 +86,19 @@ impl Rehearsal {
         Self::by(run, &read_file)
     }
 
-    /// Creates a rehearsal with a drawing that is not in a file. `bytes` are used in place of the file that the mission names.
+    /// Creates a rehearsal with a drawing that is not in a file. `bytes` takes the place of the file that the mission names.
     ///
     /// # Errors
-    /// Like [`Rehearsal::new`].
+    /// Same errors as [`Rehearsal::new`].
     pub fn by_bytes(run: &RunConfig, bytes: &[u8]) -> Result<Self, RehearsalError> {
         Self::by(run, &|_| Ok(bytes.to_vec()))
     }
 
-    /// Creates a rehearsal with the files that `files` returns by their names in the mission, except for those of the world.
+    /// Creates a rehearsal that reads the files named in the mission through `files`, except for those of the world, which are read
+    /// from disk.
     ///
     /// # Errors
-    /// Like [`Rehearsal::new`].
+    /// Same errors as [`Rehearsal::new`].
     pub fn by(run: &RunConfig, files: &Files<'_>) -> Result<Self, RehearsalError> {
         let kind = run.mission.navigator_kind();
         let part = |process| {
@@ -173,7 +174,7 @@ impl Rehearsal {
         planner.receive(MISSION.spec, &order, tap)
     }
 
-    /// Passes on the onlooker's answer to where the robot is, which takes effect at the next instant.
+    /// Passes on the onlooker's answer to the question where the robot is. It takes effect at the next instant.
     fn give_pose(&mut self, here: Here, tap: &mut impl Tap) -> Result<(), StageError> {
         let Self { world, localizer, planner, supervisor, .. } = self;
         let order = parts::order(supervisor, world.stamp_ns(), (Order::Here, Some(here)), tap)?;

@@ -16,7 +16,7 @@ use sketchnav_stage::{
 
 use crate::RehearsalError;
 
-/// The world, with its simulation and the messages it has sent.
+/// The part that replaces the world: the simulation, and the messages that it has sent.
 pub(crate) struct World {
     simulation: sim::World,
     pub(crate) memory: InProcess,
@@ -91,7 +91,7 @@ impl Senses for Said<'_> {
     }
 }
 
-/// A process of the navigator, with its stage and the messages it has sent.
+/// The part that replaces a process of the navigator: its stage, and the messages that it has sent.
 pub(crate) struct Part {
     access: Access,
     stage: Box<dyn Hosted>,

@@ -80,7 +80,7 @@ pub struct Rerun {
     pub core: Duration,
     /// Durations of the core's steps.
     pub steps: StepTimes,
-    /// Time that everything took, including reading and comparing.
+    /// Time that everything took, including reading, encoding, comparing and writing.
     pub wall: Duration,
 }
 

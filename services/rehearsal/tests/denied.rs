@@ -80,7 +80,8 @@ impl Tap for Nobody {
 
 impl Onlooker for Nobody {}
 
-/// In a single process, every stage could reach the world's memory. A rehearsal used to hand the truth to any stage that asked.
+/// Regression test: in a single process, every stage could reach the world's memory. A rehearsal used to hand the truth to any
+/// stage that asked.
 #[test]
 fn a_navigator_that_asks_for_the_truth_fails_at_once() {
     sketchnav_navigators::register(&[NAVIGATOR]).unwrap();

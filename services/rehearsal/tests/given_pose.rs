@@ -10,7 +10,7 @@ use sketchnav_schemas::message::{Here, MissionCommand, MissionStatus};
 use sketchnav_schemas::run::{Pad, RunConfig};
 use sketchnav_sketch::messages::{ESTIMATE, PoseEstimate};
 
-/// Maximum number of instants of a drive.
+/// Maximum number of instants that a drive may take.
 const MOST: usize = 200;
 
 /// Gives the pose of the robot once, as soon as `is_time` is true.

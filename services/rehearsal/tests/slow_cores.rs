@@ -57,7 +57,7 @@ fn every_third_scan_is_answered_three_scans_late() {
     }
     let first =
         |log: &Log| log.command.iter().position(|c| c.twist.vx_mps.hypot(c.twist.vy_mps) > 0.0).unwrap();
-    // A command shows one step later, and a late command is sent three steps after its scan.
+    // A command takes effect one step later, and a late command is sent three steps after its scan.
     assert_eq!(begins_to_move(&prompt), first(&prompt) + 1);
     assert_eq!(begins_to_move(&late), 3 * (first(&late) + 1) + 1);
 }

@@ -29,7 +29,7 @@ const ORDER_TYPE: &str = "std_msgs/msg/String";
 /// Maximum number of orders that can wait.
 const ORDER_DEPTH: usize = 10;
 
-/// Publishes `topics` until the system has ended or the process is asked to end. `find` is asked for the goals that orders name.
+/// Publishes `topics` until the system has ended or the process is asked to end. `find` looks up the goals that orders name.
 ///
 /// # Errors
 /// [`BridgeError`] if the domain or a channel cannot be opened, or messages can no longer be sent.

@@ -15,7 +15,7 @@ use crate::participant::{PublisherId, Receiver, Sender, dds_type_name};
 use crate::topics::Delivery;
 use crate::{BridgeError, Settings, full_name};
 
-/// What precedes the name of a ROS 2 topic in DDS.
+/// Prefix of ROS 2 topics in DDS.
 const PREFIX: &str = "rt";
 
 /// A ROS 2 node.
@@ -158,7 +158,7 @@ impl Serialize for Cdr {
 mod tests {
     use super::*;
 
-    /// The sent bytes must be those of a recording, so nothing may be aligned or counted a second time.
+    /// The bytes that are sent must equal those in a recording, so serialization may not align them again or add a length.
     #[test]
     fn cdr_bytes_are_passed_through_unchanged() {
         let mut cdr = Vec::new();

@@ -21,7 +21,7 @@ use crate::{BridgeError, RobotTopics, Settings, Summary};
 const LOOK_EVERY: Duration = Duration::from_millis(2);
 /// Maximum time for sending the last message.
 const FAREWELL: Duration = Duration::from_millis(100);
-/// Time without readings at the start after which this is reported.
+/// If no readings have arrived for this long after the start, that is reported.
 const SILENCE: Duration = Duration::from_secs(3);
 
 /// Drives the robot until its mission is over, the system has ended, or the process is asked to end.
@@ -91,7 +91,7 @@ impl<F: DeserializeOwned + 'static> Sensor<F> {
         Some(form)
     }
 
-    /// Reports that nothing has come so far.
+    /// Reports the sensor if none of its readings has arrived so far.
     fn report_silence(&self, participant: &Participant) -> Result<(), BridgeError> {
         if self.is_silent {
             let known = participant.topics_of(self.kind)?;
@@ -167,7 +167,7 @@ impl Robot {
     /// standard error.
     fn passed_on(&mut self, reading: &str, sent: Result<(), ReadingError>) -> Result<(), BridgeError> {
         let error = match sent {
-            // After the end, the loop ends with the next command.
+            // After the end of the mission, the loop ends with the next command.
             Ok(()) | Err(ReadingError::Driver(DriverError::Over { .. })) => return Ok(()),
             Err(ReadingError::Driver(DriverError::Runtime(error))) => return Err(error.into()),
             Err(error) => error,

@@ -12,7 +12,7 @@ use sketchnav_schemas::codes::Order;
 const MAX_A_SECOND: u32 = 10;
 /// Maximum number of characters of a text that are printed.
 const MAX_SHOWN: usize = 40;
-/// Finds the task or place that a name refers to, or says why there is none.
+/// Finds the task or place that a name refers to, or returns the reason why there is none.
 pub type FindGoal<'a> = dyn Fn(&str) -> Result<Ordered, String> + 'a;
 
 /// Maximum length of a text that is looked at, in bytes. Names in missions are shorter.
@@ -54,7 +54,7 @@ fn is_word(order: &Order) -> bool {
 }
 
 /// Parses an order such as `pause`, `goal 3` or `goal kitchen`. Tasks are counted from 1 in the text, up to `task_count`, and
-/// `find` is asked for names.
+/// `find` looks up names.
 ///
 /// # Errors
 /// [`OrderError`] with what was found.
@@ -121,7 +121,7 @@ mod tests {
         assert_eq!(parse("abort"), Ok(Ordered::new(Order::Abort, 0)));
     }
 
-    /// `sketchnav send goal kitchen` used to work, and the same order from ROS 2 did not.
+    /// Regression test: `sketchnav send goal kitchen` used to work, and the same order from ROS 2 did not.
     #[test]
     fn a_goal_may_be_a_name() {
         assert_eq!(parse("goal  kitchen "), Ok(KITCHEN));
@@ -141,7 +141,7 @@ mod tests {
         }
     }
 
-    /// A text of a megabyte was once printed in full.
+    /// Regression test: a text of a megabyte was once printed in full.
     #[test]
     fn a_long_text_is_abbreviated() {
         for text in ["ü".repeat(1 << 20), format!("goal {}", "ü".repeat(1 << 20))] {

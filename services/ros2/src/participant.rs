@@ -25,7 +25,7 @@ pub enum Participant {
 }
 
 impl Participant {
-    /// Joins as the node of the system `name`.
+    /// Joins the DDS domain, or connects to the Zenoh router, as the node of the system `name`.
     ///
     /// # Errors
     /// [`BridgeError::Middleware`] if the network or the router cannot be reached, or a socket cannot be opened.

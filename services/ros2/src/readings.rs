@@ -119,7 +119,7 @@ pub fn odometry(mut form: OdometryForm, stamp_ns: u64) -> Result<Odometry, Readi
     if odometry.is_valid() { Ok(odometry) } else { Err(ReadingError::Odometry) }
 }
 
-/// Notices when a topic has more than one publisher.
+/// Detects whether a topic has more than one publisher.
 #[derive(Debug, Default)]
 pub struct Publishers {
     first: Option<PublisherId>,

@@ -24,7 +24,7 @@ use crate::participant::{PublisherId, Receiver, Sender, dds_type_name};
 use crate::topics::{self, Delivery};
 use crate::{BridgeError, Settings};
 
-/// Maximum size, in bytes, of a message that is accepted or forwarded. There must be a limit because any node may send.
+/// Maximum size, in bytes, of a message that is accepted or forwarded. There must be a limit, because any node may send anything.
 const MAX_MESSAGE_BYTES: usize = 64 << 20;
 
 /// A ROS 2 node.

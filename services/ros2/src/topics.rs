@@ -6,7 +6,7 @@ use sketchnav_schemas::channels::{self, ChannelSpec, Role};
 use sketchnav_schemas::ros2::{definitions, transforms};
 use sketchnav_schemas::run::RunConfig;
 
-/// How messages of a topic are delivered. ROS 2 connects subscribers that request no more than this.
+/// How messages of a topic are delivered. ROS 2 connects a subscriber only if it requests no more than this.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Delivery {
     /// Best effort, the profile of sensor data. A lost message is not sent again, because a newer reading
@@ -22,7 +22,7 @@ pub enum Delivery {
 }
 
 impl Delivery {
-    /// Length of the queue, in messages.
+    /// Returns the length of the queue, in messages.
     pub fn depth(self) -> usize {
         match self {
             Self::Sensor => 5,

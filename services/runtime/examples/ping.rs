@@ -26,7 +26,7 @@ use sketchnav_schemas::message::{LaserScan, VelocityCommand};
 const ROUNDS: usize = 20_000;
 const WARM_UP: usize = 1_000;
 const LIMIT: Duration = Duration::from_secs(5);
-/// Sizes of the messages in the comparisons, there and back, in bytes.
+/// Sizes of the messages in the comparisons, in each of the two directions, in bytes.
 const THERE: usize = size_of::<LaserScan>();
 const BACK: usize = size_of::<VelocityCommand>();
 
@@ -48,7 +48,7 @@ fn main() -> Fallible {
     }
 }
 
-/// Starts the answering process.
+/// Starts the process that responds.
 fn other(arguments: &[&str]) -> Fallible<Child> {
     Ok(Command::new(std::env::current_exe()?).args(arguments).spawn()?)
 }
@@ -126,7 +126,7 @@ fn shared_memory_kib(system: &str) -> std::io::Result<u64> {
     Ok(blocks / 2)
 }
 
-/// Both directions of plain iceoryx2: messages, and events that announce them.
+/// The channels of plain iceoryx2 in both directions: messages, and events that announce them.
 struct Raw {
     service: PortFactory<ipc::Service, [u8], ()>,
     publisher: Publisher<ipc::Service, [u8], ()>,

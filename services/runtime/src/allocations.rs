@@ -31,7 +31,7 @@ pub fn loan_handles_of_this_thread() -> u64 {
 pub(crate) fn loan_handle<R>(take_loan: impl FnOnce() -> R) -> R {
     let before = allocations_of_this_thread();
     let loan = take_loan();
-    // A thread that is ending no longer has counters, but it takes no more loans either.
+    // A thread that is ending no longer has counters, but it does not take any more loans either.
     let _ = COUNT.try_with(|count| {
         let made = count.replace(before) - before;
         HANDLES.try_with(|handles| handles.set(handles.get() + made))
@@ -40,7 +40,7 @@ pub(crate) fn loan_handle<R>(take_loan: impl FnOnce() -> R) -> R {
 }
 
 fn count() {
-    // A thread that is ending no longer has a counter, but it makes no more steps either.
+    // A thread that is ending no longer has a counter, but it does not make any more steps either.
     let _ = COUNT.try_with(|count| count.set(count.get() + 1));
 }
 

@@ -108,7 +108,7 @@ impl Bells {
         self.slot(process).joined.load(SeqCst)
     }
 
-    /// Counts a unit of new work by the process or its predecessor.
+    /// Counts a unit of new work that the process, or its predecessor, has done.
     pub(crate) fn note_progress(&self, process: Process) {
         self.slot(process).progress.fetch_add(1, SeqCst);
     }
@@ -189,7 +189,7 @@ mod tests {
         (folder, bells)
     }
 
-    /// An observer that joined while the system was being created used to be killed by SIGBUS.
+    /// Regression test: an observer that joined while the system was being created used to be killed by SIGBUS.
     #[test]
     fn a_file_without_its_page_is_an_error() {
         let folder = tempfile::tempdir().unwrap();

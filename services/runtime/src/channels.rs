@@ -21,10 +21,10 @@ use sketchnav_schemas::codes::Process;
 use crate::node::Node;
 use crate::{Error, Result};
 
-/// Maximum number of observers that may read a channel at the same time. They share the remaining places, since those of the
-/// table's readers and of the recorder are reserved.
+/// Maximum number of observers that may read a channel at the same time. The readers in the table and the recorder have their
+/// own slots, which observers cannot take.
 const MAX_OBSERVERS: usize = 5;
-/// Number of slots for observers that join simultaneously.
+/// Number of additional slots, in case several observers join at the same moment.
 const SPARE: usize = 2;
 /// Maximum number of writers of a channel with many writers.
 const MAX_WRITERS: usize = 16;
@@ -79,7 +79,7 @@ fn message_type(spec: &ChannelSpec) -> Result<(AttributeKey, AttributeValue)> {
     Ok((key, value))
 }
 
-/// Opens the reading end of a channel. Observers must leave the places of the pipeline free.
+/// Opens the reading end of a channel. Observers may not take the slots of the pipeline's own readers.
 ///
 /// # Errors
 /// [`Error::TooManyObservers`] if there are already as many observers as allowed.
@@ -90,7 +90,7 @@ pub(crate) fn subscribe(
     let service = open(node, spec)?;
     let reading = || format!("reading channel {:?}", spec.name);
     if node.process() == Process::Observer && observers(&service) >= MAX_OBSERVERS {
-        // A killed observer keeps its place until it has been cleared.
+        // A killed observer keeps its slot until its remains have been cleared.
         node.clear_dead(CLEARING);
         if observers(&service) >= MAX_OBSERVERS {
             let system = node.system().name().into();
@@ -137,7 +137,7 @@ fn builder(node: &Node, spec: &ChannelSpec) -> Result<ChannelBuilder> {
     Ok(builder.user_header::<u64>())
 }
 
-/// Safe overflow stays on. Without it, a single stopped reader would block the writer for seconds.
+/// Enables safe overflow. Without it, a single stopped reader would block the writer for seconds.
 fn with_limits(builder: ChannelBuilder, spec: &ChannelSpec) -> ChannelBuilder {
     builder
         .enable_safe_overflow(true)

@@ -46,7 +46,7 @@ const FIRST_LENGTH: usize = 1 << 13;
 /// the maximum number of obstacles. For a larger state, the buffer grows once.
 const FIRST_ROOM: usize = 1 << 15;
 
-/// The two slots of a process, for a state that is written as a `T` or as a view of one.
+/// The two slots of a process, for a state of type `T`. The state may also be written as a borrowed form that serializes alike.
 pub struct Checkpoints<T> {
     version: u64,
     slots: [Mapping; 2],
@@ -347,7 +347,7 @@ mod tests {
         }
     }
 
-    /// A state that its stage rejected used to end the process for good, and the mission with it.
+    /// Regression test: a state that its stage rejected used to end the process for good, and the mission with it.
     #[test]
     fn a_state_that_a_stage_refused_is_not_offered_again() {
         let place = Place::new();

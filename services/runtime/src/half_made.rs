@@ -2,7 +2,7 @@
 //!
 //! iceoryx2 0.10 creates a file that its owner may write and no process may read, sets its size, fills it, and only then makes it
 //! readable. A process that is killed in between leaves a file that will never be finished. Any other process that needs the file,
-//! such as a living writer or the supervisor cleaning up after the dead process, is denied access or, if it runs as root and the
+//! such as a running writer or the supervisor cleaning up after the dead process, is denied access or, if it runs as root and the
 //! file is still empty, waits forever. Such a file is therefore removed once no process has it open.
 
 use std::collections::BTreeMap;
@@ -26,8 +26,8 @@ const PERMISSIONS: u32 = 0o777;
 /// Time after which an unfinished file counts as abandoned. Creating one takes microseconds. (The files that a creator in another
 /// container has open cannot be determined.)
 const MAKING: Duration = Duration::from_millis(100);
-/// Time without a request for complaints after which the supervisor must be hanging in shared memory. Normally, it requests them
-/// several times a second.
+/// If the supervisor has not asked for complaints for this long, it must be hanging in shared memory. Normally, it asks several
+/// times a second.
 const PATIENCE: Duration = Duration::from_secs(3);
 
 /// Returns true if the file's creator has not finished it.

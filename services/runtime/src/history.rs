@@ -5,10 +5,9 @@
 //! number and drop it, while a reader that joins late finds a history. A kill at any time leaves at most one unreadable entry: the
 //! one being written, whose message no reader has received yet.
 //!
-//! Readers of the channel never access this, with one exception: a recorder that was restarted, because the
-//! writer that could send the missed messages again may have ended or died. Each entry also stores when its
-//! message was sent, according to the clock. The message itself contains nothing that would differ between
-//! two runs.
+//! Readers of the channel never access this, with one exception: a recorder that was restarted, because the writer that could send
+//! the missed messages again may have ended or died. Each entry also stores when its message was sent, by the monotonic clock. The
+//! message itself contains nothing that would differ between two runs.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering::SeqCst, fence};
@@ -57,7 +56,7 @@ impl History {
         Ok(history)
     }
 
-    /// Returns the number of the latest message in the file, including those that a living writer has stored since it was opened.
+    /// Returns the number of the latest message in the file, including those that a running writer has stored since it was opened.
     fn newest(&self) -> u64 {
         (0..self.capacity).map(|i| self.number(i).load(SeqCst)).max().unwrap_or(0)
     }

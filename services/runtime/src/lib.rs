@@ -1,11 +1,11 @@
 //! Processes and channels over shared memory. This is the only crate that uses iceoryx2.
 //!
-//! - [`System`]: the folder of a named system, its living processes, and its complete removal.
+//! - [`System`]: the folder of a named system, the processes that are running in it, and how to remove it completely.
 //! - [`Channels`]: every channel of the table, created and held by the supervisor.
 //! - [`Node`]: a process in a system, which opens a [`Writer`] or [`Reader`] of a channel, and waits.
 //! - [`host()`]: runs a stage of a navigator as a process, using everything below.
 //! - [`Checkpoints`]: the state that a process resumes from after a kill.
-//! - [`SendTimes`]: when the last messages of a channel were sent, by the clock.
+//! - [`SendTimes`]: the times at which the last messages of a channel were sent.
 //! - [`Notices`]: reports that processes and tools ask the supervisor to publish.
 //! - Planned faults are applied by the writers (`trap.rs`). Without a plan, there is no overhead.
 //! - [`provide_files`], [`provide_stack`]: raise the process limits that a system needs.

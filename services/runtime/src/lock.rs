@@ -1,4 +1,4 @@
-//! A file lock held by a living process. The kernel releases the lock as soon as the process dies.
+//! A file lock held by a running process. The kernel releases the lock as soon as the process dies.
 //!
 //! These are open-file-description locks (`F_OFD_SETLK`). Unlike `flock`, they can be queried without being taken.
 //! Unlike POSIX locks, they do not vanish when the process closes another descriptor of the file.
@@ -15,7 +15,7 @@ use nix::libc;
 
 use crate::identity::{self, Identity};
 
-/// Interval of attempts to take a lock that another process holds.
+/// Interval between attempts to take a lock that another process holds.
 const LOOK_EVERY: Duration = Duration::from_millis(2);
 
 /// A lock, held for the lifetime of this value. The file is not removed.

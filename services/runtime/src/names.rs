@@ -18,7 +18,8 @@ use crate::shared::{Seen, look, names_that};
 
 /// Interval between reads of the folder while reports are missing. Reading 200,000 names takes about 50 ms.
 const READ_EVERY: Duration = Duration::from_secs(2);
-/// Maximum number of reads of reports per look, which is more than the kernel queues. The rest, if any, is read at the next look.
+/// Maximum number of times that reports are read in one look, which is more than the kernel queues. The rest, if any, is read at
+/// the next look.
 const READS: usize = 1024;
 
 /// The names in a folder that begin with a prefix.

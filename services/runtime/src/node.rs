@@ -281,8 +281,8 @@ impl Node {
         self.counters.count_invalid(channel, seq, why);
     }
 
-    /// Frees the samples that dead processes of the system left in shared memory, and their places as writers
-    /// or readers. The supervisor calls this after it has waited for a dead child.
+    /// Frees the samples that dead processes of the system left in shared memory, and their slots as writers and readers. The
+    /// supervisor calls this after it has waited for a dead child.
     pub fn clear_dead(&self, timeout: Duration) {
         self.inner.blocking_cleanup_dead_nodes(timeout);
     }
@@ -295,8 +295,8 @@ impl Node {
         self.sweeper.as_ref().and_then(Sweeper::complaint).map_or(Ok(()), Err)
     }
 
-    /// Counts a unit of new work, which determines whether a process that keeps dying is restarted. New messages are counted
-    /// automatically.
+    /// Counts a unit of new work. A process that keeps dying is only restarted if it does new work in between. New messages are
+    /// counted automatically.
     pub fn note_progress(&self) {
         self.bells.note_progress(self.process);
     }

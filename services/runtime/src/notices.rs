@@ -40,7 +40,7 @@ pub struct Notice {
     pub words: String,
     /// An order that a tool asks the supervisor to give.
     pub order: Option<Ordered>,
-    /// Share of the processor that the process gets from now on. The supervisor then tolerates its slowness.
+    /// How the process is being starved of the processor from now on, so that the supervisor tolerates its slowness.
     pub starvation: Option<Starvation>,
 }
 

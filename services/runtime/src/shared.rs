@@ -34,10 +34,10 @@ const DIGITS: usize = 16;
 const OWNER: &str = "owner";
 /// Unit of a file's blocks, in bytes.
 const BLOCK: u64 = 512;
-/// Maximum size of a small file, in bytes.
+/// Maximum size of a file that counts as small in [`SharedFiles::reserve_small`], in bytes.
 const SMALL_BYTES: u64 = 1 << 20;
 
-/// A file, and its metadata when it was looked at.
+/// The path of a file, and its metadata when it was looked at.
 pub(crate) type Seen = (PathBuf, Metadata);
 
 /// The files of one system.
@@ -232,7 +232,7 @@ pub(crate) fn keep_others_out(seen: &[Seen]) -> Result<()> {
     Ok(())
 }
 
-/// Removes files that no living process will finish. `living` returns the system's processes.
+/// Removes files that no running process will finish. `living` returns the ids of the system's running processes.
 pub(crate) fn clear_half_made(
     seen: &[Seen],
     ages: &mut half_made::Ages,
@@ -502,7 +502,7 @@ mod tests {
         assert!(open_own(&victim).map(drop).unwrap_err().to_string().contains("found a file with 2 names"));
     }
 
-    /// A system of another user with the same name used to be counted among the user's own leftovers.
+    /// Regression test: a system of another user with the same name used to be counted among the user's own leftovers.
     #[test]
     fn a_system_has_only_files_of_its_own_user() {
         let folder = tempfile::tempdir().unwrap();
@@ -561,7 +561,7 @@ mod tests {
         }
     }
 
-    /// This user's leftovers, too, must be cleared in time that grows linearly with the number of files.
+    /// This user's own leftovers must also be cleared in time that grows linearly with the number of files.
     #[test]
     fn clearing_orphans_takes_linear_time() {
         let per_file = [20, 40, 80].map(|many: u64| {
@@ -578,8 +578,8 @@ mod tests {
         assert!(per_file.iter().all(|calls| *calls == per_file[0] && *calls <= 5.0), "{per_file:?}");
     }
 
-    /// Each process reserves the memory of the files that it uses. To find them, it used to search the whole folder for each
-    /// channel that it opened.
+    /// Regression test: each process reserves the memory of the files that it uses. To find them, it used to search the whole
+    /// folder for each channel that it opened.
     #[test]
     fn mapped_files_are_found_without_the_folder() {
         let folder = tempfile::tempdir().unwrap();

@@ -42,9 +42,9 @@ fn install_last_words() {
     let _ = unsafe { sigaction(Signal::SIGBUS, &action) };
 }
 
-/// Last words of a process that gets no memory.
+/// Printed by a process that gets no memory.
 const FULL: &str = "shared memory is full: /dev/shm has no space for a message (SIGBUS)\n";
-/// Last words of a process that got no page of a mapped file, although there is space by now.
+/// Printed by a process that got no page of a mapped file, although there is space by now.
 const CUT: &str = "could not get a page of a mapped file: /dev/shm was full for a moment, one of its files was truncated, \
                    or a disk failed (SIGBUS)\n";
 /// Page size, in bytes. With less than that free, `/dev/shm` is full.

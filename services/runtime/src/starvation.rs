@@ -1,5 +1,4 @@
-//! Starves this process of the processor: for some time, it only gets a share, as on a machine with too few
-//! cores.
+//! Starves this process of the processor: for some time, it only gets a share of it, as on a machine with too few cores.
 //!
 //! To do this, the process repeatedly stops itself (SIGSTOP). This requires neither root nor control groups,
 //! takes nothing away from other processes, and gives the same share on every machine. A process that
@@ -25,7 +24,7 @@ const PERIOD: Duration = Duration::from_millis(100);
 /// until after the first timer, which then has no effect.
 const BACKUPS: [Duration; 3] = [Duration::ZERO, Duration::from_secs(1), Duration::from_secs(30)];
 
-/// Begins immediately with a stop, and continues in a separate thread.
+/// Starves this process: stops it for the first time immediately, and continues in a separate thread.
 ///
 /// # Errors
 /// If the kernel has no timer or no thread left, in which case the process is not stopped.

@@ -1,4 +1,4 @@
-//! A system: a name, a folder, and a living supervisor.
+//! A system: a name, a folder, and a running supervisor.
 //!
 //! ```text
 //! <root>/<name>/supervisor.lock   locked by the supervisor for its lifetime
@@ -33,15 +33,15 @@ use crate::shared::{self, Seen, SharedFiles, listed, unless_gone};
 use crate::survey::Room;
 use crate::{Error, Result, half_made, root};
 
-/// Names, without the prefix, of the files that successors resume from.
+/// Prefixes of the names of the files that successors resume from, without the prefix of the system.
 const SUCCESSORS: [&str; 3] = ["history_", "checkpoint_", "owner"];
 const MAX_NAME: usize = 32;
 /// Maximum length of the root plus twice the name, in bytes. iceoryx2 0.10 builds paths of at most 255 bytes from the system's
 /// folder and the prefix, both of which contain the name, and panics if they are longer (measured).
 const MAX_ROOT_AND_NAMES: usize = 102;
-/// Time for a process to end when its system is removed.
+/// Time that a process has to end by itself when its system is removed.
 const LAST_WORD: Duration = Duration::from_secs(1);
-/// Time for the kernel to end a killed process, which may have to wait for a slow disk first.
+/// Time that the kernel has to end a killed process, which may first have to wait for a slow disk.
 const DEATH: Duration = Duration::from_secs(10);
 
 /// The folder of a system, and everything that belongs to it.
@@ -235,8 +235,8 @@ impl System {
         serde_json::from_slice(&bytes).map_err(|source| Error::RunConfig { path, source })
     }
 
-    /// Returns the living processes of the system with their process ids, ordered by name, with the supervisor first. Each
-    /// observer is listed separately.
+    /// Returns the name and the process id of each running process of the system, ordered by name except for the supervisor,
+    /// which comes first. Each observer is listed separately.
     pub fn processes(&self) -> Result<Vec<(String, u32)>> {
         let mut found = Vec::new();
         if self.is_alive()? {
@@ -273,13 +273,13 @@ impl System {
         self.folder.join("notices")
     }
 
-    /// Removes the system's files in shared memory that no living process will finish. The caller keeps `ages` between calls.
+    /// Removes the system's files in shared memory that no running process will finish. The caller keeps `ages` between calls.
     pub(crate) fn clear_half_made(&self, seen: &[Seen], ages: &mut half_made::Ages) -> Result<()> {
         let living = || Ok(self.processes()?.into_iter().map(|(_, pid)| pid).collect());
         shared::clear_half_made(seen, ages, living)
     }
 
-    /// Returns another handle of the same system, for another thread. It owns nothing.
+    /// Returns another handle of the same system, for another thread. The handle does not own the system.
     pub(crate) fn view(&self) -> Self {
         Self { shared: self.shared.clone(), ..Self::at(self.root.clone(), &self.name) }
     }
@@ -425,7 +425,7 @@ fn check_name(name: &str) -> Result<()> {
     Ok(())
 }
 
-/// Returns all systems of the root, living or dead, ordered by name.
+/// Returns all systems of the root, whether they are running or dead, ordered by name.
 fn all(root: &Path) -> Result<Vec<System>> {
     let names = listed(root)?.into_iter().filter(|path| path.is_dir());
     let names = names.filter_map(|path| Some(path.file_name()?.to_str()?.to_string()));
@@ -492,7 +492,7 @@ fn end_owner(path: &Path, last_word: Duration) -> Result<()> {
             return Ok(());
         }
         let handle = lock::owner(path).and_then(|owner| owner.handle().ok());
-        // It may have ended by itself a moment ago.
+        // The process may have ended by itself a moment ago.
         let is_reached = handle.is_some_and(|handle| handle.send(signal).is_ok());
         if lock::is_free_within(path, patience).map_err(asking())? {
             return Ok(());
@@ -534,7 +534,7 @@ mod tests {
         }
     }
 
-    /// Every process reads this file, and used to read all of it, however large it was.
+    /// Regression test: every process reads this file, and used to read all of it, no matter how large it was.
     #[test]
     fn the_description_of_a_run_is_limited_in_size() {
         let root = tempfile::tempdir().unwrap();
@@ -554,8 +554,8 @@ mod tests {
         assert_eq!(sweep(root.path()).unwrap().0.cleared, ["large"]);
     }
 
-    /// A lock file of a container that shared the folder named process 4711. Here, that was an unrelated process, which was
-    /// killed, and the lock was then waited for forever.
+    /// Regression test: a lock file from a container that shared the folder contained the process id 4711. On this machine, an
+    /// unrelated process had that id. It was killed, and its lock was then waited for forever.
     #[test]
     fn processes_of_another_namespace_are_neither_killed_nor_awaited_forever() {
         let root = tempfile::tempdir().unwrap();
@@ -634,8 +634,8 @@ mod tests {
         system.remove().unwrap();
     }
 
-    /// If the supervisor was killed while its processes were creating files, the recorder once waited for such a file forever.
-    /// It had been asked to end, but did not look, and the dead system could not be resumed.
+    /// Regression test: if the supervisor was killed while its processes were creating files, the recorder once waited for such
+    /// a file forever. It had been asked to end, but did not look, and the dead system could not be resumed.
     #[test]
     fn a_surviving_process_does_not_wait_for_an_unfinished_file() {
         let root = tempfile::tempdir().unwrap();

@@ -30,7 +30,7 @@ pub(crate) struct Trap {
     faults: Vec<(usize, PlannedFault)>,
 }
 
-/// Planned faults of a single message.
+/// What the plan does to a single message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Fate {
     pub(crate) is_dropped: bool,

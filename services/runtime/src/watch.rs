@@ -13,7 +13,7 @@ pub struct Watch {
     bells: Bells,
 }
 
-/// The kernel's state of a process.
+/// State of a process according to the kernel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ProcessState {
     /// Running, or ready to run if a core were free.

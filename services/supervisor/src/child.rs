@@ -32,11 +32,11 @@ const LOOK_EVERY: Duration = Duration::from_millis(100);
 const F_SETSIG: libc::c_int = 10;
 /// Number of lines from the end of a log that an error shows. If the program's own error begins earlier, the excerpt begins there.
 const LAST_LINES: usize = 12;
-/// Maximum length of the excerpt, in bytes.
+/// Maximum length of the excerpt from a log that an error shows, in bytes.
 const EXCERPT_BYTES: usize = 8000;
 /// Length of the end of a log that is read, in bytes. It has room for a backtrace after the excerpt.
 const LAST_BYTES: u64 = 64 * 1024;
-/// The line before the frames of a backtrace, which a panic prints if `RUST_BACKTRACE` is set.
+/// The line that precedes the frames of a backtrace. A panic prints a backtrace if `RUST_BACKTRACE` is set.
 const BACKTRACE: &str = "\nstack backtrace:\n";
 /// Space that a log reserves for the last words of its process, in bytes: one page of shared memory.
 const RESERVED_BYTES: i64 = 4096;
@@ -185,13 +185,13 @@ impl Child {
         Some(died.elapsed())
     }
 
-    /// Checks whether the process shows signs of life.
+    /// Checks whether the process has shown signs of life since the last check.
     pub(crate) fn watch(&mut self, signs_of_life: u32) -> Alarm {
         let pid = self.child.id();
         self.watchdog.look(signs_of_life, Instant::now(), || ProcessState::of(pid))
     }
 
-    /// Tolerates delays of the process from now on, because it is being starved.
+    /// Tolerates that the process is slow from now on, because it is being starved.
     pub(crate) fn bear(&mut self, starvation: Starvation) {
         self.watchdog.bear(starvation, Instant::now());
     }
@@ -261,7 +261,7 @@ impl Child {
     }
 }
 
-/// Sets the properties that are common to all starts of the process.
+/// Sets what all starts of the process have in common.
 fn prepare(line: &mut ProcessLine) -> Result<()> {
     let (supervisor, process) = (getpid(), line.process);
     // The recorder may still close its file, while the other processes have nothing to save.

@@ -11,7 +11,7 @@ use sketchnav_schemas::message::{Fault, Header, Text};
 
 use crate::{Death, Result};
 
-/// The recorder could not write its files for some time, or until the end.
+/// The recorder's report that it could not write its files for some time, or until the end.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct RecordingFailure {
     /// The last reason given by the recorder.
@@ -51,7 +51,7 @@ impl Faults {
         })
     }
 
-    /// Stamps further reports with the header of the mission's last status.
+    /// Takes the header of the mission's last status, which the following reports are stamped with.
     pub(crate) fn is_now(&mut self, header: Header) {
         self.now = header;
     }
@@ -102,7 +102,7 @@ impl Faults {
         std::mem::take(&mut self.starved)
     }
 
-    /// Publishes a report, which `fill` completes.
+    /// Publishes a report. `fill` sets the fields that depend on its kind.
     pub(crate) fn report(
         &mut self,
         kind: FaultKind,

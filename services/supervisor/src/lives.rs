@@ -55,7 +55,7 @@ fn revive(child: &mut Child, node: &Node, faults: &mut Faults) -> Result<Option<
     }
     let death = child.death(status);
     faults.died(&death)?;
-    // Only now can its successor take over its places as a writer and a reader.
+    // Only now can the successor take over the process's slots as a writer and a reader.
     node.clear_dead(CLEARING);
     if !child.schedule(status, node.progress(child.process)) {
         let words = if child.hung() { "hung repeatedly" } else { "died each time before it made progress" };

@@ -1,7 +1,7 @@
 //! Decides when to restart a process that has died: immediately, then after growing pauses, and finally not at all.
 //!
 //! The decision depends on progress. A process that is killed over and over, but sends something new in between, is restarted each
-//! time. A process that dies on the same message each time, or hangs, is eventually given up.
+//! time. If a process dies on the same message each time, or hangs, the supervisor eventually gives up on it.
 
 use std::time::Duration;
 
@@ -10,10 +10,11 @@ const FIRST_PAUSE: Duration = Duration::from_millis(50);
 /// Maximum number of attempts in a row. Their pauses add up to about six seconds.
 const ATTEMPTS: u32 = 8;
 
-/// Time without hanging after which a process that is killed from outside counts as healthy, with nothing to send.
+/// If a process has run for this long without hanging when it is killed from outside, it counts as healthy, even if it had nothing
+/// to send.
 const PEACEFUL: Duration = Duration::from_secs(10);
 
-/// How a life of a process ended.
+/// How one run of a process ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum End {
     /// The process was killed because it hung.
@@ -104,8 +105,8 @@ mod tests {
         assert_eq!(restarts.pause_after_death(KILLED, 1000), Some(Duration::ZERO));
     }
 
-    /// A life of ten seconds used to count as healthy, but a hanging process is killed only after thirty, so a process that hung on
-    /// the same drawing each time was restarted forever.
+    /// Regression test: a life of ten seconds used to count as healthy, but a hanging process is killed only after thirty, so a
+    /// process that hung on the same drawing each time was restarted forever.
     #[test]
     fn a_process_that_hangs_after_every_restart_is_given_up() {
         let mut restarts = Restarts::default();

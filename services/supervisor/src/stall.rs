@@ -5,10 +5,10 @@
 
 use std::time::{Duration, Instant};
 
-/// Maximum time that counts between two checks.
+/// Maximum time between two checks that is counted. If more has passed, the supervisor itself did not run.
 const MOST_AT_ONCE: Duration = Duration::from_millis(100);
 
-/// Measures the time without progress of any process.
+/// Measures for how long none of the processes has made progress.
 #[derive(Debug, Clone)]
 pub(crate) struct Stall {
     limit: Duration,
@@ -23,8 +23,8 @@ impl Stall {
         Self { limit, looked: now, progress: 0, stands: Duration::ZERO }
     }
 
-    /// Checks the sum of the progress of all processes. `everybody_waits` is true if all of them are running, and none is
-    /// computing or about to be restarted. Returns how long the lockstep has been stuck, if that is too long.
+    /// Checks the sum of the progress of all processes. `everybody_waits` is true if all of them are running, and none is computing
+    /// or about to be restarted. If the lockstep has been stuck for longer than the limit, returns for how long.
     pub(crate) fn look(&mut self, now: Instant, progress: u64, everybody_waits: bool) -> Option<Duration> {
         let since = now.saturating_duration_since(std::mem::replace(&mut self.looked, now));
         let has_progressed = std::mem::replace(&mut self.progress, progress) != progress;

@@ -256,7 +256,7 @@ impl Supervisor {
     }
 
     /// Returns the last status of each task that has ended, in order, for display. The supervisor only looks occasionally, so a
-    /// status may be missing. Only the recording is sure to contain every status.
+    /// status may be missing. Only the recording is guaranteed to contain every status.
     pub fn ended_tasks(&self) -> impl Iterator<Item = &MissionStatus> {
         self.ended_tasks.values()
     }
@@ -345,7 +345,7 @@ impl Supervisor {
         }
     }
 
-    /// Stores the recorder's report about its files. A recorder that ended because they are incomplete has done all it could.
+    /// Stores the recorder's report about its files. A recorder that ended because its files are incomplete has done all it could.
     fn take_recording_failure_from(&mut self, ended: Result<()>) -> Result<()> {
         if let Some(ports) = &mut self.ports {
             self.recording_failure = ports.faults.take_recording_failure();

@@ -19,7 +19,7 @@ const BUSY_DEADLINE: Duration = Duration::from_secs(5);
 /// Time without a heartbeat after which a process that seems to compute is killed. The drawing may be large, or the machine
 /// loaded.
 const BUSY_LIMIT: Duration = Duration::from_secs(30);
-/// Maximum time that counts between two checks by the supervisor.
+/// Maximum time between two checks that is counted. If more has passed, the supervisor itself did not run.
 const MOST_AT_ONCE: Duration = Duration::from_millis(100);
 
 /// Measures how long a process has been unresponsive.
@@ -35,7 +35,7 @@ pub(crate) struct Watchdog {
     starved: Option<(f64, Instant)>,
     /// Whether the process must be killed. Until it has ended, there is nothing more to report.
     is_condemned: bool,
-    /// Whether the reason is that it hangs, rather than that it was stopped from outside.
+    /// Whether it must be killed because it hangs, rather than because it was stopped from outside.
     hangs: bool,
 }
 
@@ -81,7 +81,7 @@ impl Watchdog {
         self.unresponsive < DEADLINE
     }
 
-    /// Checks the process. `state` is only called if it matters.
+    /// Checks the process. `state` is only called if there have been no signs of life since the last check.
     pub(crate) fn look(&mut self, signs: u32, now: Instant, state: impl FnOnce() -> ProcessState) -> Alarm {
         if self.is_condemned {
             return Alarm::Nothing;
@@ -152,7 +152,7 @@ mod tests {
         }
     }
 
-    /// A process used to be killed, and reported, at every check until the kernel had removed it.
+    /// Regression test: a process used to be killed, and reported, at every check until the kernel had removed it.
     #[test]
     fn a_process_to_be_killed_is_reported_once() {
         let mut now = Instant::now();
@@ -202,7 +202,7 @@ mod tests {
         assert_eq!(next(&mut watchdog, &mut now, ProcessState::Stopped), Alarm::Kill(LIMIT));
     }
 
-    /// The machine was asleep, or the supervisor itself was stopped.
+    /// The machine may have been asleep, or the supervisor itself stopped.
     #[test]
     fn time_during_which_the_watchdog_was_suspended_does_not_count() {
         let now = Instant::now();

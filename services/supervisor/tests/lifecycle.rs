@@ -376,8 +376,8 @@ fn a_killed_process_is_named() {
     stage.nothing_is_left();
 }
 
-/// The world waited for a command that never came, and the planner for a scan that it could accept, so both used to stand still
-/// in silence.
+/// Regression test: the world waited for a command that never came, and the planner for a scan that it could accept, so both used
+/// to stand still in silence.
 #[test]
 fn a_stalled_lockstep_run_is_reported_and_ended() {
     let stage = Stage::new("waits");
@@ -391,7 +391,7 @@ fn a_stalled_lockstep_run_is_reported_and_ended() {
     stage.nothing_is_left();
 }
 
-/// A mission used to be ended as stuck while it waited for a driver that the user had yet to start.
+/// Regression test: a mission used to be ended as stuck while it waited for a driver that the user had yet to start.
 #[test]
 fn a_lockstep_waits_for_a_process_that_is_run_by_hand() {
     let stage = Stage::new("hand");
@@ -415,8 +415,8 @@ fn a_process_that_ignores_the_request_to_end_is_killed() {
     stage.nothing_is_left();
 }
 
-/// A process that was stopped when the mission ended did not notice that it was asked to end. It was killed for that, and the
-/// run counted as a failure although nothing was missing.
+/// Regression test: a process that was stopped when the mission ended did not notice that it was asked to end. It was killed for
+/// that, and the run counted as a failure although nothing was missing.
 #[test]
 fn a_stopped_process_ends_with_the_others() {
     let stage = Stage::new("stopped");
@@ -431,7 +431,7 @@ fn a_stopped_process_ends_with_the_others() {
     stage.nothing_is_left();
 }
 
-/// A process that did not end used to hold the terminal for its whole grace period, however often the user asked.
+/// Regression test: a process that did not end used to hold the terminal for its whole grace period, however often the user asked.
 #[test]
 fn a_second_request_to_end_skips_the_wait() {
     let stage = Stage::new("again");

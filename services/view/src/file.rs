@@ -25,11 +25,11 @@ const MESSAGES_A_LOOK: usize = 64;
 /// The options for playing a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
-    /// Rate of playing, in recorded seconds per second.
+    /// Playback rate, in recorded seconds per second.
     pub rate: f64,
-    /// True if playing starts again at the end.
+    /// Whether playback starts again at the end.
     pub again: bool,
-    /// True if playing waits until a viewer starts it.
+    /// Whether playback waits until a viewer starts it.
     pub is_paused: bool,
 }
 
@@ -60,7 +60,7 @@ fn named(path: &Path) -> String {
 enum Turn {
     /// The stretch is over.
     Played,
-    /// Playing continues from another time, in nanoseconds.
+    /// Playback continues at another time, in nanoseconds.
     Seek(u64),
     /// The process is asked to end.
     End,
@@ -163,10 +163,10 @@ impl Player<'_> {
     }
 }
 
-/// The topics of a recording, and the topics derived from them.
+/// The topics of a recording that are shown, together with the topics derived from them.
 struct Shown {
     topics: Vec<ShownTopic>,
-    /// The messages of this stretch that could not be decoded. `reported` are those that have been reported so far.
+    /// The messages of this stretch that could not be decoded. `reported` contains those that have already been reported.
     skipped: Rejections,
     reported: Rejections,
 }
@@ -274,8 +274,8 @@ impl ShownTopic {
 mod tests {
     use super::*;
 
-    /// A single message that could not be decoded was reported, but thousands of them were reported as one. A message that
-    /// could not be unpacked was shown as it was.
+    /// Regression test: a single message that could not be decoded was reported, but thousands of them were reported as one. A
+    /// message that could not be unpacked was shown as it was.
     #[test]
     fn undecodable_messages_are_skipped_and_counted() {
         sketchnav_navigators::register(&[]).unwrap();

@@ -9,9 +9,9 @@
 //! - [`live`] follows a system as an observer. A channel is open only while a viewer watches it.
 //! - [`mod@file`] plays a recording. Its clock is [`playback`], which is pure, and which viewers can pause,
 //!   seek and speed up.
-//! - `topics` are the topics that are shown: every channel in its recorded form and name, transforms, and the standard
+//! - `topics` contains the topics that are shown: every channel in its recorded form and name, transforms, and the standard
 //!   messages derived from ours (`sketchnav_navigators::derived`).
-//! - `server` is the socket.
+//! - `server` accepts the viewers' connections and handles their requests.
 //!
 //! The view does not write to any channel, and viewers can only choose what they see. The socket is bound to
 //! loopback, because the protocol has no token. A viewer that is too slow loses the oldest messages.

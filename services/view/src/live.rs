@@ -108,14 +108,14 @@ impl View {
     }
 }
 
-/// A channel, and the topics that are made from it.
+/// A channel, with the topics whose messages are made from it.
 struct Source {
     spec: &'static ChannelSpec,
     /// Open only while a viewer watches the channel.
     reader: Option<RawReader>,
     own: Topic,
     derived: Vec<(&'static Derived, Topic)>,
-    /// The topic `/tf`, if it is made from this channel.
+    /// The topic `/tf`, if its messages are made from this channel.
     transform: Option<(Topic, transforms::Form)>,
     spare: Spare,
     cdr: Vec<u8>,

@@ -17,7 +17,7 @@ pub struct Request {
     pub seek_ns: Option<u64>,
 }
 
-/// The state of playing.
+/// The state of playback.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum State {
     /// The recording is playing.
@@ -28,7 +28,7 @@ pub enum State {
     Ended,
 }
 
-/// The clock of a recording that is played.
+/// The clock of a recording that is being played.
 #[derive(Debug, Clone)]
 pub struct Playback {
     first_ns: u64,
@@ -48,17 +48,17 @@ impl Playback {
         Self { first_ns, last_ns, rate, state, anchor: (first_ns, now), is_watched: false }
     }
 
-    /// The state of playing.
+    /// Returns the state of playback.
     pub fn state(&self) -> State {
         self.state
     }
 
-    /// The rate, in recorded seconds per second.
+    /// Returns the rate, in recorded seconds per second.
     pub fn rate(&self) -> f64 {
         self.rate
     }
 
-    /// The current recorded time, in nanoseconds.
+    /// Returns the current recorded time, in nanoseconds.
     pub fn at_ns(&self, now: Instant) -> u64 {
         let (from_ns, since) = self.anchor;
         if !self.moves() {
@@ -179,7 +179,7 @@ mod tests {
         assert_eq!(playback.state(), State::Playing);
     }
 
-    /// A recording that was opened before its viewer had already ended when the viewer connected.
+    /// Regression test: a recording that was opened before its viewer had already ended when the viewer connected.
     #[test]
     fn without_a_client_nothing_is_played() {
         let began = Instant::now();

@@ -1,4 +1,4 @@
-//! The WebSocket server: viewers, their requests, and the end of the process.
+//! The WebSocket server, which accepts viewers, receives their requests, and learns when the process is asked to end.
 
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener};
 use std::sync::Arc;
@@ -39,12 +39,12 @@ impl Port {
         Ok(Self(bound.map_err(|source| ViewError::Address { address, source })?.port()))
     }
 
-    /// The number of the port.
+    /// Returns the number of the port.
     pub fn number(self) -> u16 {
         self.0
     }
 
-    /// The address that viewers open.
+    /// Returns the address that viewers open.
     pub fn url(self) -> String {
         format!("ws://{}", address(self.0))
     }
@@ -59,9 +59,9 @@ fn address(port: u16) -> SocketAddr {
 pub enum Event {
     /// A viewer watches a topic from now on.
     Subscribed(ChannelId, SinkId),
-    /// Playing continues from another time, in nanoseconds.
+    /// Playback continues at another time, in nanoseconds.
     Sought(u64),
-    /// Something else has changed: the topics that are watched, or the state of playing.
+    /// Something else has changed: which topics are watched, or the state of playback.
     Changed,
     /// A signal asks the process to end.
     End,
@@ -125,7 +125,7 @@ impl Server {
         Ok(Self { handle: Some(handle), runtime, context, events, sender, sent_time: (0, None) })
     }
 
-    /// The context for new topics.
+    /// Returns the context for new topics.
     pub fn context(&self) -> &Arc<Context> {
         &self.context
     }
@@ -170,7 +170,7 @@ impl Server {
         }
     }
 
-    /// Sends the state of playing to viewers.
+    /// Sends the state of playback to viewers.
     pub fn send_playback(&self, playback: &SharedPlayback, did_seek: bool) {
         if let Some(handle) = &self.handle {
             handle.broadcast_playback_state(playback_state(&locked(playback), did_seek));

@@ -84,7 +84,7 @@ struct Shell<'a, S> {
     pace: Pace,
     /// The latest command.
     held: Option<VelocityCommand>,
-    /// The latest tick that has safely been written to a file, or a number above any tick if nothing is recorded.
+    /// The latest tick that is known to be safe in the recording, or a number above any tick if nothing is recorded.
     recorded_tick: u64,
 }
 
@@ -154,8 +154,8 @@ impl<S: Simulation> Shell<'_, S> {
         answered && tick < self.recorded_tick + LOCKSTEP_WINDOW
     }
 
-    /// In lockstep, each command is for its own step, even if commands for several steps have arrived, because a world that
-    /// resumes from a checkpoint repeats the steps since then.
+    /// Returns true if the command for the current step has arrived. In lockstep, each command is for its own step, even if
+    /// commands for several steps have arrived, because a world that resumes from a checkpoint repeats the steps since then.
     fn has_its_command(&self) -> bool {
         let tick = self.tick.last_seq();
         self.pace == Pace::Lockstep && self.held.is_some_and(|command| command.header.source_seq >= tick)

@@ -1,4 +1,4 @@
-//! Prints the mean deformation of drawings with seeds 1 to 200, next to those of people's drawings: `figures MAP…`.
+//! Prints the mean deformation of drawings with seeds 1 to 200, next to that of people's drawings: `figures MAP…`.
 
 use std::path::Path;
 

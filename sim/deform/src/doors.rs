@@ -1,5 +1,4 @@
-//! The errors that people make in remembering doors and rooms: a door moves along its wall, or a room is left
-//! out.
+//! The errors that people make when they remember doors and rooms: a door moves along its wall, or a room is left out.
 
 use nalgebra::Vector2;
 use rand::RngExt;
@@ -12,21 +11,21 @@ use crate::regions::Regions;
 const DOOR_SHIFT: f64 = 0.6;
 /// Minimum length of the wall that remains next to a door, in metres.
 const STUB_M: f64 = 0.3;
-/// Maximum distance between the end of a wall and the side of a door for the wall to end at that door, in metres.
+/// Maximum distance, in metres, between the end of a wall and the side of a door for the wall to end at that door.
 const JAMB_M: f64 = 0.45;
 /// Maximum sine of the angle between a door and its wall.
 const STRAIGHT: f64 = 0.3;
-/// Maximum width of the opening of a room that can be forgotten, in metres.
+/// Maximum width of the opening of a room that may be forgotten, in metres.
 const DOOR_M: f64 = 1.6;
-/// Probability at degree 1 that a room that can be forgotten is forgotten.
+/// Probability at degree 1 that a room that may be forgotten is forgotten.
 const FORGET: f64 = 0.05;
-/// Maximum share of the floor that can be forgotten.
+/// Maximum share of the floor that may be forgotten.
 const FORGETTABLE: f64 = 0.15;
-/// Distances from a wall's line for finding the rooms on its sides, in metres.
+/// Distances from the line of a wall at which the rooms on its sides are looked up, in metres.
 const BESIDE_M: [f64; 4] = [0.12, 0.2, 0.3, 0.4];
 const STEP_M: f64 = 0.1;
 
-/// The line of a wall, and which of its ends are sides of doors.
+/// The line of a wall, and which of its ends are at doors.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Wall {
     pub points: Vec<Vector2<f64>>,
@@ -39,7 +38,7 @@ pub(crate) type WallEnd = (usize, usize);
 /// The walls as a person remembers them.
 pub(crate) struct Memory {
     pub walls: Vec<Wall>,
-    /// The ends of two walls at each door between such ends.
+    /// For each door between ends of walls, these two ends.
     pub doors: Vec<[WallEnd; 2]>,
     /// Indices of the regions that were left out.
     pub forgotten: Vec<usize>,
@@ -50,7 +49,7 @@ impl Wall {
         if end == 0 { self.points[0] } else { self.points[self.points.len() - 1] }
     }
 
-    /// Returns the direction of the wall's piece at an end.
+    /// Returns the direction of the last piece of the wall at the given end.
     fn direction(&self, end: usize) -> Vector2<f64> {
         let last = self.points.len() - 1;
         let piece = if end == 0 {
@@ -67,7 +66,7 @@ impl Wall {
     }
 }
 
-/// Remembers a floor, with errors according to `degree`.
+/// Remembers a floor, with errors in proportion to `degree`.
 pub(crate) fn remember(floor: &Floor, degree: f64, rng: &mut Pcg64Mcg) -> Memory {
     let wall = |points: &Vec<Vector2<f64>>| Wall { points: points.clone(), jambs: [false; 2] };
     let mut walls: Vec<Wall> = floor.walls.iter().map(wall).collect();
@@ -96,7 +95,7 @@ pub(crate) fn remember(floor: &Floor, degree: f64, rng: &mut Pcg64Mcg) -> Memory
     memory
 }
 
-/// Returns the ends of walls at the two sides of an opening, or `None` if the opening is not a gap between two ends.
+/// Returns the ends of walls at the two sides of an opening, or `None` if the opening is not a gap between two ends of walls.
 fn door_ends(walls: &[Wall], jambs: [Vector2<f64>; 2]) -> Option<[WallEnd; 2]> {
     let nearest = |jamb: Vector2<f64>| {
         let ends = (0..walls.len()).flat_map(|wall| [(wall, 0), (wall, 1)]);
@@ -114,7 +113,7 @@ fn is_in_line(walls: &[Wall], ends: [WallEnd; 2]) -> bool {
     ends.into_iter().all(|end| across(end) < STRAIGHT * (b - a).norm())
 }
 
-/// Moves both sides of a door along its wall, by a share (−1 to 1) of the length available.
+/// Moves both sides of a door along its wall, by a share (from −1 to 1) of the available length.
 fn shift_door(walls: &mut [Wall], regions: &Regions, ends: [WallEnd; 2], rooms: [usize; 2], share: f64) {
     let [shorter, longer] = if share < 0.0 { ends } else { [ends[1], ends[0]] };
     let free_m = stretch_between(&walls[shorter.0], shorter.1, regions, rooms) - STUB_M;
@@ -145,7 +144,7 @@ fn stretch_between(wall: &Wall, end: usize, regions: &Regions, rooms: [usize; 2]
     (count as f64 * STEP_M).min(wall.length() - STEP_M)
 }
 
-/// Returns points along a line, a step apart, with the direction of the line there.
+/// Returns points along a line, one step apart, each with the direction of the line there.
 fn samples(points: &[Vector2<f64>]) -> Vec<(Vector2<f64>, Vector2<f64>)> {
     let piece = |pair: &[Vector2<f64>]| {
         let (from, way) = (pair[0], pair[1] - pair[0]);
@@ -183,8 +182,8 @@ pub(crate) fn shorten(points: &mut Vec<Vector2<f64>>, end: usize, by: f64) {
     }
 }
 
-/// Chooses the rooms to forget at random among small rooms with a single neighbour whose only openings are doors. If the walls have
-/// no ends (as with the outline of something massive), every narrow opening counts as a door.
+/// Chooses the rooms to forget, at random among the small rooms that have a single neighbour and whose only openings are doors. If
+/// the walls have no ends (as with the outline of something massive), every narrow opening counts as a door.
 fn forget(floor: &Floor, in_line: &[bool], degree: f64, rng: &mut Pcg64Mcg) -> Vec<usize> {
     let massive = !in_line.contains(&true);
     let is_door = |k: usize| {

@@ -17,13 +17,13 @@ use crate::warp::Warp;
 
 /// Maximum degree. Beyond it, a drawing no longer resembles the floor.
 pub const MOST_DEGREE: f64 = 3.0;
-/// Longer side of the drawing, and margin around it, in pixels.
+/// Longer side of the drawing, and width of the margin around it, in pixels.
 const SIDE_PX: f64 = 1200.0;
 const MARGIN_PX: f64 = 60.0;
-/// Width of the pen, and its range at degree 1, in pixels.
+/// Width of the pen, and by how much it varies at degree 1, in pixels.
 const PEN_PX: f64 = 4.0;
 const PENS_PX: [f64; 2] = [3.0, 6.0];
-/// Distance between the points of a wall between which the map may bend it, in metres.
+/// Distance between the points that are added to a wall so that the map can bend it, in metres.
 const BEND_M: f64 = 0.5;
 
 /// A synthetic drawing.
@@ -66,7 +66,7 @@ pub fn deform(floor: &Floor, degree: f64, mission_seed: u64) -> Result<DeformedD
 }
 
 impl DeformedDrawing {
-    /// Creates a canvas around the mapped walls, without any strokes.
+    /// Creates the canvas around the mapped walls, without any strokes.
     fn unfolded(floor: &Floor, memory: &Memory, degree: f64, mission_seed: u64) -> Self {
         let warp = Warp::draw(floor, degree, mission_seed);
         let points = || memory.walls.iter().flat_map(|wall| finer(&wall.points)).map(|p| warp.apply(p));
@@ -111,7 +111,7 @@ impl DeformedDrawing {
         (!self.forgotten.contains(&region)).then(|| self.mapped(place.coords()).into())
     }
 
-    /// Returns a pose as a person standing there would mark it, with its heading turned like the drawing around it.
+    /// Returns a pose of the floor as a person would mark it in the drawing, with its heading turned like the drawing around it.
     pub fn pose_to_sketch(&self, pose: &Pose<World>) -> Option<Pose<Sketch>> {
         const AHEAD_M: f64 = 0.1;
         let at = self.to_sketch(&pose.position())?;
@@ -168,7 +168,7 @@ fn tenth(value: f64) -> f64 {
     (10.0 * value).round() / 10.0
 }
 
-/// Adds points to a line, so that it can bend between them.
+/// Adds points to a line, so that the map can bend it.
 fn finer(points: &[Vector2<f64>]) -> Vec<Vector2<f64>> {
     let pieces = points.windows(2).flat_map(|pair| {
         let count = ((pair[1] - pair[0]).norm() / BEND_M).ceil().max(1.0) as usize;

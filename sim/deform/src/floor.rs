@@ -11,12 +11,12 @@ use crate::grid::Solid;
 use crate::regions::{Doorway, LEAST_AREA_M2, Region, Regions};
 use crate::trace;
 
-/// Minimum number of places, which is about the number that people marked in a floor and a drawing of it.
+/// Minimum number of places, which is about as many as people marked in a floor and a drawing of it.
 const LEAST_PLACES: usize = 7;
-/// Minimum distance from the walls of a place in a hall, in metres.
+/// Minimum distance of a place in a hall from the walls, in metres.
 const PLACE_CLEARANCE_M: f64 = 0.6;
 
-/// The content of a drawing of a floor. Coordinates are in metres, in frame `World`.
+/// What a drawing of a floor may contain. Coordinates are in metres, in frame `World`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Floor {
     /// Display name of the floor.
@@ -30,7 +30,7 @@ pub struct Floor {
 /// A piece of furniture. Drawings do not show these.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Furnishing {
-    /// Name of the piece, if the floor has one, and empty otherwise.
+    /// Name of the piece, or empty if it has none.
     pub name: String,
     /// Centre of the piece.
     pub center: Point<World>,
@@ -39,7 +39,7 @@ pub struct Furnishing {
 }
 
 impl Floor {
-    /// Creates the floor of a floor plan.
+    /// Creates a floor from a floor plan.
     ///
     /// # Errors
     /// - [`DeformError::World`] if the plan is invalid.
@@ -57,8 +57,7 @@ impl Floor {
         Self::checked(plan.name.clone(), walls, regions, furniture)
     }
 
-    /// Creates the floor of a map. Anything smaller than two metres that stands free within a room counts as
-    /// furniture and is left out.
+    /// Creates a floor from a map. Anything smaller than 2 m that stands free within a room counts as furniture and is left out.
     ///
     /// # Errors
     /// [`DeformError::NoRegions`] if the map has no enclosed room.
@@ -91,13 +90,17 @@ impl Floor {
         Ok(Self { name, walls, regions, places, furniture })
     }
 
+    /// Returns the lines of the walls, from corner to corner.
+    pub fn walls(&self) -> impl Iterator<Item = Vec<[f64; 2]>> {
+        self.walls.iter().map(|line| line.iter().map(|&corner| corner.into()).collect())
+    }
+
     /// Returns the rooms, the corridors, and the parts of halls.
     pub fn regions(&self) -> &[Region] {
         &self.regions.list
     }
 
-    /// Returns the furniture, which drawings leave out: that of a plan, or anything in a map that counts as
-    /// furniture.
+    /// Returns the furniture, which drawings leave out: that of the plan, or everything in a map that counts as furniture.
     pub fn furniture(&self) -> &[Furnishing] {
         &self.furniture
     }
@@ -147,7 +150,7 @@ fn places(regions: &Regions) -> Vec<Point<World>> {
     places
 }
 
-/// Returns the centres of the cells that are well away from walls.
+/// Returns the centres of all cells that are well away from walls.
 fn open_places(regions: &Regions) -> Vec<Point<World>> {
     let grid = &regions.grid;
     let closed: Vec<bool> = (0..grid.len()).map(|i| regions.at_cell(i).is_none()).collect();

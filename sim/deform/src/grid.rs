@@ -54,7 +54,7 @@ impl Grid {
         })
     }
 
-    /// Returns true if a cell is at the rim of the grid.
+    /// Returns true if a cell is on the rim of the grid.
     pub fn at_rim(&self, i: usize) -> bool {
         let (x, y) = (i % self.width, i / self.width);
         x == 0 || y == 0 || x + 1 == self.width || y + 1 == self.height
@@ -104,7 +104,7 @@ impl Solid {
         Ok(solid)
     }
 
-    /// Takes over the solid cells of a map, with a ring of solid cells around them.
+    /// Copies the solid cells of a map, and surrounds them with a ring of solid cells.
     pub fn of_map(map: &OccupancyMap) -> Self {
         let (raster, cell_m) = (map.raster(), map.resolution_m());
         let (width, height) = (raster.size().0 + 2, raster.size().1 + 2);

@@ -10,14 +10,14 @@ use sketchnav_schemas::geometry::{Point, Sketch};
 
 use crate::doors::{Wall, WallEnd, shorten};
 
-/// Distance between the points of a stroke, in pixels.
+/// Spacing of the points of a stroke, in pixels.
 const STEP_PX: f64 = 8.0;
-/// Wobbles at degree 1: root mean square amplitude, and range of wavelengths, in pixels.
+/// Wobbles at degree 1: for each, the root mean square amplitude and the range of wavelengths, in pixels.
 const WOBBLES: [(f64, [f64; 2]); 3] = [(1.6, [300.0, 700.0]), (0.9, [90.0, 200.0]), (0.3, [25.0, 50.0])];
-/// Length that a stroke runs past a corner at degree 1 (negative if it ends short of it): mean and standard deviation, in pen
+/// Length by which a stroke overshoots a corner at degree 1 (negative if it ends short of it): mean and standard deviation, in pen
 /// widths.
 const PAST_CORNER: (f64, f64) = (0.2, 0.5);
-/// Maximum gap at a corner, in pen widths. A person would notice a wider one and close it.
+/// Maximum gap at a corner, in pen widths. A person would notice a wider gap and close it.
 const GAP_PENS: f64 = 0.6;
 /// Share of corners drawn without lifting the pen at degree 1.
 const ROUND_CORNER: f64 = 0.4;
@@ -25,7 +25,7 @@ const ROUND_CORNER: f64 = 0.4;
 const CORNER_RAD: f64 = 0.6;
 /// Minimum width of a door, in pen widths. A narrower one would not be recognized as a door.
 const DOOR_PENS: f64 = 3.5;
-/// Minimum share that remains of a wall when the door next to it is widened.
+/// Minimum share of a wall that remains when the door next to it is widened.
 const STUB: f64 = 0.3;
 /// Spread of the pen's width from stroke to stroke at degree 1.
 const PRESSURE: f64 = 0.1;
@@ -60,7 +60,7 @@ fn end_of(wall: &Wall, end: usize) -> Vector2<f64> {
     if end == 0 { wall.points[0] } else { wall.points[wall.points.len() - 1] }
 }
 
-/// Draws a wall, given in pixels, with one or more strokes.
+/// Draws a wall, whose points are in pixels, with one or more strokes.
 pub(crate) fn draw(wall: &Wall, degree: f64, pen_px: f64, rng: &mut Pcg64Mcg) -> Vec<Stroke> {
     if degree == 0.0 {
         let points = wall.points.iter().map(|p| Point::from(*p)).collect();
@@ -111,7 +111,7 @@ fn past_corners(line: &mut [Vector2<f64>], at_door: [bool; 2], degree: f64, pen_
     }
 }
 
-/// Returns the points of a line displaced by a few slow waves, which fade at its ends.
+/// Returns the points of a line, displaced by a few slow waves that fade towards its ends.
 fn wobbled(line: &[Vector2<f64>], degree: f64, rng: &mut Pcg64Mcg) -> Vec<Point<Sketch>> {
     let waves = WOBBLES.map(|(amplitude, [shortest, longest])| {
         let length = rng.random_range(shortest..longest);

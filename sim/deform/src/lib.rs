@@ -1,5 +1,5 @@
-//! Drawings of a floor with the kinds of deformations that people make: wrong proportions, shifted doors,
-//! missing rooms, no furniture, and pen strokes.
+//! Draws floors with the kinds of deformations that people make: wrong proportions, shifted doors, missing rooms, no furniture, and
+//! pen strokes.
 //!
 //! ```text
 //! floor plan, map ─floor, regions, trace→ Floor

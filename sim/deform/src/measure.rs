@@ -1,4 +1,4 @@
-//! Measures how much a drawing deviates from the floor that it shows, given corresponding places.
+//! Measures how much a drawing deviates from the floor that it shows, given corresponding places in both.
 //!
 //! The figures for people are based on the matched places of the drawings of Mielle et al. (*Using sketch-maps for robot
 //! navigation*, 2016), which people annotated.
@@ -10,15 +10,15 @@ use rand_distr::{Distribution, StandardNormal};
 use serde::Serialize;
 use sketchnav_schemas::geometry::{Point, Sketch, World};
 
-/// Number of nearest places that are used to measure a local scale at each place.
+/// Number of nearest places from which local scales are measured at each place.
 const NEIGHBOURS: usize = 2;
 /// Minimum number of places. With fewer, an affine map always fits without a residual.
 const LEAST_PLACES: usize = 4;
 
 /// Number of places in an annotated drawing.
 const ANNOTATED: usize = 7;
-/// Root mean square distance of an annotator's mark from the place, as a share of the extent of the places. The marks of two
-/// annotators for the same region are 0.21 of it apart (37 pairs).
+/// Root mean square distance of an annotator's mark from the place, as a share of the extent of the places. Two annotators' marks
+/// for the same region are 0.21 of that extent apart (37 pairs).
 const MARK_SCATTER: f64 = 0.15;
 
 /// The deformations of people's drawings, as measured by [`Deformation::as_annotated`]. They are means over the seven annotated
@@ -40,15 +40,15 @@ pub const PEOPLE: Deformation = Deformation {
 pub struct Deformation {
     /// Number of corresponding places.
     pub places: usize,
-    /// Root mean square residual of the best similarity (translation, rotation, scale), as a share of the root mean square
-    /// distance of the places from their centre in the drawing.
+    /// Root mean square residual of the best similarity (translation, rotation, scale), as a share of the root mean square distance
+    /// of the places from their centre in the drawing.
     pub similarity_residual: f64,
-    /// Root mean square residual of the best affine map, as the same share.
+    /// Root mean square residual of the best affine map, as a share of the same distance.
     pub affine_residual: f64,
     /// Ratio of the two scales of the best affine map, 1 or more.
     pub anisotropy: f64,
-    /// Standard deviation of the logarithm of the local scale, which is in pixels per metre between a place and each of the two
-    /// nearest places.
+    /// Standard deviation of the logarithm of the local scale, in pixels per metre, between a place and each of its two nearest
+    /// places.
     pub log_scale_sd: f64,
     /// 5th percentile of the local scales, as a share of their geometric mean.
     pub scale_p05: f64,
@@ -57,8 +57,8 @@ pub struct Deformation {
 }
 
 impl Deformation {
-    /// Measures corresponding places as annotators would: seven places, well spread, each marked somewhere near it in the
-    /// drawing. This makes the result comparable with [`PEOPLE`].
+    /// Measures corresponding places as annotators would: seven well-spread places, each of which is marked somewhere near it in
+    /// the drawing. This makes the result comparable with [`PEOPLE`].
     pub fn as_annotated(pairs: &[(Point<World>, Point<Sketch>)], rng: &mut impl Rng) -> Option<Self> {
         let mut marked = well_spread(pairs, rng);
         let extent: f64 =
@@ -93,8 +93,7 @@ impl Deformation {
     }
 }
 
-/// Chooses seven of the places: a random one first, and then repeatedly the one farthest from those already
-/// chosen.
+/// Chooses seven of the places: a random one first, then repeatedly the one farthest from those already chosen.
 fn well_spread(
     pairs: &[(Point<World>, Point<Sketch>)],
     rng: &mut impl Rng,
@@ -115,7 +114,7 @@ fn centered(places: impl Iterator<Item = Vector2<f64>>) -> Vec<Vector2<f64>> {
     places.into_iter().map(|p| p - middle).collect()
 }
 
-/// Returns the rotation and scale that best map `from` to `to`, by least squares over a complex number.
+/// Returns the rotation and scale that best map `from` to `to`, by least squares, as a matrix.
 fn similarity(from: &[Vector2<f64>], to: &[Vector2<f64>]) -> Matrix2<f64> {
     let pairs = || from.iter().zip(to);
     let along: f64 = pairs().map(|(f, t)| f.dot(t)).sum();
@@ -183,7 +182,7 @@ mod tests {
         assert!((found.anisotropy - 1.0).abs() < 1e-9);
     }
 
-    /// For a drawing stretched twofold along x, the best similarity has the scale 10 (2 Sx + Sy)/(Sx + Sy), computed by hand.
+    /// If a drawing is stretched twofold along x, the best similarity has the scale 10 (2 Sx + Sy)/(Sx + Sy), as computed by hand.
     #[test]
     fn a_stretched_drawing_is_affine() {
         let found = drawn(|x, y| [20.0 * x, 10.0 * y]);

@@ -2,8 +2,8 @@
 
 use crate::grid::Grid;
 
-/// Returns the outline of a set by walking around it from its lowest cell, with its cells on the left, back to the start. Holes
-/// in the set and separate pieces are not part of the outline. Returns an empty outline for an empty set.
+/// Returns the outline of a set, traced from its lowest cell all the way around, with its cells on the left. Holes in the set and
+/// separate pieces are not part of the outline. Returns an empty outline for an empty set.
 pub(crate) fn polygon(grid: &Grid, belongs: impl Fn(usize) -> bool) -> Vec<[f64; 2]> {
     let Some(first) = (0..grid.len()).find(|&i| belongs(i)) else { return Vec::new() };
     let inside = |x: i64, y: i64| {

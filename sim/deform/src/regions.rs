@@ -1,7 +1,7 @@
-//! Finds the rooms of a floor and the openings between them, by the watersheds of the distance to the walls. There is an
-//! opening wherever free space narrows between two wider areas.
+//! Finds the rooms of a floor and the openings between them, by the watersheds of the distance from the walls. There is an opening
+//! wherever free space narrows between two wider areas.
 //!
-//! The outside does not count as a room, and neither does anything that is only joined to the rest by a slit.
+//! The outside does not count as a room, and neither does anything that is joined to the rest only by a slit.
 
 use nalgebra::Vector2;
 use sketchnav_schemas::geometry::{Point, World};
@@ -33,7 +33,7 @@ pub struct Region {
     pub polygon: Vec<[f64; 2]>,
 }
 
-/// An opening between two regions.
+/// An opening between two regions, such as a door.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Doorway {
     /// Indices of the regions that the opening joins.
@@ -42,7 +42,7 @@ pub struct Doorway {
     pub jambs: [Point<World>; 2],
 }
 
-/// The regions of a floor, and the region of each cell.
+/// The regions of a floor, and which of them each cell is in.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Regions {
     pub grid: Grid,
@@ -79,13 +79,13 @@ impl Regions {
     }
 }
 
-/// A saddle between two basins, with its distance from the walls.
+/// A saddle between two basins, and its distance from the walls.
 struct Saddle {
     depth_m: f64,
     basins: [u32; 2],
 }
 
-/// Watersheds as a union-find structure. Label 0 stands for no basin.
+/// Watersheds as a union-find structure, in which label 0 stands for no basin.
 struct Basins {
     labels: Vec<u32>,
     parent: Vec<u32>,
@@ -95,7 +95,7 @@ struct Basins {
 }
 
 impl Basins {
-    /// Floods the floor from the widest areas down to the walls.
+    /// Floods the floor, from the widest areas to the walls.
     fn flood(grid: &Grid, depth_m: &[f64]) -> Self {
         let mut order: Vec<usize> = (0..grid.len()).filter(|&i| depth_m[i] > 0.0).collect();
         order.sort_by(|&a, &b| depth_m[b].total_cmp(&depth_m[a]).then(a.cmp(&b)));
@@ -133,7 +133,7 @@ impl Basins {
         label
     }
 
-    /// Handles two basins that touch at a depth. They are either merged, or joined by an opening.
+    /// Handles two basins that meet at a distance `depth_m` from the walls. They are either merged or joined by an opening.
     fn meet(&mut self, a: u32, b: u32, depth_m: f64) {
         let (a, b) = (self.find(a), self.find(b));
         if a == b || a == NOWHERE {
@@ -164,7 +164,7 @@ impl Basins {
         label
     }
 
-    /// Merges a basin that is too small for a room with the one at the other side of its widest opening.
+    /// Merges each basin that is too small for a room with the one on the other side of its widest opening.
     fn merge_small(&mut self, grid: &Grid) {
         let least = (LEAST_AREA_M2 / grid.cell_m.powi(2)) as usize;
         let mut saddles = std::mem::take(&mut self.saddles);

@@ -1,9 +1,9 @@
-//! Sketches of scenes of objects, with the kinds of deformations that people make. The sketches are not to
-//! scale, and objects are shifted, turned, too large, too small, or forgotten. The route is redrawn so that
-//! it passes the objects as they are drawn, bent and smoothed.
+//! Sketches of scenes of objects, with the kinds of deformations that people make. The sketches are not to scale, and objects are
+//! shifted, turned, too large, too small, or forgotten. The route is redrawn so that it passes the objects as drawn, then bent and
+//! smoothed.
 //!
-//! At degree 0, the scene is traced. At degree 1, objects are about 0.5 m out of place, and other degrees are in proportion. If
-//! outlines touch, or the route enters one, the scene is redrawn, because people would not draw that on purpose. After several
+//! At degree 0, the scene is traced. At degree 1, objects are about 0.5 m out of position, and other degrees are in proportion. If
+//! outlines touch or the route enters one, the scene is redrawn, because people would not draw that on purpose. After several
 //! attempts, all shifts become smaller. Equal scenes, degrees and seeds result in equal sketches.
 //!
 //! [`hasty`] draws like a person in a hurry, who cuts corners, and [`SceneSketch::on_a_pda`] converts a
@@ -16,18 +16,18 @@ use serde_json::json;
 use sketchnav_schemas::seed;
 use sketchnav_sim::scenes::{At, Scene, apart, distance, distance_to, middle};
 
-/// Standard deviations at degree 1: of the logarithms of the overall scale, the overall aspect, and the size and aspect of an
-/// object, and of the position (in metres) and the heading (in radians) of an object.
+/// Standard deviations at degree 1: of the logarithms of the overall scale, of the overall aspect, and of the size and the aspect
+/// of an object; and of the position (in metres) and the heading (in radians) of an object.
 const SCALE: f64 = 0.12;
 const ASPECT: f64 = 0.08;
 const SIZE: f64 = 0.2;
 const OBJECT_ASPECT: f64 = 0.12;
 const SHIFT_M: f64 = 0.35;
 const TURN_RAD: f64 = 0.2;
-/// Probability that an object is forgotten, and minimum number of objects that are drawn.
+/// Probability at degree 1 that an object is forgotten, and minimum number of objects that are drawn.
 const FORGOTTEN: f64 = 0.12;
 const LEAST_OBJECTS: usize = 4;
-/// Deviation of the route, and length over which its corners are smoothed, in metres.
+/// Deviation of the route, and length over which its corners are smoothed, both in metres.
 const BEND_M: f64 = 0.2;
 const SMOOTH_M: f64 = 0.8;
 /// Length over which people in a hurry smooth the corners of a route: its median, in metres, and the standard deviation of its
@@ -79,10 +79,10 @@ pub fn hasty(scene: &Scene, degree: f64, mission_seed: u64) -> SceneSketch {
     drawn(scene, &Hand { degree, smooth_m }, mission_seed, &mut rng)
 }
 
-/// A person's manner of drawing.
+/// How a person draws.
 struct Hand {
     degree: f64,
-    /// Length of the route over which corners are smoothed, in metres.
+    /// Length of the route over which its corners are smoothed, in metres.
     smooth_m: f64,
 }
 
@@ -196,7 +196,7 @@ impl SceneSketch {
             .collect();
         let centre = |of: fn(&(At, At)) -> At| middle(&pairs.iter().map(of).collect::<Vec<_>>());
         let [from, to] = [centre(|pair| pair.0), centre(|pair| pair.1)];
-        // The similarity as a complex number, which is the least-squares solution of to ≈ factor · from.
+        // Compute the similarity as a complex number, the least-squares solution of to ≈ factor · from.
         let (mut re, mut im, mut squares) = (0.0, 0.0, 0.0);
         let off = |at: At, middle: At| [at[0] - middle[0], at[1] - middle[1]];
         for (a, b) in &pairs {
@@ -213,7 +213,7 @@ impl SceneSketch {
         (left.sum::<f64>() / pairs.len() as f64).sqrt()
     }
 
-    /// Returns the length, in metres, of the longer side of the file's canvas, if the sketch is at the scale of the scene.
+    /// Returns the length, in metres, of the longer side of the file's canvas at the scale of the scene.
     pub fn canvas_m(&self) -> f64 {
         let [low, high] = self.bounds();
         (high[0] - low[0]).max(high[1] - low[1])
@@ -226,8 +226,8 @@ impl SceneSketch {
         [low, high]
     }
 
-    /// Returns the sketch as the file of a PDA: strokes in whole pixels, centred on the screen, at the drawing's own scale.
-    /// Returns `None` if the sketch is larger than the screen.
+    /// Returns the sketch as the file of a PDA: strokes in whole pixels, centred on the screen, at the drawing's own scale. Returns
+    /// `None` if the sketch does not fit on the screen.
     pub fn on_a_pda(&self) -> Option<String> {
         let points = || self.route.iter().chain(self.objects.iter().flat_map(|(_, outline)| outline));
         let ends = [0, 1].map(|axis| {
@@ -281,7 +281,7 @@ fn stroke(mut points: Vec<[i32; 2]>) -> serde_json::Value {
     json!({ "points": points })
 }
 
-/// Returns the line with points at most 0.15 m apart.
+/// Returns a line with additional points, so that they are at most 0.15 m apart.
 fn dense(line: &[At]) -> Vec<At> {
     const STEP_M: f64 = 0.15;
     let mut points = Vec::new();

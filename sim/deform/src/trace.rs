@@ -1,5 +1,5 @@
-//! Traces the walls of a raster as lines. The solid cells within a wall's thickness of a room are thinned to a line, which is
-//! followed and straightened.
+//! Traces the walls of a raster as lines. Those solid cells that are within a wall's thickness of a room are thinned to a line,
+//! which is followed and straightened.
 //!
 //! Thinning: Zhang and Suen, *A fast parallel algorithm for thinning digital patterns*, 1984.
 //! Straightening: Douglas and Peucker, 1973.
@@ -9,18 +9,18 @@ use nalgebra::Vector2;
 use crate::grid::{Grid, Solid};
 use crate::regions::Regions;
 
-/// Maximum depth of solid cells that count as wall, from the border of a room, in metres. Cells beyond it are not drawn.
+/// Maximum depth, from the border of a room, of solid cells that count as wall, in metres. Cells beyond it are not drawn.
 const DEPTH_M: f64 = 0.15;
-/// Minimum length of a line, in metres. A shorter side line is an artefact of thinning, and a shorter separate line is a speck.
+/// Minimum length of a line, in metres. A shorter side branch is an artefact of thinning, and a shorter separate line is a speck.
 const SPUR_M: f64 = 0.4;
 /// Half the maximum width of a slit between two faces of a wall, in metres. A slit is drawn as one line.
 const SLIT_M: f64 = 0.13;
-/// Maximum deviation of a straightened line from the cells, in metres, and its minimum, in cells.
+/// Maximum deviation of a straightened line from the cells, in metres, but at least this number of cells.
 const STRAIGHT_M: f64 = 0.1;
 const STRAIGHT_CELLS: f64 = 1.2;
 /// Number of cells that thinning removes from corners.
 const ROUND_CELLS: usize = 3;
-/// Minimum slant of a line, in cells. A piece that slants by less is straight.
+/// Minimum slant of a line, in cells. A piece that slants by less is drawn straight.
 const SLANT_CELLS: f64 = 2.0;
 /// Maximum distance between a corner and the point where the two pieces next to it meet, in cells.
 const MEET_CELLS: f64 = 4.0;
@@ -47,7 +47,7 @@ pub(crate) fn walls(solid: &Solid, regions: &Regions) -> Vec<Vec<Vector2<f64>>> 
         .collect()
 }
 
-/// Returns the cells of all discs that fit into the rooms.
+/// Returns the cells of all discs, wider than a slit, that fit into the rooms.
 fn without_slits(grid: &Grid, rooms: Vec<bool>) -> Vec<bool> {
     let outside: Vec<bool> = rooms.iter().map(|room| !room).collect();
     let wide: Vec<bool> = grid.distances_m(&outside).into_iter().map(|depth_m| depth_m > SLIT_M).collect();
@@ -94,7 +94,7 @@ fn is_furniture(grid: &Grid, piece: &[usize], regions: &Regions) -> bool {
     (high - low).max() < FURNITURE_M && first.is_some() && around.all(|region| Some(region) == first)
 }
 
-/// Peels off cells, alternately from two sides, until only lines are left.
+/// Peels off cells, alternately from two sides, until only lines remain.
 fn thin(grid: &Grid, ink: &mut [bool]) {
     loop {
         let mut peeled = 0;
@@ -139,20 +139,20 @@ fn without_spurs(grid: &Grid, ink: &mut [bool], shortest: usize) -> Vec<Vec<usiz
     lines.map(|chain| chain.cells).collect()
 }
 
-/// Kinds of ends of a line.
+/// How a line ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum End {
     Free,
     Branch,
 }
 
-/// A line of cells between two ends, or a closed one.
+/// A line of cells, which either has two ends or is closed.
 struct Chain {
     cells: Vec<usize>,
     ends: [End; 2],
 }
 
-/// Returns the neighbours along the line. A diagonal neighbour counts only if it cannot be reached across a side.
+/// Returns the neighbours of a cell along its line. A diagonal neighbour counts only if it cannot be reached across a side.
 fn links(grid: &Grid, ink: &[bool], i: usize) -> Vec<usize> {
     let w = grid.width as i64;
     let on = |step: i64| ink.get((i as i64 + step) as usize).copied().unwrap_or(false);
@@ -201,8 +201,8 @@ fn follow(grid: &Grid, ink: &[bool], begin: usize, next: usize, used: &mut [bool
     }
 }
 
-/// Returns the line with its corners at the points where the straight pieces between them meet. Thinning rounds corners off by a
-/// cell, so with the corner cells themselves, a straight wall would be drawn slanted by that much.
+/// Returns the line with its corners moved to where the straight pieces between them meet. Thinning rounds corners off by a cell,
+/// so with the corner cells themselves, straight walls would be drawn slanted by that much.
 fn fitted(line: &[Vector2<f64>], slack: f64, cell_m: f64) -> Vec<Vector2<f64>> {
     let corners = corners(line, slack);
     let pieces: Vec<_> =
@@ -255,7 +255,7 @@ impl Piece {
         Self { at: Vector2::new(middle(0), middle(1)), along }
     }
 
-    /// Returns the nearest point on the piece.
+    /// Returns the point of the piece's line that is nearest to `place`.
     fn foot(&self, place: Vector2<f64>) -> Vector2<f64> {
         self.at + self.along * self.along.dot(&(place - self.at))
     }
@@ -296,8 +296,7 @@ mod tests {
 
     use crate::{Floor, deform};
 
-    /// Makes a floor of two rooms, 12 m x 8 m in total, with a door between them and walls that are `thick` cells of 5 cm
-    /// thick.
+    /// Creates a floor of two rooms, 12 m × 8 m in total, with a door between them and walls of `thick` cells of 5 cm.
     fn rooms(thick: usize) -> Floor {
         const SIZE: [usize; 2] = [280, 200];
         let wall = |x: usize, y: usize| {

@@ -18,18 +18,17 @@ use crate::floor::Floor;
 const LOG_SCALE: f64 = 0.25;
 const LOG_SCALE_OF_PARTS: f64 = 1.1;
 const LOG_ANISOTROPY: f64 = 0.62;
-/// Standard deviations of the shifts, as a share of the floor's extent, and of the taper, the shear and the rotation, at degree
-/// 1.
+/// Standard deviations at degree 1: of the shifts, as a share of the floor's extent, and of the taper, the shear and the rotation.
 const SHIFT: f64 = 0.5;
 const TAPER: f64 = 0.2;
 const SHEAR: f64 = 0.05;
 const TURN_RAD: f64 = 0.03;
-/// Maximum deviation of the logarithm of the scale at degree 1. People leave enough space for a door, and do not draw any room
+/// Maximum deviation of the logarithm of the scale at degree 1. People leave enough space for a door, and do not draw any room far
 /// too small or too large.
 const FARTHEST: f64 = 1.1;
 /// Range of sizes of patches that share one scale, in metres. Patches that shift together have the size [`SHIFT_PATCH_M`].
 const PATCH_M: [f64; 2] = [2.5, 6.0];
-/// Range of sizes of the parts of the floor that are drawn larger or smaller than others, as shares of its length.
+/// Range of sizes of the parts of the floor that are drawn larger or smaller than others, as shares of the floor's length.
 const PARTS: [f64; 2] = [0.3, 0.6];
 const SHIFT_PATCH_M: f64 = 8.0;
 /// Step of the tables, in metres.
@@ -43,11 +42,11 @@ const RIM_M: f64 = 1.0;
 /// scale.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Warp {
-    /// Rotation from the axes of the world to those of the walls.
+    /// Rotation from the axes of the world to the directions of the walls.
     turn: Rotation2<f64>,
     middle: Vector2<f64>,
     axes: [Axis; 2],
-    /// Factor that reduces the shifts.
+    /// Factor by which the shifts are reduced.
     shift: f64,
     linear: Matrix2<f64>,
 }
@@ -58,12 +57,12 @@ struct Axis {
     low: f64,
     /// Position in the drawing at each step.
     places: Vec<f64>,
-    /// Shifts, by patch along the axis and band across it.
+    /// Shifts, for each patch along the axis and each band across it.
     shifts: Vec<Vec<f64>>,
-    /// Band at each step across the axis, in patches.
+    /// Band at each step across the axis, counted in patches.
     bands: Vec<f64>,
     across_low: f64,
-    /// Share that one side is drawn larger than the middle.
+    /// By what share one side is drawn larger than the middle.
     taper: f64,
 }
 
@@ -92,7 +91,7 @@ impl Warp {
         self.linear * self.along_walls(self.turn * place - self.middle)
     }
 
-    /// Maps a point along the axes of the walls, from the middle of the floor.
+    /// Maps a point given along the directions of the walls, relative to the middle of the floor.
     fn along_walls(&self, p: Vector2<f64>) -> Vector2<f64> {
         Vector2::new(self.axes[0].at(p.x, p.y, self.shift), self.axes[1].at(p.y, p.x, self.shift))
     }

@@ -1,4 +1,4 @@
-//! At degree 1, drawings are as deformed as those of people, and at degree 0 not at all. The sketcher can read them.
+//! At degree 1, drawings are as deformed as those of people, and at degree 0 not at all. The sketcher can read all of them.
 
 use std::path::{Path, PathBuf};
 
@@ -15,7 +15,7 @@ fn floor(name: &str) -> Floor {
     files::floor(&missions.join(format!("{name}/{name}.floor.toml"))).expect("a floor that ships")
 }
 
-/// Returns means over many seeds.
+/// Returns the means of figures over many seeds.
 fn means(floor: &Floor, degree: f64, figures: fn(&DeformedDrawing) -> Option<Deformation>) -> [f64; 4] {
     let mut sum = [0.0; 4];
     for seed in 1..=SEEDS {
@@ -37,14 +37,14 @@ fn assert_like_people(floor: &Floor, tolerance: f64) {
     }
 }
 
-/// A floor with the shape of the one that people drew. In a long building with narrow rooms, the scatter of the marks would
+/// Uses a floor with the shape of the one that people drew. In a long building with narrow rooms, the scatter of the marks would
 /// outweigh the deformation.
 #[test]
 fn degree_1_has_peoples_statistics() {
     assert_like_people(&floor("laboratory"), 0.2);
 }
 
-/// The actual floor that people drew.
+/// Uses the actual floor that people drew.
 #[test]
 fn degree_1_has_peoples_statistics_on_their_own_floor() {
     let Some(path) = data("sketches/kth/world.yaml") else { return };
@@ -112,7 +112,7 @@ proptest! {
     }
 }
 
-/// Checks that every region that was not forgotten can be reached in the drawing, as the sketcher reads it.
+/// Checks that every region that was not forgotten can be reached in the drawing as the sketcher reads it.
 fn all_is_reachable(floor: &Floor, degree: f64, seed: u64) -> Result<(), String> {
     let drawing = deform(floor, degree, seed).map_err(|error| error.to_string())?;
     let options = Options::default();

@@ -7,14 +7,14 @@ use std::fmt;
 
 use crate::picture::Spot;
 
-/// Minimum ratio between the sizes of a typical dot and of a larger or smaller spot that is not a dot.
+/// Minimum ratio of the sizes of a typical dot and of a spot that is too large or too small to be one.
 const FAR: f64 = 6.0;
 /// Minimum compactness of a dot, relative to the typical one.
 const LEAST_COMPACTNESS: f64 = 0.7;
 /// Minimum number of pixels of a spot for its shape to be meaningful.
 const SHAPED_PIXELS: usize = 30;
 
-/// The reason why a spot is not a dot.
+/// Why a spot is not a dot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Unlike {
     /// The spot is far larger than the others.
@@ -30,7 +30,7 @@ pub enum Unlike {
 pub struct Odd {
     /// The spot.
     pub spot: Spot,
-    /// The reason why the spot is not a dot.
+    /// Why the spot is not a dot.
     pub why: Unlike,
     /// Size of the spot, relative to the typical one.
     pub sizes: f64,
@@ -130,7 +130,7 @@ mod tests {
     #[test]
     fn letters_and_dirt_are_not_dots_and_touching_dots_are_one() {
         let mut picture = picture();
-        // An L with strokes of 3 pixels, a speck, and something the size of a dot that touches one of the dots.
+        // An L with strokes of 3 pixels, a speck, and something the size of a dot that touches a dot.
         fill(&mut picture, 20..23, 20..44);
         fill(&mut picture, 23..38, 41..44);
         fill(&mut picture, 770..772, 580..582);

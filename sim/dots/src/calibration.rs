@@ -90,7 +90,7 @@ impl Review {
         }
     }
 
-    /// Returns true if all points agree.
+    /// Returns true if no point disagrees with the others.
     pub fn agrees(&self) -> bool {
         self.off.is_empty()
     }
@@ -161,7 +161,7 @@ fn agreeing(points: &[Known], measured_px: f64) -> Option<Vec<usize>> {
     Some(chosen)
 }
 
-/// Returns the accuracy of points that people measure in a picture, in pixels.
+/// Returns how accurately people measure points in a picture of this extent, in pixels.
 fn measured_px(points: &[Known]) -> f64 {
     let extent = |axis: usize| {
         let ends = points.iter().fold((f64::MAX, f64::MIN), |(low, high), known| {
@@ -204,9 +204,9 @@ fn off(camera: &Camera, known: &Known) -> f64 {
     seen.map_or(f64::INFINITY, |[x, y]| (x - known.pixel[0]).hypot(y - known.pixel[1]))
 }
 
-/// Finds two of the given points such that all points agree once these two have exchanged positions. Returns these two, and all
-/// points after the exchange. For a rectangle, exchanging the other two may work as well, but would mirror the picture, so the
-/// exchange that doesn't is preferred.
+/// Finds two of the given points such that all points agree once these two have swapped positions. Returns these two, and all
+/// points after the swap. For a rectangle, swapping the other two may work as well, but would mirror the picture, so the swap that
+/// doesn't is preferred.
 fn exchanged(points: &[Known], of: &[usize], measured_px: f64) -> Option<([usize; 2], Vec<Known>)> {
     let everybody: Vec<usize> = (0..points.len()).collect();
     let few: &[usize] = if of.len() <= MOST_EXCHANGED { of } else { &[] };

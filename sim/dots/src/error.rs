@@ -1,6 +1,6 @@
 //! Errors in the input of this crate.
 
-/// The reason why dots, a calibration or a picture were rejected.
+/// Why dots, a calibration or a picture were rejected.
 #[derive(Debug, thiserror::Error)]
 pub enum DotsError {
     /// A parameter is out of range.

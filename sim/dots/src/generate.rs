@@ -1,4 +1,4 @@
-//! Generates random positions on a square from a seed, no two of which are the same.
+//! Generates distinct random positions on a square from a seed.
 
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};

@@ -1,12 +1,12 @@
 //! Levels uneven light, such as a lamp on one side, a shadow across the picture, or dark corners.
 //!
 //! For dark dots, the ground is what remains after a morphological closing, which fills everything dark that is narrower than a
-//! square larger than the dots. The edges of shadows stay in place. For light dots, an opening does the same. Each pixel is
-//! then replaced by its contrast with the ground around it.
+//! certain square. The square is larger than the dots. The edges of shadows stay in place. For light dots, an opening does the
+//! same. Each pixel is then replaced by its contrast with the ground around it.
 
 use image::{GrayImage, Luma};
 
-/// Divisor of a picture's shorter side for half the side of the square.
+/// Divisor that gives half the side of the square from a picture's shorter side.
 const REACH: u32 = 12;
 /// Minimum half side of the square, in pixels.
 const LEAST_REACH: u32 = 7;
@@ -41,13 +41,13 @@ pub struct Light {
 }
 
 impl Light {
-    /// Returns true if the light doesn't need levelling.
+    /// Returns true if the light is so even that it does not have to be levelled.
     pub fn is_even(&self) -> bool {
         f64::from(self.darkest).max(BLACK) >= EVEN * f64::from(self.lightest)
     }
 }
 
-/// Returns the light on a picture, and the picture in even light.
+/// Returns the light on a picture's ground, and the picture in even light.
 pub fn level(picture: &GrayImage, dots: Dots) -> (Light, GrayImage) {
     let reach = (picture.width().min(picture.height()) / REACH).max(LEAST_REACH) as usize;
     let ground = ground(picture, dots, reach);

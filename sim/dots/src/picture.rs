@@ -157,7 +157,7 @@ fn levels(picture: &GrayImage) -> Option<Levels> {
     let divided = (1..256).filter_map(|first| {
         let ((below, dark), (above, light)) = (moments(0..first), moments(first..256));
         let (low, high) = (dark / below, light / above);
-        // The ground has more pixels than the dots have.
+        // There are more pixels of ground than of dots.
         let ground = if below > above { low } else { high };
         let marked = below.min(above) / (below + above);
         let between = below * above * (high - low).powi(2);

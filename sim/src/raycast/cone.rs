@@ -7,14 +7,14 @@ use nalgebra::{Rotation2, Vector2};
 use super::Faces;
 use crate::convex::Segment;
 
-/// A cone, given by its apex.
+/// A cone, in coordinates relative to its apex and axis.
 #[derive(Debug, Clone, Copy)]
 pub struct Cone {
     apex: Vector2<f64>,
-    /// Rotation of the world that turns the cone's axis into the x axis.
+    /// Rotation that turns the cone's axis into the x axis.
     from_world: Rotation2<f64>,
     half_rad: f64,
-    /// Direction of the upper edge.
+    /// Direction of the upper edge, as a unit vector.
     edge: Vector2<f64>,
 }
 
@@ -38,7 +38,7 @@ impl Cone {
         self.from_world * (point - self.apex)
     }
 
-    /// Returns the distances of a point from the upper and the lower edge, which are positive inside.
+    /// Returns the distances of a point from the upper and the lower edge, both of which are positive inside the cone.
     fn inside(&self, p: Vector2<f64>) -> [f64; 2] {
         let (cos, sin) = (self.edge.x, self.edge.y);
         [sin * p.x - cos * p.y, sin * p.x + cos * p.y]
@@ -87,7 +87,7 @@ mod tests {
 
     const MAX_M: f64 = 6.0;
 
-    /// Returns the minimum range of a fan of rays.
+    /// Returns the minimum range in a fan of rays.
     fn by_a_fan(faces: &Faces, discs: &[([f64; 2], f64)], at: Vector2<f64>, axis: f64, half: f64) -> f64 {
         let rays = 2000;
         let ray = |i: i32| {

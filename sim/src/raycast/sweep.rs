@@ -32,7 +32,7 @@ const TOUCHING_M: f64 = 0.02;
 
 /// Distance after a hit, in metres, beyond which nothing can affect it.
 const CLEAR_M: Real = 0.05;
-/// Number of blocks of faces that are sorted by distance. Any more are visited in no particular order.
+/// Number of blocks of faces that are sorted by distance. Further blocks are visited in no particular order.
 const SORTED_BLOCKS: usize = 256;
 
 /// Number of rays that are intersected at once.
@@ -50,7 +50,7 @@ pub struct Rays {
     squared: [Real; MAX_BEAMS],
 }
 
-/// The two nearest intersections of each ray so far, and the face of the nearest.
+/// For each ray, the two nearest intersections so far, and the face of the nearest one.
 struct Hits {
     nearest: [Real; MAX_BEAMS],
     second: [Real; MAX_BEAMS],
@@ -168,7 +168,7 @@ impl Faces {
         }
     }
 
-    /// Visits the blocks within range and their distances, near ones first.
+    /// Visits the blocks within range, near ones first, each with its distance.
     fn near_first(&self, origin: Vector, max: Real, mut visit: impl FnMut(&Block, Real)) {
         let mut sorted = [(0.0, 0); SORTED_BLOCKS];
         let mut count = 0;
@@ -308,7 +308,7 @@ impl<'a> Seen<'a> {
     }
 }
 
-/// Merges the range of each ray into its two nearest.
+/// Merges new ranges of some rays into the two nearest intersections of each.
 #[inline(always)]
 fn put(
     range: &[Real; LANES],
@@ -328,7 +328,7 @@ fn put(
 }
 
 impl Hits {
-    /// Returns true if something this far away may affect the hits of some rays in the run.
+    /// Returns true if something at this distance may affect the hits of some rays in the run.
     fn may_change(&self, run: Range<usize>, away: Real) -> bool {
         if run.is_empty() {
             return false;
@@ -360,8 +360,8 @@ fn angle(v: Vector2<f64>) -> f64 {
     if v.y < 0.0 { -half } else { half }
 }
 
-/// Returns the equivalent angle in [−π, π). `wrap_angle` includes the other end instead, which would make the first bearing of
-/// a scan its last.
+/// Returns the equivalent angle in [−π, π). `wrap_angle` includes the other end of the interval instead, which would make the first
+/// bearing of a scan its last.
 fn turn(angle_rad: f64) -> f64 {
     // `rem_euclid` takes several times as long.
     angle_rad - TAU * ((angle_rad + PI) / TAU).floor()
@@ -378,7 +378,7 @@ mod tests {
     use proptest::prelude::*;
     use proptest::test_runner::RngSeed;
 
-    /// Generates boxes, some of them turned, many of whose faces are in line, as well as short faces and free lines.
+    /// Generates boxes, some of them rotated and many with faces in line, as well as short faces and single lines.
     fn faces() -> impl Strategy<Value = Vec<Segment>> {
         let grid = || (-12..12_i32).prop_map(|v| f64::from(v) * 0.5);
         let place = move || (grid(), grid()).prop_map(|(x, y)| [x, y]);

@@ -1,8 +1,8 @@
-//! Scenes that are laid out first and walked through afterwards: shops, parks, car parks, churches, markets and depots.
+//! Scenes that are laid out first and then walked through: shops, parks, car parks, churches, markets and depots.
 //!
-//! The generator of yards, streets and halls makes a route and puts objects beside it. Here, a place is furnished the way such
-//! places are, and the route is the shortest way on which a robot keeps its distance, with the corners rounded. The route can
-//! therefore pass the same objects twice, and its turns are where the place demands them.
+//! The generator of yards, streets and halls creates a route and puts objects beside it. Here, in contrast, a site is furnished the
+//! way such sites are, and the route is the shortest way on which a robot keeps its distance, with rounded corners. The route can
+//! therefore pass the same objects twice, and it turns where the site demands it.
 
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BinaryHeap};
@@ -19,7 +19,7 @@ use super::{
 
 /// Cell size of the grid on which ways are searched, in metres.
 const CELL_M: f64 = 0.2;
-/// Distance between the way and objects before its corners are rounded, in metres.
+/// Distance that the way keeps from objects before its corners are rounded, in metres.
 const CLEAR_M: f64 = 1.2;
 /// Length of the straight part at either end of the way, in metres.
 const STRAIGHT_M: f64 = 1.2;
@@ -27,19 +27,19 @@ const STRAIGHT_M: f64 = 1.2;
 const GAP_M: f64 = 1.3;
 /// Distance between the points of the way, in metres.
 const STEP_M: f64 = 0.1;
-/// Number of times that each point of the way moves halfway to the middle of its neighbours, which rounds corners over about a
-/// metre.
+/// Number of times that each point of the way moves halfway to the middle of its neighbours, which rounds corners over a length of
+/// about a metre.
 const ROUNDINGS: usize = 50;
 /// Distance from the way, in metres, beyond which objects are left out because nobody would draw them.
 const DRAWN_M: f64 = 4.0;
 /// Minimum sum of all turns of a way, in radians. A way straight to the goal needs no landmarks.
 const LEAST_TURNS_RAD: f64 = 1.8;
-/// Greatest turn of a way from one of its points to the next, in radians. A way that turns back on the spot is sharper.
+/// Maximum turn of a way from one of its points to the next, in radians. A way that turns back on the spot exceeds it.
 const SHARPEST_RAD: f64 = 0.16;
-/// Number of corners of round objects.
+/// Number of corners with which round objects are approximated.
 const ROUND: usize = 8;
 
-/// Kinds of places.
+/// Kinds of sites.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Site {
     /// Rows of shelves with a cross aisle, displays at their ends, and tills.
@@ -56,7 +56,7 @@ pub enum Site {
     Depot,
 }
 
-/// A furnished place with both ends of a way through it.
+/// A furnished site, and both ends of a way through it.
 struct Layout {
     /// The goal, followed by all other objects.
     objects: Vec<Object>,
@@ -71,7 +71,7 @@ impl Site {
     pub const ALL: [Self; 6] =
         [Self::Shop, Self::Park, Self::CarPark, Self::Church, Self::Market, Self::Depot];
 
-    /// Returns the word for the kind that is used in names of scenes.
+    /// Returns the word for this kind, as used in the names of scenes.
     pub const fn word(self) -> &'static str {
         match self {
             Self::Shop => "shop",
@@ -103,7 +103,7 @@ impl Site {
 }
 
 impl Layout {
-    /// A goal with this size across and along the way, in front of which the way ends.
+    /// Creates a goal with this size across and along the way, and the pose in front of it at which the way ends.
     fn goal(name: &str, at: At, heading: f64, [across, along]: [f64; 2]) -> (Object, (At, f64)) {
         (boxed(name, at, [along, across], heading), (ahead(at, heading, -GAP_M - along / 2.0), heading))
     }
@@ -123,7 +123,7 @@ impl Layout {
         }
     }
 
-    /// Returns the scene whose route is the way through this place, or `None` if there is no way of the right length.
+    /// Returns the scene whose route is the way through this site, or `None` if there is no way of suitable length.
     fn walked(self) -> Option<Scene> {
         let from = ahead(self.start.0, self.start.1, STRAIGHT_M);
         let to = ahead(self.end.0, self.end.1, -STRAIGHT_M);
@@ -204,7 +204,7 @@ impl Layout {
         Some(self.pulled(&way))
     }
 
-    /// Pulls a way taut: keeps its first point, and then always the last one that can be reached straight ahead.
+    /// Pulls a way taut: keeps its first point, and from there always the last point that can be reached in a straight line.
     fn pulled(&self, way: &[At]) -> Vec<At> {
         let is_clear = |from: At, to: At| {
             let steps = (distance(from, to) / CELL_M).ceil().max(1.0) as usize;
@@ -224,7 +224,7 @@ impl Layout {
     }
 }
 
-/// A cell of the search, with the length of the way to it in cells. The shortest one is the greatest.
+/// A cell of the search, with the length of the way to it, in cells. Orders by length, so that the shortest is the greatest.
 #[derive(PartialEq)]
 struct Step {
     length: f64,
@@ -278,7 +278,7 @@ fn rounded(corners: &[At]) -> Vec<At> {
     points
 }
 
-/// Adds numbers to names, because labels have to tell objects apart.
+/// Adds numbers to names, because labels have to distinguish the objects.
 fn numbered(mut objects: Vec<Object>) -> Vec<Object> {
     let mut counts = BTreeMap::<String, usize>::new();
     for object in objects.iter_mut().skip(1) {
@@ -294,7 +294,7 @@ fn round(name: &str, at: At, radius_m: f64) -> Object {
     Object { name: name.into(), outline: (0..ROUND).map(corner).collect() }
 }
 
-/// An angle that turns at most this far from 0, in radians.
+/// Returns a random angle, at most this far from 0, in radians.
 fn askew(rng: &mut Pcg64Mcg, most_rad: f64) -> f64 {
     rng.random_range(-most_rad..most_rad)
 }
@@ -352,7 +352,7 @@ fn park(rng: &mut Pcg64Mcg) -> Layout {
     layout
 }
 
-/// Cars stand along y, in rows along x.
+/// Cars are parked along y, in rows along x.
 fn car_park(rng: &mut Pcg64Mcg) -> Layout {
     const CAR_M: [f64; 2] = [1.8, 4.3];
     let bay = rng.random_range(2.7..3.0);
@@ -476,7 +476,7 @@ mod tests {
     use crate::{files, floor::Floor, floor_plan};
     use sketchnav_schemas::geometry::Pose;
 
-    /// The scenes for which results are reported have the numbers 1 and 2. They are not looked at here.
+    /// The scenes for which results are reported have the numbers 1 and 2, so this test does not look at them.
     #[test]
     fn every_kind_of_place_has_a_way_to_its_goal_that_a_robot_can_drive() {
         let robot = files::robot("nomad200").unwrap();

@@ -1,8 +1,7 @@
 //! A camera that detects fiducial markers: which markers it sees, and how accurately.
 //!
-//! The camera sees a marker that is within its field of view and its range, is not turned away too far, and
-//! is not hidden. The errors of distance and facing grow with the distance. All errors in an image are
-//! independent.
+//! The camera sees a marker that is within its field of view and its range, is not turned away too far, and is not hidden. The
+//! errors of the measured distance and facing grow with the distance. All errors in an image are independent.
 //!
 //! If the robot's file does not describe the pixels, the distance of a slanted marker has a larger error. If it does, a marker
 //! is only detected if it appears large enough, and its distance is computed from its upright edges, which are not shortened by
@@ -31,7 +30,7 @@ const BEFORE_M: f64 = 0.025;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Camera {
     model: MarkerCamera,
-    /// Sorted by number.
+    /// The markers, sorted by number.
     markers: Vec<Marker>,
     stream: Pcg64Mcg,
 }

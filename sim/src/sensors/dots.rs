@@ -1,7 +1,7 @@
 //! A camera that looks straight down on a plane of dots: which dots it shows, and how accurately (Park and
 //! Kender 1995, 3.1).
 //!
-//! Each dot has an independent error in each view. Some dots are missed, and some that are shown do not exist.
+//! Each dot has an independent error in each view. Some dots are missed, and some dots that are shown do not exist.
 
 use rand::RngExt;
 use rand_distr::StandardNormal;

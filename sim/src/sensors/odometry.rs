@@ -16,12 +16,12 @@ use sketchnav_schemas::geometry::{Base, Odom, Pose, World};
 use sketchnav_schemas::message::{Odometry, PoseM, Twist};
 use sketchnav_schemas::robot::{Drive, OdometryNoise};
 
-/// A robot's own count of its motion.
+/// The motion of a robot as its own wheels count it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct DeadReckoning {
     noise: OdometryNoise,
     drive: Drive,
-    /// Counted metres per true metre.
+    /// Counted metres per metre actually driven.
     distance_factor: f64,
     drift_yaw_radpm: f64,
     stream: Pcg64Mcg,
@@ -50,7 +50,7 @@ impl DeadReckoning {
         }
     }
 
-    /// Counts a true motion, in the robot's axes before the motion, that took `dt_s` seconds.
+    /// Counts a true motion that took `dt_s` seconds, given in the robot's axes before the motion.
     pub fn step(&mut self, motion: &Pose<Base>, dt_s: f64) {
         let distance_m = motion.x.hypot(motion.y);
         let (speed, turn_rate) = (distance_m / dt_s, motion.yaw_rad / dt_s);

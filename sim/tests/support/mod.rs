@@ -38,7 +38,7 @@ impl Readings {
         readings
     }
 
-    /// Reserves memory for as many readings as a test takes, so that taking them does not allocate.
+    /// Reserves memory for all readings that a test takes, so that taking them does not allocate.
     pub fn new() -> Self {
         Self {
             scan: bytemuck::zeroed_box(),

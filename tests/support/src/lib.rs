@@ -200,7 +200,7 @@ impl Place {
         topics.filter(|(_, count)| *count > 0).collect()
     }
 
-    /// Makes the page of a recording, which must contain all of these texts.
+    /// Creates the page of a recording, which must contain all of these texts.
     pub fn page_says(&self, recording: &str, words: &[&str]) {
         self.fine(&format!("report {recording} -o page.html"));
         let page = fs::read_to_string(self.files().join("page.html")).unwrap();
@@ -273,8 +273,8 @@ impl Place {
         processes.iter().find(|(found, _)| found == process).map_or_else(|| panic!("{processes:?}"), |p| p.1)
     }
 
-    /// Returns the ids of the living processes that serve as `process` in the system `name`, whether they have joined
-    /// it yet or not.
+    /// Returns the ids of the running processes that serve as `process` in the system `name`, whether or not they have joined it
+    /// yet.
     pub fn serving(&self, name: &str, process: &str) -> Vec<u32> {
         let call = format!(" serve {process} --system {name} ");
         self.living().into_iter().filter(|(_, line)| line.contains(&call)).map(|(pid, _)| pid).collect()
@@ -309,7 +309,7 @@ impl Place {
         remains
     }
 
-    /// Fails if anything is left of the system `name`, or if a process of any system is alive.
+    /// Fails if anything is left of the system `name`, or if a process of any system is still running.
     pub fn assert_nothing_left(&self, name: &str) {
         self.assert_no_system_left(name);
         assert_eq!(self.living(), []);
@@ -325,8 +325,8 @@ impl Place {
         });
     }
 
-    /// Returns every living `sketchnav` process that was started in this place, with its command line. Processes are
-    /// identified by their environment.
+    /// Returns every running `sketchnav` process that was started in this place, with its command line. Processes are identified by
+    /// their environment.
     pub fn living(&self) -> Vec<(u32, String)> {
         let mark = format!("XDG_RUNTIME_DIR={}", self.runtime.path().display());
         let is_ours = |pid: &u32| {

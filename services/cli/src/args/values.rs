@@ -114,7 +114,7 @@ mod tests {
         }
     }
 
-    /// The error for a misspelt process once offered the recorder, which was then refused.
+    /// Regression test: the error for a misspelt process once offered the recorder, which was then refused.
     #[test]
     fn every_process_that_the_error_offers_for_rerun_is_accepted() {
         let error = parse_rerun("planer").unwrap_err();

@@ -23,7 +23,8 @@ use crate::args::{ChaosOptions, KillSignal};
 
 /// Interval at which to check the processes.
 const LOOK_EVERY: Duration = Duration::from_micros(500);
-/// Fraction of the mission after which no process is killed, since it would have nothing left to recover.
+/// Fraction of the mission after which no process is killed, since it would have no work left by which to tell that it has
+/// recovered.
 const LAST_SHARE: f64 = 0.95;
 /// Like [`LAST_SHARE`], but for runs in real time, where a mission may end earlier than the undisturbed one.
 const LAST_SHARE_IN_REAL_TIME: f64 = 0.8;
@@ -46,10 +47,10 @@ pub struct Plan {
     pub system: String,
 }
 
-/// The kills to make at one time.
+/// The processes to kill at one moment of the mission.
 #[derive(Debug, Clone, PartialEq)]
 struct Blow {
-    /// The world's progress at the time to strike.
+    /// When to strike, as the number of messages that the world has sent by then.
     moment: u32,
     /// The process to kill, or two processes to kill at once.
     who: Vec<Process>,
@@ -145,7 +146,8 @@ impl<'a> Injector<'a> {
         self.hits.iter().any(|hit| hit.process == process && open(hit))
     }
 
-    /// Strikes if a blow is due and all of its processes are running and have recovered from the previous kill.
+    /// Kills the next processes if their moment has come, and if all of them are running and have recovered from the previous
+    /// kill.
     fn hit_when_due(&mut self) {
         let done = self.progress(Process::World);
         if self.blows.front().is_none_or(|blow| done < blow.moment) {
@@ -166,8 +168,8 @@ impl<'a> Injector<'a> {
         }
     }
 
-    /// Strikes the processes in `ready`. A process that has just ended by itself is missed and remains in the blow for a later
-    /// attempt.
+    /// Kills the processes in `ready`. A process that has just ended by itself cannot be killed and is left in the blow for a
+    /// later attempt.
     fn strike(&mut self, due: usize, ready: &[(Process, u32)]) {
         let missed = ready.iter().filter(|&&(process, pid)| !self.hit(process, pid));
         let missed: Vec<_> = missed.map(|&(process, _)| process).collect();
@@ -216,7 +218,7 @@ impl<'a> Injector<'a> {
     }
 }
 
-/// Returns the living processes that a supervisor has started, with their ids.
+/// Returns the running processes that a supervisor has started, with their process ids.
 fn serving(supervisor: u32) -> Vec<(Process, u32)> {
     let children = fs::read_to_string(format!("/proc/{supervisor}/task/{supervisor}/children"));
     let pids = children.unwrap_or_default();
@@ -224,14 +226,14 @@ fn serving(supervisor: u32) -> Vec<(Process, u32)> {
     pids.filter_map(|pid| Some((served(pid)?, pid))).collect()
 }
 
-/// Returns the process as which `pid` was started with `serve PROCESS …`, or `None` if it is dead.
+/// Returns the process that `pid` serves as, according to its command line (`serve PROCESS …`), or `None` if it is dead.
 fn served(pid: u32) -> Option<Process> {
     let line = fs::read_to_string(format!("/proc/{pid}/cmdline")).ok()?;
     let mut words = line.split('\0').skip_while(|word| *word != "serve");
     words.nth(1)?.parse().ok()
 }
 
-/// Returns the number of living processes that serve the system.
+/// Returns the number of running processes that serve the system. After its run, these are orphans.
 pub fn orphans(system: &str) -> usize {
     let entries = fs::read_dir("/proc").into_iter().flatten();
     let pids = entries.filter_map(|entry| entry.ok()?.file_name().to_str()?.parse::<u32>().ok());
@@ -279,7 +281,7 @@ impl KillSignal {
 mod tests {
     use super::*;
 
-    /// Which processes were killed once depended on which of them had just recovered, and thus on the clock.
+    /// Regression test: which processes were killed once depended on which of them had just recovered, and thus on the clock.
     #[test]
     fn the_seed_determines_when_each_process_is_hit() {
         let options = ChaosOptions::of_words(&["--kills", "50", "--targets", "world,planner"]);

@@ -1,4 +1,4 @@
-//! The recoveries of the processes of a run from kills.
+//! Summarizes how the processes of a run recovered from being killed.
 
 use std::collections::BTreeMap;
 use std::fmt::{self, Display, Formatter};
@@ -16,13 +16,13 @@ const LISTED: usize = 10;
 pub struct Recoveries {
     kills: usize,
     starvations: usize,
-    /// Times from a kill until the process had done new work, in milliseconds by the wall clock. Kills after
-    /// which the process was killed again, or the mission ended, before that are not included.
+    /// Times from a kill until the process had done new work, in milliseconds by the wall clock. If the process was killed again
+    /// before that, or the mission ended, the kill is not included.
     recovered_ms: Vec<f64>,
     median_ms: Option<f64>,
 }
 
-/// Sorts the kills by process.
+/// Groups the kills by process.
 pub fn recoveries(kills: &[Kill]) -> BTreeMap<&'static str, Recoveries> {
     let mut by_process: BTreeMap<_, Recoveries> = BTreeMap::new();
     for kill in kills {
@@ -77,7 +77,8 @@ mod tests {
         Kill { process, recovered_ms, is_starved: false }
     }
 
-    /// A process that had not recovered when the mission ended was once left out, so that the rows did not add up.
+    /// Regression test: a process that had not recovered when the mission ended was once left out, so that the rows did not add
+    /// up.
     #[test]
     fn every_kill_is_in_a_row() {
         let starved = Kill { is_starved: true, ..kill(Process::Planner, None) };

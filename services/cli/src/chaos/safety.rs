@@ -84,8 +84,8 @@ fn outages(run: &RunConfig, faults: &[FaultInfo], end_s: f64) -> Vec<(f64, f64)>
     away
 }
 
-/// Returns the time for which the world was also absent between `died` and `back`, in milliseconds by the clock. During that time
-/// simulated time, and with it the robot, stood still.
+/// Returns the wall-clock time, in milliseconds, for which the world was also absent between `died` and `back`. During that
+/// time, simulated time, and with it the robot, stood still.
 fn halted_ms(faults: &[FaultInfo], died: &FaultInfo, back: &FaultInfo) -> f64 {
     let is_meanwhile = |fault: &&FaultInfo| (died.stamp_s..=back.stamp_s).contains(&fault.stamp_s);
     let worlds = faults.iter().filter(|f| f.kind == "recovered" && f.process == Process::World.word());
@@ -128,7 +128,7 @@ mod tests {
         FaultInfo { stamp_s: 10.0, kind, process, pid: 7, restarts: 0, missing: 0, duration_ms, words }
     }
 
-    /// Poses ten times a second for 20 s. The robot moves until `until_s`, and again from 13 s on.
+    /// Returns poses ten times a second for 20 s. The robot moves until `until_s`, and again from 13 s on.
     fn truth(until_s: f64) -> Vec<GroundTruth> {
         let at = |i: u64| {
             let mut truth: GroundTruth = bytemuck::Zeroable::zeroed();
@@ -153,8 +153,8 @@ mod tests {
         assert_eq!(judge(&run(), &stopped, &truth(11.9), &[]).unstopped, 1);
     }
 
-    /// The robot was once reported to have kept driving, because a second by the clock was mistaken for a simulated
-    /// second.
+    /// Regression test: the robot was once reported to have kept driving, because a second of wall-clock time was mistaken for a
+    /// simulated second.
     #[test]
     fn while_the_world_is_dead_its_time_stands_still() {
         let both = [

@@ -20,11 +20,12 @@ use crate::failure::{Failure, OrInput};
 use crate::launch::fault_plan;
 use crate::mission;
 
-/// Fraction of a process's messages after which no more faults are planned for it, since nothing would be left to recover.
+/// Fraction of a process's messages after which no more faults are planned for it, since it would have no work left by which to
+/// tell that it has recovered.
 const LAST_SHARE: f64 = 0.9;
 /// Maximum number of faults of a process at one message. After a few more, the supervisor would give up on it.
 const MOST_AT_ONE: usize = 3;
-/// Ranges of the share of the processor that a starved process gets, in percent, and of its duration, in milliseconds.
+/// Range of the share of the processor that a starved process gets, in percent, and range of the duration, in milliseconds.
 const SHARES_PERCENT: RangeInclusive<u32> = 2..=50;
 const STARVATION_MS: RangeInclusive<u64> = 200..=2000;
 /// The heading of a schedule that was recorded instead of planned.
@@ -172,7 +173,7 @@ pub fn kills(recording: &Path) -> anyhow::Result<Vec<Kill>> {
     Ok(kills)
 }
 
-/// Adds the schedule, which repeats the disturbed run, to the failure of the run.
+/// Adds to the error of a failed run how to repeat it: with `--schedule` and this file.
 pub fn with_repetition(failure: Failure, schedule: &Path) -> Failure {
     let words = |error: anyhow::Error| anyhow!("{error:#}; repeat it with --schedule {}", schedule.display());
     match failure {

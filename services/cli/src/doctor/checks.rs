@@ -25,7 +25,7 @@ const USUAL_NAME: usize = 32;
 const OLDEST_KERNEL: (u32, u32) = (5, 3);
 /// Disk space needed for a recording, about ten times the size of the demo's.
 const NEEDED_DISK_MIB: u64 = 100;
-/// Real time runs late if the median of sleeps of a millisecond exceeds this.
+/// If the median duration of a 1 ms sleep exceeds this, commands arrive late in runs in real time.
 const LATE: Duration = Duration::from_millis(3);
 /// The number of sleeps that are timed.
 const NAPS: usize = 21;

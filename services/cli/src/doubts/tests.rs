@@ -74,7 +74,7 @@ fn by_drawing(inside: &str, folder: &Path) -> Result<Doubts, Failure> {
 fn a_drawing_is_doubted_before_the_start() {
     let folder = tempfile::tempdir().unwrap();
     let walls = "<path d='M50 50H850V550H50zM550 50V400' fill='none' stroke='black' stroke-width='6'/>";
-    let Doubts { warnings, left_out } = by_drawing(
+    let Doubts { warnings, left_out, .. } = by_drawing(
         &format!("{walls}<text><textPath>a</textPath></text><image href='plan.png'/>"),
         folder.path(),
     )
@@ -97,7 +97,7 @@ const MAP: &[u8] = b"\x89\x50\x4e\x47\x0d\x0a\x1a\x0a\x00\x00\x00\x0d\x49\x48\x4
     \x00\x00\x00\xd5\xa1\xb5\xe8\x00\x00\x00\x14\x49\x44\x41\x54\x78\xda\x63\xfc\xff\x9f\x81\x81\x81\x81\x81\
     \x91\x89\x01\x0a\x00\x21\x1f\x02\x03\x48\xe8\x1f\x5d\x00\x00\x00\x00\x49\x45\x4e\x44\xae\x42\x60\x82";
 
-/// Half of a map was transparent, and so unknown, and the user was not warned.
+/// Regression test: half of a map was transparent, and so unknown, and the user was not warned.
 #[test]
 fn a_partly_transparent_map_is_doubted() {
     let folder = tempfile::tempdir().unwrap();

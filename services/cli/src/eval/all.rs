@@ -28,7 +28,7 @@ use crate::args::EvalOptions;
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::{out, say};
 
-/// The word for all experiments on the command line.
+/// The word that stands for all experiments on the command line.
 pub const WORD: &str = "all";
 /// Number of jobs in a part, and thus the maximum that an interrupted run loses.
 const JOBS_OF_A_PART: usize = 32;
@@ -320,7 +320,7 @@ mod tests {
         of_suite("laboratory", None, folder, &options(folder)).unwrap().unwrap()
     }
 
-    /// Driving all suites takes hours, and a run that was interrupted used to start again from the beginning.
+    /// Regression test: driving all suites takes hours, and a run that was interrupted used to start again from the beginning.
     #[test]
     fn an_interrupted_evaluation_resumes_from_its_parts() {
         let folder = tempfile::tempdir().unwrap();

@@ -23,7 +23,7 @@ use sketchnav_stage::Tap;
 use super::processes;
 use crate::args::EvalOptions;
 
-/// Interval between checks for the start of a system.
+/// Interval at which to check whether a system has started.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 /// Counts the systems of this process, so that each has its own name.
 static STARTED: AtomicU32 = AtomicU32::new(0);
@@ -38,12 +38,12 @@ pub enum Simulator {
 }
 
 impl Simulator {
-    /// The name on the command line, which is also that of the Python module.
+    /// Returns the name on the command line, which is also that of the Python module.
     pub fn word(self) -> &'static str {
         SIMULATORS[self as usize]
     }
 
-    /// The name of the simulator for pip.
+    /// Returns the name of the simulator for pip.
     fn distribution(self) -> &'static str {
         match self {
             Self::Irsim => "ir-sim",
@@ -86,13 +86,14 @@ fn check_python(python: &Path, simulator: Simulator) -> anyhow::Result<()> {
     )
 }
 
-/// Drives a run as a system, and shows the messages of its recording.
+/// Runs a trial as a whole system, with a simulator in place of the world. `driver` is the Python interpreter and the
+/// driver's script. Afterwards, passes the messages of the recording to `tap`.
 fn drive(trial: &Trial, run: &RunConfig, driver: (&Path, &Path), tap: &mut dyn Tap) -> anyhow::Result<()> {
     let place = tempfile::tempdir()?;
     let mission = processes::write_mission(trial, run, place.path())?;
     let number = STARTED.fetch_add(1, Ordering::Relaxed);
     let system = format!("eval-{}-{number}", std::process::id());
-    // Files, because a pipe that nobody reads would fill up and stop the system.
+    // Use files, because a pipe that nobody reads would fill up and stop the system.
     let printed = ["report", "said"].map(|name| place.path().join(name));
     let mut command = processes::command(&mission, run.seed, place.path(), &system)?;
     command.args(["--without", "world"]);
@@ -109,9 +110,9 @@ fn drive(trial: &Trial, run: &RunConfig, driver: (&Path, &Path), tap: &mut dyn T
     show(&processes::recording(&Output { status, stdout: stdout?, stderr: stderr? })?, tap)
 }
 
-/// Runs the driver from the start of the system to its end.
+/// Runs the driver once the system has started, and waits until the driver ends.
 fn in_system(system: &str, (python, script): (&Path, &Path), running: &mut Child) -> anyhow::Result<()> {
-    // Nothing announces a new system, so its files are looked for.
+    // Nothing announces a new system, so poll until its files appear.
     while System::open(system).is_err() {
         if running.try_wait()?.is_some() {
             // Its report explains why.
@@ -128,7 +129,7 @@ fn in_system(system: &str, (python, script): (&Path, &Path), running: &mut Child
     Err(anyhow!("{} ({}): {}", script.display(), output.status, said.trim_end()))
 }
 
-/// Shows the messages of a recording in order.
+/// Passes the messages of a recording to `tap`, in order of time.
 fn show(path: &Path, tap: &mut dyn Tap) -> anyhow::Result<()> {
     let recording = Recording::open(path)?;
     for raw in recording.timeline(Selection::default())? {

@@ -10,7 +10,7 @@ use std::ffi::CStr;
 use nix::libc;
 use serde::{Deserialize, Serialize};
 
-/// A kind of machine.
+/// A kind of machine. Machines of the same kind produce the same outcomes, bit for bit.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Machine {

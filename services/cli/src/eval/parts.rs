@@ -53,7 +53,7 @@ pub struct Part<T> {
 
 /// The result of a job, as stored in parts.
 pub trait Yield: Serialize + DeserializeOwned + Clone + PartialEq {
-    /// Returns the same without values that depend on the clock.
+    /// Returns a copy without the values that depend on the clock.
     fn timeless(&self) -> Self {
         self.clone()
     }
@@ -70,12 +70,12 @@ impl Yield for Ended {
 impl Yield for Attempt {}
 
 impl Origin {
-    /// Returns the origin of parts of these jobs that are driven on this machine.
+    /// Returns the origin of the parts that result if these jobs are driven on this machine.
     pub fn of(suite: &Suite, jobs: &[Job<'_>], seed: u64, folders: &Folders) -> anyhow::Result<Self> {
         Self::here(&suite.name, seed, jobs.len(), fingerprint(jobs, folders)?)
     }
 
-    /// Returns the origin of parts of a study that is run on this machine.
+    /// Returns the origin of the parts that result if a study is run on this machine.
     pub fn of_study(study: &Study, by_world: &ByWorld, size: Size) -> anyhow::Result<Self> {
         let cases = format!("{:?}", (by_world.cases)()?);
         let jobs = by_world.worlds(size).len();
@@ -87,8 +87,8 @@ impl Origin {
         Ok(Self { suite: name.to_owned(), seed, jobs, fingerprint, program, machine })
     }
 
-    /// Says why a part of origin `other` does not belong to this experiment as it is driven here, or returns `None` if
-    /// it does.
+    /// Explains why parts of the origin `other` cannot be merged into this experiment as it is driven here, or returns `None` if
+    /// they can.
     fn refuses(&self, other: &Self, accepted: &[Foreign]) -> Option<String> {
         let differs = |key: &str, own: &dyn std::fmt::Display, found: &dyn std::fmt::Display| {
             format!("{key}: expected {own}, found {found}")

@@ -172,7 +172,7 @@ fn help_for_a_command_equals_its_help_option() {
     assert!(of_command(&words("run demo")).is_none() && of_command(&words("missions")).is_none());
 }
 
-/// `sketchnav help ros2` was an error, although a page begins with what users of ROS 2 look for.
+/// Regression test: `sketchnav help ros2` was an error, although a page begins with what users of ROS 2 look for.
 #[test]
 fn other_words_for_a_topic_lead_to_its_page() {
     for (alias, topic) in ALIASES {

@@ -1,5 +1,5 @@
-//! Replaces completions and manual pages in a program built without them by an error that says how to build
-//! it.
+//! Stands in for completions and manual pages in a program that was built without them. All functions return an error that explains
+//! how to build it.
 
 use std::path::Path;
 

@@ -67,8 +67,8 @@ pub enum Tool {
         #[arg(long)]
         json: bool,
     },
-    /// Learn from a drive by a drawing: the map of what the robot saw, the goals in it, and what corresponds to the drawing.
-    /// The next drive starts from it with `run --learned`.
+    /// Learn from a drive by a drawing: the map of what the robot saw, the goals in it, and how it corresponds to the drawing. The
+    /// next drive starts from it with `run --learned`.
     #[command(
         after_help = "Exit codes: 0 done (also if the recording is cut off), 2 bad input, 3 anything else.\nExample: sketchnav learn out/building-a-001 -o building.learned --svg corrected.svg\nExample: sketchnav run sim/missions/building/building-a.toml --learned building.learned"
     )]
@@ -141,10 +141,10 @@ pub struct LearnOptions {
     /// Where to write what was learned; beside the recording if left out.
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Also write what was seen into this folder as a map of map_server: a YAML file and a PGM picture.
+    /// Also write what the robot saw into this folder as a map of map_server: a YAML file and a PGM picture.
     #[arg(long, value_name = "DIR")]
     pub map_server: Option<PathBuf>,
-    /// Also draw the drawing as corrected by what was seen.
+    /// Also write a version of the drawing that is corrected by what the robot saw.
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
     /// Print one JSON object instead of text.

@@ -28,8 +28,8 @@ use crate::folder::plain_name;
 use crate::output::say;
 use summary::Summary;
 
-/// The spread of the log's starting position if the drawing is the map. It is small, since the position is either the
-/// log's own corrected pose or was given by hand.
+/// The spread of the log's starting position if the drawing is the map. It is small, since the position is either a corrected pose
+/// from the log or one that was entered by hand.
 const MAP_START_SPREAD_PX: f64 = 1.0;
 const MAP_START_SPREAD_RAD: f64 = 0.03;
 /// Time limit of the task, in seconds. A mission must have a task, although this one is never driven.
@@ -196,7 +196,7 @@ fn run(log: &Log<'_>, options: &ImportOptions) -> Result<RunConfig, Failure> {
     })
 }
 
-/// Returns a robot with only its laser known. All values that the localizer does not use are those of a Pioneer.
+/// Returns a robot of which only the laser is known. Values that the localizer does not use are those of a Pioneer.
 fn robot(laser: &Shape, range_max_m: f64) -> anyhow::Result<Robot> {
     let limits =
         Limits { speed_mps: 0.7, yaw_rate_radps: 1.5, acceleration_mps2: 0.5, yaw_acceleration_radps2: 2.0 };

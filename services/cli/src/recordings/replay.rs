@@ -53,7 +53,7 @@ pub fn replay(file: &Path, options: &ReplayOptions) -> Result<Outcome, Failure> 
     }
 }
 
-/// Returns the most informative channel of a run of this kind of navigator: that of the situations.
+/// Returns the channel that is most worth watching in a run of this kind of navigator, which is the one with the situations.
 fn to_look_at(kind: &str) -> &'static str {
     let situation = channels::of_kind(kind).find(|spec| spec.role == Role::Situation);
     situation.map_or(STATUS.spec.name, |spec| spec.name)
@@ -118,7 +118,7 @@ fn absolute(path: &Path, what: &'static str) -> Result<String, Failure> {
 mod tests {
     use super::*;
 
-    /// Every replay once suggested the channel `estimate`, which most kinds of navigators do not have.
+    /// Regression test: every replay once suggested the channel `estimate`, which most kinds of navigators do not have.
     #[test]
     fn the_channel_to_look_at_is_one_of_the_navigator() {
         for navigator in sketchnav_navigators::all() {

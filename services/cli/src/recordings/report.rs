@@ -116,8 +116,9 @@ impl Page<'_> {
                 span { "recording " b { (file) } }
                 @for key in ["seed", "method", "pace", "robot", "version"] { span { (key) " " b { (fact(key)) } } }
             }
-            @let Doubts { warnings, left_out } = doubts::of(self.run, self.files).unwrap_or_default();
+            @let Doubts { warnings, left_out, resolved } = doubts::of(self.run, self.files).unwrap_or_default();
             @for warning in warnings.iter().chain(self.planned) { p.notice { "Doubted before the start: " (warning) "." } }
+            @for what in &resolved { p.facts { (what) "." } }
             @for what in &left_out { p.facts { "Left out of the drawing: " (what) "." } }
         }
     }
@@ -208,7 +209,7 @@ impl Page<'_> {
         }
     }
 
-    /// Returns the distance of the estimates in a drawing from the truth over time.
+    /// Returns the distances of the estimates from the truth over time, in metres, or `None` if the run has no instants.
     fn errors(&self) -> Option<Series> {
         let log = self.log;
         let errors = local_errors_m(log);

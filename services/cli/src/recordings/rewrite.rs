@@ -1,5 +1,5 @@
-//! Makes recordings from recordings. A result gets its final name only when it is complete. The exit codes
-//! are those of the official MCAP tool.
+//! Creates recordings from other ones. A result gets its final name only when it is complete. The exit codes are those of the
+//! official MCAP tool.
 
 use std::path::Path;
 
@@ -58,7 +58,7 @@ fn recover_file(file: &Path, options: &RecoverOptions) -> anyhow::Result<copy::C
     Ok(copied)
 }
 
-/// Prints the omissions of a copy.
+/// Prints which parts of the source are missing from a copy.
 fn tell_lost(copied: &copy::Copied) {
     for lost in &copied.lost {
         let copy::Lost { at, bytes, reason, messages } = lost;
@@ -143,7 +143,7 @@ impl Made {
     }
 }
 
-/// The losses of a copy compared with the original content of its sources.
+/// What a copy lacks, compared with the original content of its sources.
 struct Lost {
     /// Losses noticed while the copy was made.
     now: Lacks,
@@ -281,7 +281,7 @@ fn parts(
     Ok(parts)
 }
 
-/// Rejects a folder with parts of an earlier split. They would remain there and could not be told apart from the new
+/// Rejects a folder that contains parts of an earlier split. These would remain there and could not be told apart from the new
 /// ones.
 fn refuse_earlier_parts(folder: &Path, stem: &str, rosbag2: bool) -> anyhow::Result<()> {
     let is_part = |name: &str| {

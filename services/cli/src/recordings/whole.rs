@@ -18,10 +18,10 @@ use super::rewrite::common_profile;
 use crate::failure::{Failure, OrInput, story};
 use crate::output::say;
 
-/// The endings of names of recordings, including those packed by rosbag2 or zstd.
+/// Extensions of the names of recordings, including those of files packed by rosbag2 or zstd.
 const NAMES: [&str; 3] = [".mcap", ".mcap.zstd", ".mcap.zst"];
 
-/// The losses of a recording, or of a copy of one, relative to the original content of its files.
+/// What a recording, or a copy of one, lacks compared with the original content of its files.
 #[derive(Debug, Default)]
 pub struct Lacks {
     /// The files that end before their writers had finished.

@@ -12,7 +12,7 @@ const ROUNDING_S: f64 = 1e-9;
 /// seconds.
 const FAR_APART_S: f64 = 1.0;
 
-/// The samples that belong to one time.
+/// The samples of several objects that belong to the same time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
     /// The time of the scene, in seconds.
@@ -104,7 +104,7 @@ pub struct Meetings {
 }
 
 impl Meetings {
-    /// Counts how often the objects were seen together in the scenes that were made from their samples.
+    /// Counts how often the objects appear together in `scenes`, which were made from their samples.
     pub fn of(tracks: &[&Track], scenes: &[Scene]) -> Self {
         let anchor = anchor(tracks);
         let samples = anchor.map_or(&[][..], |anchor| anchor.samples.as_slice());

@@ -7,9 +7,9 @@ use sketchnav_qualitative::calculus::Before;
 use sketchnav_qualitative::hof::{Force, Grade, Pair, Polygon, View, Workspace};
 use sketchnav_qualitative::{Calculus, Error, Point, Rect, Relation};
 
-/// Number of directions that are named.
+/// Number of directions that the result distinguishes, at equal angles.
 const NAMED: usize = 16;
-/// Number of directions of a histogram.
+/// Number of directions for which the forces are computed.
 const HISTOGRAM: usize = 180;
 const GRADES: [(Grade, &str); 3] = [
     (Grade::Satisfactory, "satisfactory"),
@@ -26,7 +26,7 @@ pub struct Extended {
     pub heading_rad: f64,
 }
 
-/// The direction of the first box from the second one.
+/// The direction of the first box as seen from the second one, and how well that direction describes it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Place {
     /// One of 16 directions, counter-clockwise from the heading of the second one.
@@ -48,7 +48,8 @@ impl Relation for Place {
         (index < Self::COUNT).then_some(place)
     }
 
-    /// Degrees are equal, or at the limit of a grade, for instants only. No such instant is a relation of its own.
+    /// Always false. The degrees are equal, or at the limit of a grade, only for an instant, and no relation stands for that
+    /// instant.
     fn limits_to(self, _: Self) -> bool {
         false
     }
@@ -83,7 +84,7 @@ impl FromStr for Place {
     }
 }
 
-/// [`Place`] of two boxes, by constant forces.
+/// The calculus of [`Place`], with constant forces (a histogram with exponent 0).
 #[derive(Debug, Clone, Copy)]
 pub struct Forces;
 

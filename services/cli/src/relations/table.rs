@@ -265,7 +265,7 @@ mod tests {
         assert_eq!(tracks[0].samples[1], (0.2, Body { at: [0.5, 0.0], heading_rad: None, size_m: None }));
     }
 
-    /// Tables saved by spreadsheets in Europe were once rejected with "found "time_s;object…"".
+    /// Regression test: tables saved by spreadsheets in Europe were once rejected with "found "time_s;object…"".
     #[test]
     fn separators_and_decimal_commas_are_detected() {
         let plain = "time_s,object,x_m,y_m\n0.000,robot,0.5,-1\n0.500,robot,1.25,-1\n0.5,human,3,4\n";

@@ -13,7 +13,7 @@ use sketchnav_schemas::run::RunConfig;
 /// The number of faults that are kept for display.
 const LAST_FAULTS: usize = 8;
 
-/// A system at one time, printed in this form by `--json`.
+/// A snapshot of a system, as printed by `--json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Snapshot {
     /// The system's name.
@@ -30,7 +30,7 @@ pub struct Snapshot {
     pub faults: Vec<String>,
 }
 
-/// A process at one time.
+/// The state of a process in a [`Snapshot`].
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
     /// The process's name.
@@ -287,8 +287,8 @@ mod tests {
         Health { pid, steps, busy_ns, step_max_ns, ..bytemuck::Zeroable::zeroed() }
     }
 
-    /// The mean used to cover the process's whole life, but the longest step only the last second. A process whose
-    /// earlier steps were longer was shown with a mean above its longest step.
+    /// Regression test: the mean used to cover the process's whole life, but the longest step only the last second. A process
+    /// whose earlier steps were longer was shown with a mean above its longest step.
     #[test]
     fn mean_and_longest_step_cover_the_same_time() {
         let mut life = Life::begin(health(7, 10, 50_000_000, 9_000_000));

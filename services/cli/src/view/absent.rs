@@ -1,4 +1,4 @@
-//! Replaces the live view in a program built without it by an error that says how to build it.
+//! Stands in for the live view in a program that was built without it. All functions return an error that explains how to build it.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! The live view in a program built with it.
+//! The live view, in a program that was built with it.
 
 use std::path::Path;
 

@@ -1,6 +1,5 @@
-//! The `ablation` suite measures what each part of `beam` contributes. Each line of `PARTS` switches off one
-//! part by means of mission parameters. All lines drive the same trials with the same seeds, so they differ
-//! only by that part.
+//! The `ablation` suite measures what each part of `beam` contributes. Each line of `PARTS` switches off one part by setting
+//! mission parameters. All lines drive the same trials with the same seeds, so they differ only in that part.
 
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::mission::Parameters;
@@ -13,7 +12,7 @@ use crate::experiments::suite::{Folders, Suite};
 use crate::experiments::{people, protocol};
 
 const TITLE: &str = "What each part of our method adds: a line for each part that is switched off. Driven are pairs of the ten people's drawings, drawings deformed at degree 1, and the building's four drawings by the protocol of Table I.";
-/// Number of pairs per drawing by people.
+/// Number of pairs of start and goal for each drawing by people.
 const PAIRS: usize = 6;
 /// Number of drives for each deformed drawing of the shipped floors.
 const DRIVES: usize = 2;
@@ -30,7 +29,7 @@ struct Part {
     planner: &'static str,
 }
 
-/// All parts. To add one, add a line here.
+/// All parts of the method. To add one, add a line here.
 const PARTS: [Part; 19] = [
     Part { name: "whole", localizer: "", planner: "" },
     // Uses the likelihood field of Boniardi et al. 2015, equation 7, instead of our comparison of ranges.
@@ -76,11 +75,10 @@ impl Part {
     }
 }
 
-/// Loads the suite.
+/// Loads the `ablation` suite.
 ///
 /// # Errors
-/// The errors of the suites that the trials are taken from. If people's drawings are missing, they are left out with a
-/// notice.
+/// Any error of the suites that the trials are taken from. If people's drawings are missing, they are left out with a notice.
 pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     let mut people = match people::suite(folders) {
         Err(missing @ EvalError::NoData { .. }) => {
@@ -122,7 +120,7 @@ mod tests {
 
     use super::*;
 
-    /// A renamed parameter would not switch anything off.
+    /// If a parameter were renamed, its line would not switch anything off.
     #[test]
     fn the_services_know_every_ablated_part() {
         let suite = suite(&Folders::of_checkout()).unwrap();

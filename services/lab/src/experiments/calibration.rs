@@ -2,9 +2,9 @@
 //! use, on drawings that no other suite uses.
 //!
 //! We tune published methods with the same effort as our own, and never by the figures that we want to reproduce. The authors
-//! calibrated on metrically consistent maps (Boniardi et al. 2016, V-B). With such drawings alone, every goal is reached with every
-//! value listed here, so deformed drawings are driven as well. All drawings are of floors in the repository, and their numbers are
-//! beyond those of the `deformed` suite. To choose a value, take the middle of those within the interval of the best one.
+//! calibrated on metrically consistent maps (Boniardi et al. 2016, V-B). On such drawings alone, every value listed here reaches
+//! every goal, so deformed drawings are driven as well. All drawings show floors in the repository, and their numbers are beyond
+//! those of the `deformed` suite. To choose a value, take the middle of those that lie within the interval of the best one.
 
 use sketchnav_schemas::codes::Process;
 use sketchnav_sketch::filter::parameters::Parameters;
@@ -24,14 +24,14 @@ const DRAWN: u64 = 4;
 /// Name of the line that all curves share.
 const IN_USE: &str = "in-use";
 
-/// A parameter of the localizer that the paper does not give.
+/// A parameter of the localizer whose value the paper does not give.
 struct Search {
     key: &'static str,
     title: &'static str,
     unit: &'static str,
     /// The value in use.
     used: fn(&Parameters) -> f32,
-    /// The values in order, including the one in use, which has its own line.
+    /// The values to try, in order. The value in use has its own line.
     values: &'static [f64],
 }
 
@@ -149,7 +149,7 @@ mod tests {
         }
     }
 
-    /// Drawings that are used to choose values must not be used for a table.
+    /// A drawing that is used to choose values must not be used for a table.
     #[test]
     fn no_drawing_belongs_to_another_suite() {
         let calibration = boniardi_2015(&Folders::of_checkout()).unwrap();

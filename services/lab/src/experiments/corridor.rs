@@ -1,9 +1,9 @@
 //! The suites of corridors with markers: `corridor` (Patil 2019, 5.4), `corridor-turns` and `corridor-person`.
 //!
 //! A drive ends at the first contact, which counts as a failure. The lines of the `corridor` suite are the twelve conditions of the
-//! thesis: three starts, with markers opposite each other or staggered, and with equal or different numbers of them on the two
-//! walls. Each condition is driven in both directions, in corridors of several widths. The table also summarises figures 5.2 to 5.7
-//! of the thesis in words.
+//! thesis: three starts, with markers opposite each other or staggered, and with equal or unequal numbers of them on the two walls.
+//! Each condition is driven in both directions, in corridors of several widths. The table also summarizes figures 5.2 to 5.7 of the
+//! thesis in words.
 
 use std::path::Path;
 
@@ -19,11 +19,11 @@ use crate::experiments::suite::{Folders, Published, Remark, Suite};
 use crate::experiments::trial::Trial;
 
 const ROBOT: &str = "youbot";
-/// Distance, in metres, from the side of the robot to the wall for starts along a wall.
+/// Distance, in metres, from the side of the robot to the wall if it starts along a wall.
 const BESIDE_M: f64 = 0.2;
-/// Distance, in metres, before or after the end of the path that counts as arrived.
+/// Distance, in metres, before or beyond the end of the path within which the robot has arrived.
 pub(crate) const THERE_M: f64 = 0.75;
-/// The slowest average speed of any method, in metres per second.
+/// Minimum average speed of any method, in metres per second, from which time limits follow.
 pub(crate) const SLOWEST_MPS: f64 = 0.04;
 const REPETITIONS: u32 = 5;
 
@@ -34,7 +34,7 @@ const PERSON_TITLE: &str =
     "Straight corridors in which a person walks back and forth; reached: at the end without contact.";
 const NOTICE: &str = "paper: Patil 2019, 5.4: twelve experiments per calculus, in one real corridor. Its width, the spacing of the markers and the number of runs are not given.";
 
-/// Position of the robot at the start, as seen when looking along the corridor.
+/// Where the robot starts across the corridor, seen in the direction of the drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Beside {
     Middle,
@@ -53,7 +53,7 @@ impl Beside {
         }
     }
 
-    /// Returns the start of a drive, moved to the wall.
+    /// Returns the start of a drive, shifted towards the wall.
     pub(crate) fn start(self, drive: &Drive, width_m: f64, half_width_m: f64) -> Pose<World> {
         let beside_m = width_m / 2.0 - half_width_m - BESIDE_M;
         let left_m = match self {
@@ -134,7 +134,7 @@ pub fn person(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(Suite { title, trials, lines, repetitions: REPETITIONS, ..Suite::default() })
 }
 
-/// Returns a person who walks from beyond the goal to beyond the start, offset from the middle by `side_m`.
+/// Returns a person who walks from beyond the goal to beyond the start, `side_m` off the middle of the corridor.
 fn walker(drive: &Drive, side_m: f64) -> Person {
     let (start, goal) = (drive.start, drive.goal);
     let beyond = 1.5 * (goal[0] - start.x).signum();
@@ -181,8 +181,8 @@ fn task(corridor: &Corridor, drive: &Drive) -> Task {
     let [dx, dy] = if along_x { [THERE_M, half_m] } else { [half_m.max(THERE_M); 2] };
     let corners = vec![[x - dx, y - dy], [x + dx, y - dy], [x + dx, y + dy], [x - dx, y + dy]];
     let mut given = toml::Table::new();
-    // With corners, give a marker instead of a length, since a robot that cuts corners drives less than the path along the
-    // middle.
+    // In corridors with corners, the goal is a marker instead of a length, since a robot that cuts corners drives less than the
+    // path along the middle.
     match corridor.shape {
         Shape::Straight => given.insert("metres".into(), drive.distance_m.into()),
         _ => given.insert("marker".into(), i64::from(corridor.marker_beside(drive.goal)).into()),
@@ -199,7 +199,7 @@ fn task(corridor: &Corridor, drive: &Drive) -> Task {
     }
 }
 
-/// Returns the name of the condition in [`LINES`].
+/// Returns the name of a condition in [`LINES`].
 pub(crate) fn line(beside: Beside, corridor: &Corridor) -> String {
     let placement = if corridor.placement == Placement::Opposite { "opposite" } else { "staggered" };
     let numbers = if corridor.numbers == Numbers::Equal { "equal" } else { "uneven" };
@@ -222,8 +222,8 @@ pub(crate) const LINES: [&str; 12] = [
     "left wall, staggered, uneven",
 ];
 
-/// What figures 5.2 to 5.4 show about QTC_B on each line, and whether they let it pass. Starts along a wall pass "only if the
-/// starting position still allowed the camera to detect both the markers". The thesis counts ten that pass (5.4.1).
+/// What figures 5.2 to 5.4 show about QTC_B on each line, and whether they show that it passes. Starts along a wall pass "only if
+/// the starting position still allowed the camera to detect both the markers". The thesis counts ten conditions that pass (5.4.1).
 pub(crate) const QTC_B: [(&str, bool); 12] = [
     ("passes, in the middle", true),
     ("passes; collides too near a wall", true),
@@ -256,7 +256,7 @@ pub(crate) const ARGD: [(&str, bool); 12] = [
     ("almost never collides", true),
 ];
 
-/// Returns the thesis's description of each line.
+/// Returns the thesis's remarks on each line.
 pub(crate) fn remarks() -> Vec<Remark> {
     let of = |method: &'static str, said: [(&'static str, bool); 12]| {
         LINES.into_iter().zip(said).map(move |(line, (words, _))| Remark { method, line, words })

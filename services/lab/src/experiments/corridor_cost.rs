@@ -1,6 +1,6 @@
-//! The `corridor-cost` suite measures the cost of a drive along a corridor (Patil 2019, 5.5, tables 5.1 and
-//! 5.2). The corridor is driven by each method of the kind `corridor`, and by a map. The map is a drawing of
-//! degree 0, that is, an exact tracing of the walls.
+//! The `corridor-cost` suite measures the cost of a drive along a corridor (Patil 2019, 5.5, tables 5.1 and 5.2). The corridor is
+//! driven by each method of the navigator `corridor`, and by a map. The map is a drawing of degree 0, that is, an exact tracing of
+//! the walls.
 
 use std::sync::Arc;
 
@@ -30,7 +30,7 @@ const WIDTH_M: f64 = 2.0;
 const BY_MAP_MPS: f64 = 0.18;
 const REPETITIONS: u32 = 5;
 
-/// Loads the suite.
+/// Loads the `corridor-cost` suite.
 ///
 /// # Errors
 /// [`EvalError`] if a file is missing.
@@ -56,7 +56,7 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     })
 }
 
-/// Returns the same drive by a map.
+/// Returns the trial that drives the same way by a map.
 fn by_map(folders: &Folders, corridor: &Corridor, drive: &Drive) -> Result<Trial, EvalError> {
     let mut trial =
         corridor::trial(folders, corridor, drive, Beside::Middle, "by a map (kind sketch)".into())?;

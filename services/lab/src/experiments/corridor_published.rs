@@ -2,7 +2,7 @@
 //! as far as the thesis describes its drives. The `corridor-unknowns` suite varies what the thesis leaves open, one
 //! condition at a time.
 //!
-//! These suites differ from the `corridor` suite as follows, with the source in parentheses:
+//! These suites differ from the `corridor` suite as follows (with the source in parentheses):
 //!
 //! - There is one corridor, driven from A to B and back to A in one mission (5.4.1). A drive counts as
 //!   reached if both legs do.
@@ -39,14 +39,14 @@ use crate::experiments::table::Table;
 use crate::experiments::trial::Trial;
 
 const ROBOT: &str = "youbot-markers";
-/// Number of starts per condition.
+/// Number of starts for each condition.
 const STARTS: usize = 20;
-/// Number of starts per condition in `corridor-unknowns`.
+/// Number of starts for each condition in `corridor-unknowns`.
 const FEW_STARTS: usize = 5;
-/// Maximum number of draws. If none of them yields a start, the condition counts as having none.
+/// Maximum number of random draws of a start. If none of them is valid, the condition has no start.
 const MOST_DRAWS: usize = 1000;
-/// Time, in seconds, for which neither marker of a pair must be in view before the pair counts as passed, since markers are missing
-/// from some pictures.
+/// Time, in seconds, for which both markers of a pair must be out of view before the pair counts as passed, since markers are
+/// missing from some images.
 const HOLD_S: f64 = 0.5;
 /// Speed of the published rules (5.4.3), in metres per second. It is used here for the method `corridor` too.
 const SPEED_MPS: f64 = 0.1;
@@ -69,13 +69,13 @@ struct Conditions {
     robot: Robot,
 }
 
-/// The starts found for several conditions.
+/// The starts drawn for several conditions.
 #[derive(Debug, Default)]
 struct Draws {
     trials: Vec<Trial>,
     /// Number of draws without a pair in view, for each position of the robot.
     rejected: [usize; 3],
-    /// Conditions without a start.
+    /// Conditions for which no start was found.
     without: Vec<&'static str>,
 }
 
@@ -144,7 +144,7 @@ impl Conditions {
         Ok(Self { width_m, spacing_m, heading_deg, pair_rate_hz, hold_s, thresholds_are_upper: false, robot })
     }
 
-    /// Returns the conditions with one change each.
+    /// Returns the conditions with one change at a time.
     fn variants(&self) -> Vec<(&'static str, Self)> {
         let of = || self.clone();
         let corners = |corner_px| {
@@ -228,7 +228,7 @@ impl Conditions {
         let (mut trials, mut draws) = (Vec::new(), 0);
         while trials.len() < starts && draws < MOST_DRAWS {
             draws += 1;
-            // Drawing within one spacing is enough, since the pattern of markers repeats after it.
+            // Drawing within one spacing is enough, since the pattern of markers then repeats.
             let along_m = self.spacing_m * (stream.random::<f64>() - 0.5);
             let off_rad = self.heading_deg.to_radians() * stream.sample::<f64, _>(StandardNormal);
             let start = Pose::new(middle.x + along_m, middle.y, middle.yaw_rad + off_rad);
@@ -282,7 +282,7 @@ impl Conditions {
     }
 }
 
-/// Returns a task of driving seven metres to `x_m`. The whole width of the corridor counts as the goal.
+/// Returns the task of driving seven metres to `x_m`. The goal extends over the whole width of the corridor.
 fn task(name: &str, x_m: f64, width_m: f64, about: bool) -> Task {
     let half_m = width_m / 2.0;
     let (west, east) = (x_m - THERE_M, x_m + THERE_M);
@@ -296,7 +296,7 @@ fn task(name: &str, x_m: f64, width_m: f64, about: bool) -> Task {
     }
 }
 
-/// Returns true if the robot's camera, without its errors, would see a marker on the left and one on the right.
+/// Returns true if the robot's camera, without its errors, would see markers on the left and on the right.
 fn sees_a_pair(robot: &Robot, world: &WorldDescription, start: Pose<World>) -> Result<bool, EvalError> {
     let seen = Camera::exact_view(robot.camera().map_err(sketchnav_sim::SimError::from)?, world, start);
     let is_on = |side: f32| seen.iter().any(|marker| marker.y_m * side > 0.0);
@@ -332,8 +332,8 @@ fn sections(outcomes: &[TaskOutcome]) -> Vec<Section> {
     }]
 }
 
-/// Returns the thesis's verdict and ours on each of the twelve conditions. The verdicts of `qtc-b` and `argd` are compared
-/// with those of the thesis, but those of the other methods are not.
+/// Returns the thesis's verdict and ours on each of the twelve conditions. Our verdicts on `qtc-b` and `argd` are compared with
+/// those of the thesis, but those on the other methods are not.
 pub fn verdicts(methods: &[&str], tally: impl Fn(&str, &str) -> Tally) -> Table {
     let published = |method: &str| match method {
         "qtc-b" => Some(QTC_B),
@@ -389,8 +389,8 @@ fn verdict(tally: Tally) -> String {
 mod tests {
     use super::*;
 
-    /// This counts the verdicts in figures 5.2 to 5.7. Eight conditions pass by ARGD, as the thesis counts them. By QTC_B, the
-    /// thesis counts ten although its figures show nine.
+    /// Counts the verdicts in figures 5.2 to 5.7. With ARGD, eight conditions pass, as the thesis says. With QTC_B, the thesis
+    /// counts ten, although its figures show nine.
     #[test]
     fn the_figures_have_nine_conditions_that_pass_by_qtc_b_and_eight_by_argd() {
         let passes = |said: [(&str, bool); 12]| said.iter().filter(|(_, passes)| *passes).count();

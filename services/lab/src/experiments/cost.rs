@@ -1,8 +1,8 @@
 //! The cost of a drive in time, commands, messages, computation and energy (Patil 2019, 5.5, tables 5.1 and 5.2).
 //!
-//! The thesis could not compare energy as intended, because the battery display only showed whole volts. Here, energy is computed
-//! by a model. A robot that is switched on draws [`IDLE_W`], rolling requires a force of [`ROLLING`] times its weight, acceleration
-//! costs the kinetic energy, and braking recovers no energy.
+//! The thesis could not compare energy as intended, because the battery display showed only whole volts. Here, energy is computed
+//! by a model: a robot that is switched on draws [`IDLE_W`], rolling requires a force of [`ROLLING`] times its weight, acceleration
+//! costs the kinetic energy, and braking does not recover energy.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::message::{GroundTruth, Twist, VelocityCommand};
@@ -16,7 +16,7 @@ use crate::experiments::table::Table;
 /// Power of the computer and electronics, in watts. A youBot's 24 V and 5 Ah last for about 90 minutes (Patil 2019, 4.1), which is
 /// 80 W with the motors. 20 W of this is assumed to go into driving.
 pub const IDLE_W: f64 = 60.0;
-/// Rolling resistance as a share of the weight. This is assumed, for mecanum wheels on a hard floor.
+/// Rolling resistance as a share of the weight. An assumption for mecanum wheels on a hard floor.
 pub const ROLLING: f64 = 0.05;
 const GRAVITY_MPS2: f64 = 9.81;
 
@@ -31,9 +31,9 @@ pub struct Cost {
     pub messages: u64,
     /// Wall-clock time that localizer and planner spent computing, in seconds, which differs between any two runs.
     pub busy_s: f64,
-    /// Energy by the model, in joules.
+    /// Energy according to the model, in joules.
     pub energy_j: f64,
-    /// Minimum distance of the footprint from walls and furniture, in metres. It is only measured if a contact ends the drive.
+    /// Minimum distance of the footprint from walls and furniture, in metres. Measured only if contacts end the drive.
     pub clearance_m: Option<f64>,
     /// Root mean square of the true jerk, in m/s³.
     pub jerk_mps3: f64,
@@ -54,7 +54,7 @@ impl Cost {
     }
 }
 
-/// Returns the energy of the motion itself, in joules.
+/// Returns the energy spent on the motion itself, in joules.
 fn motion_j(truth: &[GroundTruth], mass_kg: f64) -> f64 {
     let speed = |truth: &GroundTruth| truth.twist.vx_mps.hypot(truth.twist.vy_mps);
     let step = |pair: &[GroundTruth]| {
@@ -137,7 +137,7 @@ fn crosses([a, b]: [[f64; 2]; 2], half: [f64; 2]) -> bool {
     from <= to
 }
 
-/// Returns a row for each of `lines`, with the means over the tasks that were reached and their shortest and longest duration.
+/// Returns a row for each of `lines`, with the means over the tasks that were reached, and their minimum and maximum duration.
 pub fn table(lines: &[String], outcomes: &[&TaskOutcome]) -> Table {
     let header = [
         "drives",

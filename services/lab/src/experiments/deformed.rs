@@ -1,10 +1,10 @@
-//! The `deformed` suite drives with drawings of four floors that are deformed in the way people deform their drawings. The drawings
-//! are made by `sketchnav deform` at four degrees, of which degree 1 has the statistics of people.
+//! The `deformed` suite drives by drawings of four floors that are deformed in the way people deform theirs. `sketchnav deform`
+//! makes the drawings at four degrees. Those of degree 1 have the statistics of people's drawings.
 //!
 //! In each trial, the robot drives from a place in one region to a place in another. The positions of both places in the drawing
-//! are derived from the deformation, and a place that was left out of the drawing is never used. As in the `people` suite, arrival
-//! is judged by region. Trials are named by floor, degree, number and pair. Drawings with the same number share the same places at
-//! all degrees.
+//! follow from the deformation, and places that were left out of the drawing are never used. As in the `people` suite, arrival is
+//! judged by region. Trials are named by floor, degree, number and pair. Drawings with the same number have the same places at all
+//! degrees.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -47,38 +47,38 @@ const MAPS: [(&str, [Datum; 2]); 2] = {
 const DEGREES: [f64; 4] = [0.0, 0.5, 1.0, 1.5];
 /// Number of drawings of each floor at each degree. Their seeds are the numbers from 1.
 pub(crate) const DRAWINGS: u64 = 7;
-/// Number of trials per drawing.
+/// Number of trials for each drawing.
 const PAIRS: usize = 4;
 /// Maximum number of random pairs that are tried to find the trials of a drawing.
 const TRIES: usize = 60;
-/// Distance of the robot from walls, in metres, in addition to its radius.
+/// Distance that the robot keeps from walls, in metres, in addition to its radius.
 const CLEARANCE_M: f64 = 0.1;
-/// Size, in metres, of the cells of a world of walls and furniture for finding paths.
+/// Cell size, in metres, of the grid on which paths are searched in a world of walls and furniture.
 const CELL_M: f64 = 0.1;
 /// Minimum depth of places inside their region, as a share of the depth of the deepest place.
 const DEPTH: f64 = 0.5;
-/// Distance, in metres, to the point on its path that the robot faces at the start.
+/// Distance along the path, in metres, of the point that the robot faces at the start.
 const LOOK_AHEAD_M: f64 = 1.0;
 
-/// A floor for drawings.
+/// A floor that is drawn and driven.
 pub(crate) struct Site {
     pub(crate) name: String,
     world: WorldSource,
     floor: Floor,
-    /// The ground where the robot fits.
+    /// The positions where the robot fits.
     pub(crate) ground: Ground,
     robot: Robot,
     regions: Vec<Region>,
 }
 
-/// A region of the true floor, with the places in it that a person would mark.
+/// A region of the true floor, and the places in it that a person would mark.
 struct Region {
     name: String,
     place: Place,
     marks: Vec<[f64; 2]>,
 }
 
-/// Loads the suite.
+/// Loads the `deformed` suite.
 ///
 /// # Errors
 /// [`EvalError`] if a file is malformed. Floors whose data are missing are left out with a notice.
@@ -252,7 +252,7 @@ mod tests {
         suite(&Folders::of_checkout()).unwrap()
     }
 
-    /// The goals of a trial are the same at every degree, except for rooms that were forgotten.
+    /// The goals of a trial are the same at every degree, unless their rooms were forgotten.
     #[test]
     fn every_trial_leads_from_one_region_to_another() {
         let suite = shipped();
@@ -273,8 +273,8 @@ mod tests {
         assert!(goals.len() < suite.trials.len() / 2, "most pairs are driven at several degrees");
     }
 
-    /// The figures used by `sketchnav deform` must be those of the annotated drawings. If there are several marks for a place, the
-    /// most plausible one is used here, since the right one is not known.
+    /// The statistics that `sketchnav deform` aims at must be those of the annotated drawings. If a place has several marks, the
+    /// most plausible one is used here, since it is not known which of them is right.
     #[test]
     fn deformations_match_the_marks_in_peoples_drawings() {
         let folder = needs::data().join("sketches/kth");

@@ -1,5 +1,5 @@
-//! Judges a task of a drive by a drawing: whether the path was consistent with the drawing, whether the goal
-//! was reached on the sketch, and how far the robot was from a drawn route.
+//! Judges a task of a drive by a drawing: whether the path was consistent with the drawing, whether the goal was reached according
+//! to the sketch, and how far the robot was from a drawn route.
 
 use sketchnav_schemas::geometry::{Point, Sketch, World};
 use sketchnav_sketch::messages::PoseEstimate;
@@ -15,7 +15,7 @@ use crate::experiments::trial::{Sheet, Trial};
 use crate::judge::TaskSpan;
 use crate::judge::on_sketch::{Asked, LIMIT_M};
 
-/// A task that was begun.
+/// A task that was begun in a drive by a drawing.
 pub struct DrawnTask<'a> {
     sheet: &'a Sheet,
     driven: &'a Driven,
@@ -37,8 +37,8 @@ impl<'a> DrawnTask<'a> {
         Some(Self { sheet: trial.sheet.as_ref()?, driven, span: span?, task, limit_m })
     }
 
-    /// Returns true if the true path was homotopic to the drawn route or, for a goal, to the path to it in the drawing. Returns
-    /// `None` if the drawing is not joined to the floor.
+    /// Returns true if the true path was homotopic to the drawn route or, for a goal, to the planned path to it in the drawing.
+    /// Returns `None` if the correspondence between drawing and floor is not known.
     ///
     /// Boniardi et al. 2015, IV, "required the executed trajectories to be topologically consistent with the sketch", and their
     /// 2016 paper, V-B, compares them with the drawn path "similarly".
@@ -64,9 +64,9 @@ impl<'a> DrawnTask<'a> {
         asked.is_reached(self.span.state, self.estimates())
     }
 
-    /// Returns the mean distance, in metres, of the true path from the drawn route after carrying the route to the floor. This
-    /// is the "displacement from the drawn path" of Boniardi et al. 2016, V-B. Returns `None` if there is no route or the robot
-    /// did not move.
+    /// Returns the mean distance, in metres, of the true path from the drawn route, which is first mapped to the floor. This is the
+    /// "displacement from the drawn path" of Boniardi et al. 2016, V-B. Returns `None` if there is no route or the robot did not
+    /// move.
     pub fn displacement_m(&self) -> Option<f64> {
         let join = self.sheet.correspondence.as_ref()?;
         let route: Option<Vec<_>> = self.route()?.into_iter().map(|place| join.to_floor(place)).collect();
@@ -97,8 +97,8 @@ impl<'a> DrawnTask<'a> {
     }
 }
 
-/// Returns the path of the connectivity planner from one point of a drawing to another. The scale determines how far the
-/// path keeps from walls, but not which way it goes round obstacles.
+/// Returns the path of the connectivity planner from one point of a drawing to another. The scale determines how far the path keeps
+/// from walls, but not on which side it passes obstacles.
 pub(super) fn way_through(
     sketch: &SketchGrid,
     from: Point<Sketch>,
@@ -140,8 +140,8 @@ mod tests {
         points.iter().map(|[x, y]| Point::new(*x, *y)).collect()
     }
 
-    /// Two metres are driven 0.5 m beside the line, then one metre straight away from it at a mean distance of 1 m. The mean is
-    /// (2 · 0.5 + 1 · 1) / 3.
+    /// The robot drives two metres at 0.5 m beside the line, then one metre straight away from it, at a mean distance of 1 m. The
+    /// mean is (2 · 0.5 + 1 · 1) / 3.
     #[test]
     fn the_displacement_is_the_mean_along_the_path() {
         let drawn = line(&[[0.0, 0.0], [10.0, 0.0]]);

@@ -1,4 +1,4 @@
-//! Third-party simulators that replace the world in trials.
+//! Third-party simulators, which can replace this project's world in trials.
 
 use std::fmt;
 use std::sync::Arc;
@@ -18,7 +18,7 @@ pub fn suite_in(suite: &str, simulator: &str) -> String {
     format!("{suite}@{simulator}")
 }
 
-/// Drives a run of a trial, and passes on all its messages in order.
+/// Drives a run of a trial, and passes all its messages to a [`Tap`], in order.
 type Drive = dyn Fn(&Trial, &RunConfig, &mut dyn Tap) -> Result<(), StageError> + Send + Sync;
 
 /// A simulator that runs trials instead of this project's own world.
@@ -30,8 +30,8 @@ pub struct Elsewhere {
 }
 
 impl Elsewhere {
-    /// Creates the world of a simulator listed in [`SIMULATORS`], in which `drive` drives. `driver` is a
-    /// checksum of the driver, which determines the outcomes as much as the trials do.
+    /// Creates an entry for a simulator listed in [`SIMULATORS`], in which `drive` drives. `driver` is a checksum of its driver,
+    /// which determines the outcomes as much as the trials do.
     pub fn new(
         simulator: &'static str,
         driver: u32,
@@ -48,7 +48,7 @@ impl Elsewhere {
         (self.drive)(trial, run, tap)
     }
 
-    /// Sets all trials of a suite to be driven in the simulator by these methods.
+    /// Prepares all trials of a suite to be driven by these methods in the simulator.
     ///
     /// # Errors
     /// A description of the first trial that needs something the simulator lacks.
@@ -76,8 +76,8 @@ impl fmt::Debug for Elsewhere {
     }
 }
 
-/// Returns a requirement of the trial that only the project's own world meets. People and markers that a trial adds to its floor
-/// are essential to it, whereas those of the floor can be left out, unless the robot drives by them.
+/// Returns something that the trial requires and only the project's own world has, if there is such a thing. People and markers
+/// that a trial adds to its floor are essential to it, whereas those of the floor can be left out, unless the robot drives by them.
 fn lacks(trial: &Trial, methods: &[String]) -> Option<String> {
     let world = &trial.mission.world;
     [
@@ -95,7 +95,7 @@ fn lacks(trial: &Trial, methods: &[String]) -> Option<String> {
     .or_else(|| methods.iter().find_map(|method| needs_markers(trial, method)))
 }
 
-/// Returns why a drive requires the markers of a corridor.
+/// Returns why a drive requires the markers of a corridor, if it does.
 fn needs_markers(trial: &Trial, method: &str) -> Option<String> {
     let run = trial.is_corridor().then(|| trial.run(method, 1, 0).ok()).flatten()?;
     let mission = CorridorMission::of(&run.mission).ok().filter(CorridorMission::needs_markers)?;
@@ -153,7 +153,7 @@ mod tests {
         }
     }
 
-    /// A failure of the driver does not count as a failure of the robot.
+    /// An error in the driver does not count as a failure of the robot.
     #[test]
     fn an_error_of_the_simulator_ends_the_experiment() {
         let broken = Elsewhere::new("mujoco", 7, |_, _, _| Err("no such geom".into()));

@@ -19,8 +19,8 @@
 //! <!--= building@mujoco outline of a; b-->90 of 90, 90 of 90<!--=-->
 //! ```
 //!
-//! A figure keeps its value and gets a dagger if its experiment was not driven, or not by that method, or if the stored results do
-//! not include the figure yet. This module neither drives anything nor reads files.
+//! If its experiment has not been driven, or not by that method, or if the stored results do not include the figure yet, the old
+//! value stays and gets a dagger. This module does not drive anything or read files.
 
 mod forms;
 
@@ -43,9 +43,9 @@ use forms::{FORMS, Form, Shown, WHOLE_FORMS, Whole};
 const BEGIN: &str = "<!--= ";
 const OPEN: &str = "-->";
 const END: &str = "<!--=-->";
-/// Entry in the table of all experiments for a study, which drives no missions.
+/// Text for a study in the table of all experiments, since studies do not drive missions.
 const STUDIED: &str = "tables and curves";
-/// Suffix of a figure that was not driven again.
+/// Suffix of a figure that was not driven again with this version.
 const EARLIER: &str = "†";
 /// Marker of the table of all experiments.
 const EXPERIMENTS: &str = "experiments";
@@ -64,7 +64,7 @@ pub struct Figures {
 pub struct Experiment {
     /// Command that reproduces the figures.
     pub command: String,
-    /// The program that drove the experiment.
+    /// The version of the program that drove the experiment.
     pub program: String,
     /// Results of each method. Empty for a study.
     pub methods: Vec<Method>,
@@ -120,7 +120,7 @@ impl Method {
 pub struct Filled {
     /// Text of the page.
     pub page: String,
-    /// Names of the page's experiments that have no figures.
+    /// Names of experiments on the page for which there are no figures.
     pub not_driven: BTreeSet<String>,
 }
 
@@ -192,8 +192,8 @@ impl Figures {
 }
 
 impl Experiment {
-    /// Returns a figure of one method, or a list of figures if several lines are given. Returns `None` if the
-    /// figure is not stored, or if the method is one of those compared but has not been driven yet.
+    /// Returns a figure of one method, or a list of figures if several lines are given. Returns `None` if the figure is not stored,
+    /// or if the method is one of those to compare but has not been driven yet.
     fn figure(
         &self,
         (experiment, method): (&str, &str),
@@ -446,7 +446,7 @@ mod tests {
         assert!(table.contains("| 5 mm, D/R | 28.0 | 25.1 | 31 | 925 | 1.500 |\n\n<!--=-->"), "{table}");
     }
 
-    /// Regression test: the figures of the page were copied by hand, without any way to tell which of them matched the current
+    /// Regression test: the figures of the page used to be copied by hand, and nothing showed which of them matched the current
     /// code.
     #[test]
     fn a_figure_from_an_earlier_run_gets_one_dagger() {
@@ -454,7 +454,7 @@ mod tests {
             ("deformed outline share", "95.0 %", "95.0 % †", "deformed"),
             ("deformed outline share", "", "†", "deformed"),
             ("deformed outline share", "†", "†", "deformed"),
-            // Figures that are not in the stored results yet: those of a compared method, of a judgement, and of groups.
+            // Figures that are not in the stored results yet: those of a method to compare, of a judgement, and of groups.
             ("people beam share", "78.8 %", "78.8 % †", "people"),
             ("people outline share-on-sketch", "", "†", "people"),
             ("people groups", "", "†", "people"),

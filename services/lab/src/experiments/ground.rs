@@ -39,7 +39,7 @@ impl Ground {
         let resolution_m = map.resolution_m();
         let reach = (clearance_m / resolution_m).ceil() as i64;
         let near = |dx: i64, dy: i64| {
-            // Measure from the middle of a cell to the nearest point of the other cell.
+            // Measure from the centre of this cell to the nearest point of the other cell.
             let gap = |d: i64| (d.abs() as f64 - 0.5).max(0.0) * resolution_m;
             gap(dx).hypot(gap(dy)) < clearance_m
         };
@@ -71,7 +71,7 @@ impl Ground {
             world.walls.iter().chain(&world.furniture).map(|solid| (extent_m(solid), solid)).collect();
         let fits = |i| {
             let at = ground.middle(i);
-            // Bounding boxes rule out most solids.
+            // The bounding boxes rule out most solids.
             let is_away = |[low, high]: &[[f64; 2]; 2]| {
                 (0..2).any(|axis| at[axis] < low[axis] - clearance_m || at[axis] > high[axis] + clearance_m)
             };
@@ -88,7 +88,7 @@ impl Ground {
         }
     }
 
-    /// Returns true if a robot at the given position keeps its clearance from solids.
+    /// Returns true if a robot at the given position keeps its clearance from a solid.
     pub fn clears(&self, solid: &Convex, at: [f64; 2]) -> bool {
         gap_m(solid, at) >= self.clearance_m
     }
@@ -109,7 +109,7 @@ impl Ground {
         self.places().filter(|&p| counts(p)).min_by(|a, b| distance(a).total_cmp(&distance(b)))
     }
 
-    /// Returns the shortest path between two positions, from cell to cell, or `None` if there is none.
+    /// Returns the shortest path between two positions, as the centres of its cells, or `None` if there is none.
     pub fn way(&self, from: [f64; 2], to: [f64; 2]) -> Option<Vec<[f64; 2]>> {
         let (from, to) = (self.index(from)?, self.index(to)?);
         let mut costs = vec![u64::MAX; self.fits.len()];
@@ -170,7 +170,7 @@ fn extent_m(solid: &Convex) -> [[f64; 2]; 2] {
     })
 }
 
-/// Returns the distance from a position to a solid, in metres, which is 0 inside.
+/// Returns the distance from a position to a solid, in metres, which is 0 inside it.
 fn gap_m(solid: &Convex, at: [f64; 2]) -> f64 {
     let outside =
         |[a, b]: [[f64; 2]; 2]| (b[0] - a[0]) * (at[1] - a[1]) - (b[1] - a[1]) * (at[0] - a[0]) < 0.0;
@@ -199,7 +199,7 @@ pub fn length_m(way: &[[f64; 2]]) -> f64 {
     way.windows(2).map(|pair| (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1])).sum()
 }
 
-/// Returns the initial direction of a path, in degrees. It points to the path's first point at least `ahead_m` away, or to its end.
+/// Returns the direction in which a path sets out, in degrees: towards its first point that is at least `ahead_m` away, or its end.
 pub fn departure_deg(way: &[[f64; 2]], ahead_m: f64) -> Option<f64> {
     let from = way.first()?;
     let far = |p: &&[f64; 2]| (p[0] - from[0]).hypot(p[1] - from[1]) >= ahead_m;
@@ -212,7 +212,7 @@ mod tests {
     use super::*;
     use sketchnav_sim::ros_map::MapInfo;
 
-    /// Returns a ground of seven by five cells of half a metre, with a wall in the middle that has a gap at the top.
+    /// Returns a ground of seven by five cells of half a metre. A wall in the middle has a gap at the top.
     fn ground(clearance_m: f64) -> Ground {
         let yaml =
             "image: m\nresolution: 0.5\norigin: [10.0, 0.0, 0]\noccupied_thresh: 0.65\nfree_thresh: 0.2\n";

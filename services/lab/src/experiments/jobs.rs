@@ -9,12 +9,12 @@ use crate::experiments::outcome::TaskOutcome;
 use crate::experiments::run;
 use crate::experiments::trial::{Trial, derived};
 
-/// A repetition of a trial by a method.
+/// One repetition of a trial, driven by one method.
 #[derive(Debug, Clone, Copy)]
 pub struct Job<'a> {
     /// The trial.
     pub trial: &'a Trial,
-    /// The navigator's name of the method.
+    /// Name of the method, as the navigator calls it.
     pub method: &'a str,
     /// Number of the repetition, from 1.
     pub repetition: u32,
@@ -23,9 +23,8 @@ pub struct Job<'a> {
 }
 
 impl<'a> Job<'a> {
-    /// Creates a job. Its seed depends only on the suite's seed, the trial's name and the repetition. Methods
-    /// share the seed, as do variants of a trial, so that they are compared in the same world with the same
-    /// noise.
+    /// Creates a job. Its seed depends only on the suite's seed, the trial's name and the repetition. All methods and all variants
+    /// of a trial use the same seed, so that they are compared in the same world with the same noise.
     pub fn new(trial: &'a Trial, method: &'a str, repetition: u32, suite_seed: u64) -> Self {
         let name = trial.variant_of.as_ref().unwrap_or(&trial.name);
         let seed = derived(suite_seed, &format!("eval/{name}#{repetition}"));
@@ -36,7 +35,7 @@ impl<'a> Job<'a> {
 /// Runs all jobs, `threads` at a time, and returns the outcomes in the order of the jobs. Calls `progress` whenever a job is done.
 ///
 /// # Errors
-/// The first error, in the order of the jobs, of trials that could not start.
+/// The first error, in the order of the jobs, of a trial that could not start.
 pub fn run_all(
     jobs: &[Job<'_>],
     threads: usize,

@@ -1,4 +1,4 @@
-//! Joins drawings to their floors by the file `anchors.toml` next to their missions.
+//! Establishes the correspondence between drawings and their floors from the file `anchors.toml` next to their missions.
 
 use std::path::Path;
 
@@ -19,11 +19,11 @@ pub fn anchors(folder: &Path) -> Result<Anchors, EvalError> {
     Anchors::parse(&text).map_err(|cause| in_file(&path, cause))
 }
 
-/// Joins the drawing of a mission to its floor. `file` is the mission's file. In the anchors, the drawing is named after
-/// the mission and the floor after the floor plan or the map.
+/// Establishes the correspondence between the drawing of a mission and its floor. `file` is the mission's file. In the anchors, the
+/// drawing has the name of the mission, and the floor that of the floor plan or the map.
 ///
 /// # Errors
-/// [`EvalError`] if the anchors do not join the drawing and the floor.
+/// [`EvalError`] if the anchors do not include the drawing and the floor.
 pub fn join(
     anchors: &Anchors,
     file: &Path,

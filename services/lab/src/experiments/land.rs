@@ -77,6 +77,7 @@ fn trial(folders: &Folders, number: u64) -> Result<Option<Trial>, EvalError> {
     let journey = Journey {
         name: format!("{number:03}"),
         line: "field of poles".into(),
+        robot: "panorama.toml",
         world: WorldSource {
             floor_plan: Some(open),
             furniture: poles::furniture(&field),
@@ -97,6 +98,8 @@ fn trial(folders: &Folders, number: u64) -> Result<Option<Trial>, EvalError> {
 struct Journey<'a> {
     name: String,
     line: String,
+    /// Name of the file of the robot that drives.
+    robot: &'static str,
     world: WorldSource,
     /// The floor with its poles, as given to the map-maker.
     plan: &'a FloorPlan,
@@ -110,15 +113,14 @@ struct Journey<'a> {
     markers: BTreeMap<&'static str, Vec<u32>>,
 }
 
-/// Returns the file of the robot that drives. With markers, it has a camera for them.
-fn robot(folders: &Folders, has_markers: bool) -> String {
-    let name = if has_markers { "panorama-camera.toml" } else { "panorama.toml" };
+/// Returns the path of a robot's file.
+fn robot(folders: &Folders, name: &str) -> String {
     folders.project.join("sim/missions/directions").join(name).to_string_lossy().into_owned()
 }
 
 impl Journey<'_> {
     fn trial(self, folders: &Folders) -> Result<Trial, EvalError> {
-        let robot = robot(folders, !self.markers.is_empty());
+        let robot = robot(folders, self.robot);
         let heading: f64 = StandardNormal.sample(&mut seed::stream(self.number, "eval/land/heading"));
         let given = [
             ("floor_file", toml::Value::from("the floor")),

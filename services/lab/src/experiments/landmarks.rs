@@ -41,13 +41,13 @@ const BELIEF: &str = METHODS[0];
 const STATES: &str = METHODS[1];
 const FOLDER: &str = "sim/missions/landmarks";
 const REPETITIONS: u32 = 5;
-/// Number of sketches of each scene and degree.
+/// Number of sketches for each scene and degree.
 const SKETCHES: u64 = 10;
 const DEGREES: [f64; 4] = [0.0, 0.5, 1.0, 1.5];
 
 const NOTICE: &str = "paper: Chronis 2007, tables 5.2 to 5.5: 11 and 9 people's sketches of two other scenes, in another simulator. Here both scenes are rebuilt from the text, and the sketches are drawn by a program.";
 
-/// Returns a mission in a scene.
+/// Returns a mission in a scene, with the given keys of its navigator.
 fn mission(folders: &Folders, scene: &Scene, given: toml::Table) -> Mission {
     let goal = &scene.objects[scene.goal].name;
     Mission {
@@ -75,7 +75,7 @@ fn trial(name: String, line: String, mission: Mission) -> Result<Trial, EvalErro
     Ok(Trial::new(name, line, mission, files::robot(ROBOT)?))
 }
 
-/// Returns the trials with the sketches that ship, of which 11 are of scene A and 9 of scene B.
+/// Returns the trials with the sketches in the repository, of which 11 show scene A and 9 show scene B.
 fn sketched(folders: &Folders) -> Result<Vec<Trial>, EvalError> {
     let mut trials = Vec::new();
     for (scene, count) in [(Scene::a(), 11), (Scene::b(), 9)] {
@@ -110,19 +110,19 @@ pub fn scenes(folders: &Folders) -> Result<Suite, EvalError> {
     })
 }
 
-/// A version of the method (Chronis 2007, table 5.1).
+/// A version of the method, as in Chronis 2007, table 5.1.
 struct Version {
     line: &'static str,
-    /// Use of proximity, width, neighbour directions and temporal objects.
+    /// Whether proximity, width, neighbouring directions and temporal matching are used.
     features: [bool; 4],
-    /// Parameter c of the distance measure for joining returns (4.4).
+    /// Parameter c of the distance measure that joins returns (4.4).
     joining_c: f64,
-    /// Tolerance of a proximity, in inches, which is 11 before version 3 (5.1).
+    /// Tolerance of a proximity, in inches: 11 before version 3 (5.1).
     proximity_in: f64,
 }
 
-/// The versions, each adding one feature to the previous one. "Larger objects" are those of a greater c. The text gives no
-/// number, so c is doubled here.
+/// The versions, each of which adds one feature to the previous one. "Larger objects" result from a greater c. The text does not
+/// give a number, so c is doubled here.
 const VERSIONS: [Version; 6] = {
     const C: f64 = 24.0;
     const fn version(line: &'static str, features: [bool; 4]) -> Version {
@@ -138,7 +138,7 @@ const VERSIONS: [Version; 6] = {
     ]
 };
 
-/// Published remarks on the versions.
+/// What the thesis says about each version.
 const REMARKS: [(&str, &str); 6] = [
     ("1 main direction", "unsuccessful"),
     ("2 and proximity", "unsuccessful"),
@@ -193,7 +193,7 @@ pub fn features(folders: &Folders) -> Result<Suite, EvalError> {
     })
 }
 
-/// Returns a world with the objects of a scene in a wide open place.
+/// Returns a world that consists of a scene's objects in a large open area.
 fn source(folders: &Folders, scene: &Scene) -> WorldSource {
     let FloorPlan { furniture, .. } = scene.plan();
     let open = folders.project.join(FOLDER).join("open.floor.toml");
@@ -211,8 +211,8 @@ pub fn deformed(folders: &Folders) -> Result<Suite, EvalError> {
     })
 }
 
-/// Loads the `landmark-labels` suite, which repeats the drives of `landmark-deformed` with a robot that reads
-/// the names in the sketch.
+/// Loads the `landmark-labels` suite, which repeats the drives of `landmark-deformed` with a robot that recognizes the objects
+/// named in the sketch.
 ///
 /// # Errors
 /// Same as [`scenes`].
@@ -223,7 +223,7 @@ pub fn labels(folders: &Folders) -> Result<Suite, EvalError> {
     })
 }
 
-/// Loads the `landmark-answers` suite, which repeats the drives of `landmark-deformed` with a person who watches and answers.
+/// Loads the `landmark-answers` suite, which repeats the drives of `landmark-deformed` while a person watches and answers.
 ///
 /// # Errors
 /// Same as [`scenes`].
@@ -235,7 +235,8 @@ pub fn answered(folders: &Folders) -> Result<Suite, EvalError> {
     })
 }
 
-/// Loads the `landmark-sites` suite, whose scenes are of other kinds than those of `landmark-choice` and by another generator.
+/// Loads the `landmark-sites` suite. Its scenes come from another generator than those of `landmark-choice`, and are of other
+/// kinds.
 ///
 /// # Errors
 /// Same as [`scenes`].
@@ -246,7 +247,7 @@ pub fn sites(folders: &Folders) -> Result<Suite, EvalError> {
     })
 }
 
-/// A function that makes a trial of a scene with a sketch of a degree and a number, for a line of the table.
+/// Creates a trial of a scene, given the degree and the number of its sketch and the line of the table that it counts for.
 type ByDegree = fn(&Folders, &Scene, f64, u64, String) -> Result<Trial, EvalError>;
 
 fn by_degrees(
@@ -277,8 +278,7 @@ fn by_degrees(
     })
 }
 
-/// Loads the `landmark-choice` suite, whose scenes and sketches are used to choose parameters and are not
-/// reported on.
+/// Loads the `landmark-choice` suite, whose scenes and sketches are used to choose parameters and are not reported on.
 ///
 /// # Errors
 /// Same as [`scenes`].
@@ -301,7 +301,7 @@ pub fn choice(folders: &Folders) -> Result<Suite, EvalError> {
     })
 }
 
-/// Makes a trial with a sketch that is drawn at random.
+/// Creates a trial with a sketch that is deformed at random.
 fn by_deformed(
     folders: &Folders,
     scene: &Scene,
@@ -319,8 +319,8 @@ fn by_deformed(
     Ok(Trial { bytes: Some(sketch.file().into_bytes().into()), ..one })
 }
 
-/// Creates a trial like [`by_deformed`], but with a camera and with markers on the objects. The robot recognizes the objects whose
-/// label in the sketch is their own.
+/// Creates a trial like [`by_deformed`], but with a camera on the robot and markers on the objects. The robot recognizes those
+/// objects whose label in the sketch is their own.
 fn by_labels(
     folders: &Folders,
     scene: &Scene,
@@ -339,7 +339,7 @@ fn by_labels(
     Ok(one)
 }
 
-/// Creates a trial like [`by_deformed`], but with a person who watches and tells a lost robot where it is.
+/// Creates a trial like [`by_deformed`], but with a person who watches, and tells the robot where it is when it is lost.
 fn by_answers(
     folders: &Folders,
     scene: &Scene,
@@ -356,7 +356,7 @@ fn by_answers(
     Ok(Trial { person, ..one })
 }
 
-/// Returns the middles of the objects of a sketch whose label is their own, in pixels of the canvas, by their names.
+/// Returns the centres of those objects of a sketch whose label is their own, in pixels of the canvas, by name.
 fn known(scene: &Scene, degree: f64, number: u64) -> BTreeMap<String, [f64; 2]> {
     let sketch = sketchnav_deform::scenes::sketch(scene, degree, sketch_seed(degree, number));
     let reading = Reading { canvas_m: sketch.canvas_m(), ..Reading::default() };
@@ -379,7 +379,7 @@ fn sketch_seed(degree: f64, number: u64) -> u64 {
 mod tests {
     use super::*;
 
-    /// Trials without additional states are only driven by states, since a belief would otherwise be driven twice.
+    /// Trials without additional states are driven only by states, since driving them by a belief would repeat the same drive.
     #[test]
     fn a_trial_with_its_own_method_is_driven_once() {
         let suite = scenes(&Folders::of_checkout()).unwrap();

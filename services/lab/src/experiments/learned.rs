@@ -1,7 +1,7 @@
-//! The suites `learned-…` drive each series of tasks of another suite by the drawing, and then in the [map
-//! learned](sketchnav_sketch::learned) on that drive, without a mark of the start. Two drives begin anywhere in the map, with any
-//! heading, and consist of those tasks that the robot accepts there. In the last one, the robot has not been carried: it stands where
-//! the first drive ended, and drives back to where that began. [`series`] drives them.
+//! The `learned-…` suites drive each series of tasks of another suite by the drawing, and then in the [map
+//! learned](sketchnav_sketch::learned) on that drive, without marking the start. Two drives begin anywhere in the map, with any
+//! heading, and consist of those tasks that the robot accepts there. In the last drive, the robot has not been carried: it stands
+//! where the first drive ended, and drives back to where that one began. [`series`] drives them.
 
 pub mod cause;
 pub mod series;
@@ -18,7 +18,7 @@ use crate::experiments::trial::Trial;
 use crate::experiments::{people, protocol};
 use series::{First, Later, Series};
 
-/// The drives of a series, each with its word in tables and its description.
+/// The drives of a series, each with its name in tables and a description.
 const DRIVES: [(&str, &str); 4] = [
     ("first", "first drives, by the drawing"),
     ("second", "second drives, in what was learned"),
@@ -27,13 +27,13 @@ const DRIVES: [(&str, &str); 4] = [
 ];
 /// Number of the drive back.
 const BACK: usize = 3;
-/// Number of series of each drawing that people made, spread evenly over those of the suite.
+/// Number of series for each drawing by people, spread evenly over those of the suite.
 const SERIES_OF_DRAWING: usize = 8;
 
 /// Loads the drives of [`protocol::building`].
 ///
 /// # Errors
-/// Those of the suite.
+/// Any error of that suite.
 pub fn building(folders: &Folders) -> Result<Suite, EvalError> {
     of(protocol::building(folders)?)
 }
@@ -41,7 +41,7 @@ pub fn building(folders: &Folders) -> Result<Suite, EvalError> {
 /// Loads the drives of [`protocol::building_079`].
 ///
 /// # Errors
-/// Those of the suite.
+/// Any error of that suite.
 pub fn building_079(folders: &Folders) -> Result<Suite, EvalError> {
     of(protocol::building_079(folders)?)
 }
@@ -49,7 +49,7 @@ pub fn building_079(folders: &Folders) -> Result<Suite, EvalError> {
 /// Loads the drives of [`protocol::laboratory`].
 ///
 /// # Errors
-/// Those of the suite.
+/// Any error of that suite.
 pub fn laboratory(folders: &Folders) -> Result<Suite, EvalError> {
     of(protocol::laboratory(folders)?)
 }
@@ -57,7 +57,7 @@ pub fn laboratory(folders: &Folders) -> Result<Suite, EvalError> {
 /// Loads some of the drives of [`people::suite`].
 ///
 /// # Errors
-/// Those of the suite.
+/// Any error of that suite.
 pub fn people(folders: &Folders) -> Result<Suite, EvalError> {
     some_of(people::suite(folders)?)
 }
@@ -65,7 +65,7 @@ pub fn people(folders: &Folders) -> Result<Suite, EvalError> {
 /// Loads some of the drives of [`people::exam`].
 ///
 /// # Errors
-/// Those of the suite.
+/// Any error of that suite.
 pub fn people_exam(folders: &Folders) -> Result<Suite, EvalError> {
     some_of(people::exam(folders)?)
 }
@@ -116,7 +116,7 @@ fn ground_of(trial: &Trial) -> Result<Ground, EvalError> {
     protocol::ground(&world, &trial.mission, &trial.robot)
 }
 
-/// Returns the drives of a series. Its first one is `trial`, in which no pose is given again after a failure.
+/// Returns the drives of a series. The first one is `trial`, except that no pose is set again after a failure.
 fn series_of(trial: &Trial, ground: Arc<Ground>) -> Result<Vec<Trial>, EvalError> {
     let world = sketchnav_sim::files::world(&trial.mission.world)
         .map_err(|error: SimError| EvalError::from(error))?;
@@ -150,7 +150,8 @@ mod tests {
     use crate::experiments::run;
     use series::Search;
 
-    /// Two tasks in the laboratory, of which the first drive has no time for the second one, whose goal is in another room.
+    /// Returns the drives of a series with two tasks in the laboratory. The first drive has no time for the second task, whose goal
+    /// is in another room.
     fn drives() -> Vec<Trial> {
         let mut trial = protocol::laboratory(&Folders::of_checkout()).unwrap().trials.swap_remove(0);
         trial.mission.task.truncate(2);

@@ -1,9 +1,9 @@
-//! Logistic regression (D. R. Cox, The regression analysis of binary sequences, 1958), and measures of the
-//! quality of stated probabilities.
+//! Logistic regression (D. R. Cox, The regression analysis of binary sequences, 1958), and measures of how good stated
+//! probabilities are.
 
-/// Weight of the prior that keeps coefficients finite if the examples can be separated, as the inverse variance of each.
+/// Weight of the prior, as the inverse variance of each coefficient. It keeps coefficients finite if the examples can be separated.
 const RIDGE: f64 = 0.1;
-/// Number of steps of Newton's method, which is far more than required.
+/// Number of steps of Newton's method. Far fewer are required.
 const STEPS: usize = 40;
 
 use nalgebra::{DMatrix, DVector};
@@ -16,8 +16,8 @@ pub struct Logistic {
 }
 
 impl Logistic {
-    /// Fits the coefficients to examples, each with its features and whether it was a success. All examples
-    /// must have the same number of features.
+    /// Fits the coefficients to examples, each of which consists of its features and whether it was a success. All examples must
+    /// have the same number of features.
     pub fn fit(examples: &[(Vec<f64>, bool)]) -> Self {
         let width = examples.first().map_or(0, |(features, _)| features.len()) + 1;
         let mut coefficients = DVector::zeros(width);
@@ -53,8 +53,8 @@ fn sigmoid(x: f64) -> f64 {
     1.0 / (1.0 + (-x).exp())
 }
 
-/// Returns the area under the curve of a score that should be larger for successes: the probability that it is larger for a random
-/// success than for a random failure, with ties counted as half. Returns `None` if there are no successes or no failures.
+/// Returns the area under the ROC curve of a score that should be larger for successes: the probability that it is larger for a
+/// random success than for a random failure, where ties count as half. Returns `None` if there are no successes or no failures.
 pub fn area_under_curve(scores: &[(f64, bool)]) -> Option<f64> {
     let of = |success: bool| scores.iter().filter(move |(_, is)| *is == success).map(|(score, _)| *score);
     let (pairs, wins) =
@@ -71,8 +71,8 @@ pub fn area_under_curve(scores: &[(f64, bool)]) -> Option<f64> {
     (pairs > 0.0).then_some(wins / pairs)
 }
 
-/// Returns the mean logarithmic loss and the mean squared error (Brier 1950) of stated probabilities. Both
-/// are smallest, on average, if the probabilities are the true ones.
+/// Returns the mean logarithmic loss and the mean squared error (Brier 1950) of stated probabilities. On average, both are minimal
+/// if the stated probabilities are the true ones.
 pub fn losses(stated: &[(f64, bool)]) -> [f64; 2] {
     let count = stated.len().max(1) as f64;
     let sum = stated.iter().fold([0.0; 2], |[log, brier], (p, is_success)| {
@@ -113,7 +113,7 @@ mod tests {
         );
     }
 
-    /// Without a prior, the coefficient of a feature that separates the examples would be infinite.
+    /// Without the prior, the coefficient of a feature that separates the examples would be infinite.
     #[test]
     fn examples_that_can_be_separated_have_finite_coefficients() {
         let examples: Vec<_> = (0..20).map(|k| (vec![f64::from(k) - 9.5], k >= 10)).collect();

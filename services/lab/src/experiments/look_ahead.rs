@@ -1,4 +1,4 @@
-//! The `routes-look-ahead` suite repeats the drives of the `routes` suite with several values of r_H, which is how far the
+//! The `routes-look-ahead` suite repeats the drives of the `routes` suite with several values of r_H, the distance by which the
 //! planner looks ahead on the drawn route.
 //!
 //! Boniardi et al. 2016, V-B, describe the trade-off without figures. With a large r_H, the robot follows
@@ -16,11 +16,11 @@ use crate::experiments::suite::{Curve, Folders, Suite};
 use crate::experiments::trial::Trial;
 
 const TITLE: &str = "The drives of the suite `routes` by r_H, the planner's look-ahead on the drawn route (Boniardi et al. 2016, V-B), two for each drawing.";
-/// Key of the planner's parameter.
+/// Key of the planner's parameter r_H.
 const KEY: &str = "route_look_ahead_m";
-/// Values in metres, including the one in use.
+/// Values of r_H in metres, including the one in use.
 const VALUES_M: [f64; 5] = [0.3, 0.6, 1.2, 2.4, 4.8];
-/// Default number of repetitions per drawing.
+/// Default number of repetitions for each drawing.
 const REPETITIONS: u32 = 2;
 
 /// Loads the suite.

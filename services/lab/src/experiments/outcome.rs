@@ -1,4 +1,4 @@
-//! Outcomes of tasks. Each is a single word with a few figures.
+//! Outcomes of tasks: one word each, with figures.
 
 use crate::experiments::cost::Cost;
 use crate::experiments::learned::series::InSeries;
@@ -16,10 +16,10 @@ pub enum Kind {
     Reached,
     /// The robot reported its arrival, but was elsewhere.
     WrongArrival,
-    /// The robot arrived by a path that is not consistent with the drawing, passing something on a different
-    /// side than the drawn route or than the path to the goal in the drawing.
+    /// The robot arrived by a path that is not consistent with the drawing: it passed something on a different side than the drawn
+    /// route, or than the path to the goal in the drawing.
     WrongSide,
-    /// The robot touched something in a trial in which a touch ends the drive.
+    /// The robot touched something, in a trial in which contacts end the drive.
     Collided,
     /// The robot reported that it is lost.
     Lost,
@@ -35,7 +35,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// All kinds, successes first.
+    /// All kinds, starting with success.
     pub const ALL: [Self; 9] = [
         Self::Reached,
         Self::WrongArrival,
@@ -63,7 +63,7 @@ impl Kind {
         }
     }
 
-    /// Returns the outcome that follows from a verdict alone, without considering the robot's path or whether a touch is a failure.
+    /// Returns the outcome that follows from a verdict alone, regardless of the robot's path and of whether contacts are failures.
     pub fn of(verdict: &TaskVerdict) -> Self {
         match (verdict.reached, verdict.state.as_str()) {
             (true, _) => Self::Reached,
@@ -76,10 +76,10 @@ impl Kind {
     }
 }
 
-/// The outcome of one task of a trial, driven once.
+/// The outcome of one task in one repetition of a trial.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TaskOutcome {
-    /// Name of the trial and number of the repetition, for example `00/a/2-5#1`. This is the form that `--only` takes.
+    /// Name of the trial and number of the repetition, for example `00/a/2-5#1`, in the form that `--only` takes.
     pub id: String,
     /// The drawing that the outcome counts for.
     pub drawing: String,
@@ -101,7 +101,7 @@ pub struct TaskOutcome {
     pub path_m: f64,
     /// True pose of the robot at the end in the frame `World`, in metres and degrees, or `None` if the task never began.
     pub end: Option<[f64; 3]>,
-    /// Distance from the true final position to the middle of the goal's place, in metres.
+    /// Distance from the true final position to the centre of the goal's place, in metres.
     pub final_error_m: Option<f64>,
     /// Number of times the robot began to touch something.
     pub collisions: u32,
@@ -110,7 +110,7 @@ pub struct TaskOutcome {
     /// The landmark states of the drive, in order. Empty unless the robot drives by states.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub states: Vec<StateDriven>,
-    /// Kinds of warnings about the sketch of a drive past landmarks before it started, each once.
+    /// Kinds of warnings about the sketch before a drive past landmarks started, without duplicates.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,
     /// Number of times that a person answered the robot during the drive, or 0 without a person.
@@ -119,19 +119,19 @@ pub struct TaskOutcome {
     /// The drawing, if other outcomes share it and are therefore not independent of this one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cluster: Option<String>,
-    /// True if the task was reached as judged by the robot's own pose in the drawing, or `None` if there is no drawing.
+    /// Whether the task was reached as judged by the robot's own pose in the drawing, or `None` if there is no drawing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub on_sketch: Option<bool>,
     /// Mean distance of the true path from the drawn route, in metres, or `None` if there is no route.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub displacement_m: Option<f64>,
-    /// The position of the goal according to regions and doors at the end of the task, or `None` if they were not consulted.
+    /// Where the goal was according to regions and doors at the end of the task, or `None` if these were not consulted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rooms: Option<RoomsSaid>,
-    /// How a journey by a custom map ended, and the probability of arrival that the map states, or `None` for other tasks.
+    /// How a journey by a custom map ended and the probability of arrival that the map stated, or `None` for other tasks.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub journey: Option<JourneyVerdict>,
-    /// Information about a task in a series of drives, or `None` for others.
+    /// What is known about a task in a series of drives, or `None` for other tasks.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub in_series: Option<InSeries>,
 }
@@ -142,7 +142,7 @@ fn is_zero(count: &u32) -> bool {
 
 #[cfg(test)]
 impl TaskOutcome {
-    /// Returns an outcome for tests. The `id` is the name of a trial with its repetition.
+    /// Returns an outcome for tests. `id` consists of the name of a trial and its repetition.
     pub fn sample(id: &str, kind: Kind) -> Self {
         Self {
             id: id.to_owned(),

@@ -1,7 +1,7 @@
-//! The `people` suite drives with ten drawings of one environment, made by ten people. Two annotators matched places in the
-//! drawings to places in the environment. The `people-exam` suite uses six more drawings by other people. The first suite may be
-//! used to choose parameters, but the second never is. In the `people-answers` and `people-exam-answers` suites, a [person] watches
-//! the same drives and answers the robot's questions.
+//! The `people` suite drives by ten drawings of one environment, made by ten people. Two annotators matched places in the drawings
+//! with places in the environment. The `people-exam` suite uses six more drawings by other people. Only the first suite may be used
+//! to choose parameters. In the `people-answers` and `people-exam-answers` suites, a [person] watches the same drives and answers
+//! the robot's questions.
 //!
 //! In each trial, the robot drives from one matched place to another in a different region, with the start marked as people would
 //! mark it. Arrival is judged by region, since two annotators' marks in the same hall can be metres apart. Data: M. Mielle et al.,
@@ -33,7 +33,7 @@ use matches::{Match, Reading};
 use regions::Regions;
 
 const TITLE: &str = "Ten people's drawings of one environment; drives lead from each matched place to each one in another region, by both annotators.";
-/// The map. Its folder also contains the drawings.
+/// The map of the environment. Its folder also contains the drawings.
 const DRAWINGS: Datum = Datum {
     what: "ten people's drawings of one environment (M. Mielle et al., sketch_map_matching)",
     file: "sketches/kth/world.yaml",
@@ -44,9 +44,9 @@ const EXAM: Datum = Datum {
     what: "six more people's drawings of the same environment (M. Mielle et al., sketch_map_matching)",
     file: "sketches/kth-validation/10.png",
 };
-/// Distance of the robot from walls at the start, in metres, in addition to its radius.
+/// Distance that the robot keeps from walls at the start, in metres, in addition to its radius.
 const START_CLEARANCE_M: f64 = 0.1;
-/// Distance, in metres, to the point on its path that the robot faces at the start.
+/// Distance along the path, in metres, of the point that the robot faces at the start.
 const LOOK_AHEAD_M: f64 = 1.0;
 
 /// The data that all drawings of a suite share.
@@ -59,11 +59,11 @@ struct Place {
     ground: Ground,
     regions: Regions,
     robot: Robot,
-    /// True if a person watches and answers.
+    /// Whether a person watches and answers.
     has_onlooker: bool,
 }
 
-/// A drawing.
+/// A drawing by a person.
 struct AnnotatedDrawing {
     name: String,
     file: String,
@@ -72,15 +72,15 @@ struct AnnotatedDrawing {
     reachable: Vec<bool>,
 }
 
-/// Loads the suite.
+/// Loads the `people` suite.
 ///
 /// # Errors
-/// [`EvalError::NoData`] if the drawings are missing. Otherwise [`EvalError`] if a file is malformed.
+/// [`EvalError::NoData`] if the drawings are missing, or another [`EvalError`] if a file is malformed.
 pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     ten(folders, false)
 }
 
-/// Loads the suite of drawings that may not be used to choose anything.
+/// Loads the `people-exam` suite, whose drawings may not be used to choose anything.
 ///
 /// # Errors
 /// Any error of [`suite`].
@@ -88,7 +88,7 @@ pub fn exam(folders: &Folders) -> Result<Suite, EvalError> {
     six(folders, false)
 }
 
-/// Loads the drives of [`suite`] with a person who watches and answers.
+/// Loads the drives of [`suite`], watched by a person who answers.
 ///
 /// # Errors
 /// Any error of [`suite`].
@@ -96,7 +96,7 @@ pub fn answered(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(with_onlooker(ten(folders, true)?))
 }
 
-/// Loads the drives of [`exam`] with a person who watches and answers.
+/// Loads the drives of [`exam`], watched by a person who answers.
 ///
 /// # Errors
 /// Any error of [`suite`].
@@ -153,7 +153,7 @@ impl Place {
         Ok(())
     }
 
-    /// Converts the match's points in the world to metres in the frame of the map.
+    /// Converts the points of a match in the world to metres in the frame of the map.
     fn in_metres(&self, mut found: Match) -> Match {
         let (_, height) = self.map.raster().size();
         let (resolution, [x, y]) = (self.map.resolution_m(), self.map.origin_m());
@@ -185,13 +185,13 @@ impl Place {
         suite.trials.extend(trials.map(|trial| Trial { person: person.clone(), ..trial }));
     }
 
-    /// Returns a matched place, or `None` if robots cannot enter it.
+    /// Returns the place of a match, or `None` if robots cannot enter it.
     fn spot(&self, paper: &AnnotatedDrawing, reading: &Reading, index: usize) -> Option<Spot> {
         let found = &reading.matches[index];
         let is_enterable = |at| self.regions.of(at).is_some_and(|region| self.regions.is_enterable(region));
         let (sketch, world) = reading.likeliest_pair(index, is_enterable)?;
         let region = self.regions.of(world)?;
-        // The region of the start comes first, but all of them count as the goal.
+        // The region of `world` comes first, but all of them count as the goal.
         let mut regions = vec![region];
         regions.extend(found.world.iter().filter_map(|&at| self.regions.of(at)).filter(|&r| r != region));
         let within = |at| self.regions.of(at) == Some(region);
@@ -254,11 +254,11 @@ impl Place {
     }
 }
 
-/// A matched place that can be a start or a goal.
+/// A matched place that can be used as a start or a goal.
 struct Spot {
     /// Number of the match in the annotator's file.
     number: usize,
-    /// Position of the robot, in metres. This is the mark, or the nearest position in the region where the robot fits.
+    /// Position of the robot, in metres: that of the mark, or the nearest position in the region where the robot fits.
     world: [f64; 2],
     /// Position of the mark in the drawing, in image pixels.
     sketch: [f64; 2],
@@ -275,8 +275,7 @@ impl AnnotatedDrawing {
         Ok(Self { name: name.to_owned(), file, drawing: Arc::new(drawing), reachable })
     }
 
-    /// Returns the nearest position that is free in the drawing and connected to most of it. This is needed because marks are
-    /// imprecise.
+    /// Returns the nearest position that is free in the drawing and connected to most of it, because marks are imprecise.
     fn nearest_free(&self, at: [f64; 2]) -> Option<[f64; 2]> {
         let at = self.drawing.from_image(at);
         let nearest = person::nearest_cell(&self.drawing, &at, |cell| self.reachable[cell])?;

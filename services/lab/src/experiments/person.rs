@@ -1,8 +1,8 @@
 //! A person who watches a drive with the drawing in hand, and answers when the robot asks where it is.
 //!
-//! The person sees the true position of the robot, and points at the corresponding position in the drawing as precisely as people
-//! mark a start. If a robot that drives past landmarks offers places to choose from, and one of them is about right, the person
-//! chooses that one. After a few answers, the person gives up on the drive. The person only answers questions of the robot.
+//! The person sees the true pose of the robot, and points at the corresponding pose in the drawing as precisely as people mark a
+//! start. If a robot that drives past landmarks offers positions to choose from, and one of them is approximately right, the person
+//! chooses it. The person only answers questions of the robot, and gives up on the drive after a few answers.
 
 use nalgebra::Complex;
 use rand_distr::{Distribution, Normal};
@@ -24,14 +24,15 @@ use crate::experiments::section::Section;
 use crate::experiments::table::Table;
 use crate::experiments::trial::StartError;
 
-/// Maximum number of answers in a drive, after which the person gives up.
+/// Maximum number of answers during a drive. If the robot asks again, the person gives up.
 const MOST_ANSWERS: u32 = 4;
-/// Pause between two answers, in nanoseconds of simulation.
+/// Minimum time between two answers, in nanoseconds of simulation time.
 const PAUSE_NS: u64 = 5_000_000_000;
-/// Distance at which an offered place is about right, as a share of the distance between the matched places that are farthest apart.
+/// Maximum error of an offered position that counts as approximately right, as a share of the distance between the two matched
+/// places that are farthest apart.
 const ABOUT: f64 = 0.05;
 
-/// A person's knowledge of the correspondence between places in the world and in the drawing.
+/// What a person knows about how positions in the world correspond to positions in the drawing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Person {
     /// Pairs of positions in the world, in metres, and in the drawing, in pixels of the frame `Sketch`.
@@ -39,8 +40,8 @@ pub struct Person {
 }
 
 impl Person {
-    /// Creates a person from positions on the floor and the matching positions in the drawing. At least one pair is needed. With
-    /// only one, a metre counts as a pixel.
+    /// Creates a person from positions on the floor and the corresponding positions in the drawing. At least one pair is needed. If
+    /// there is only one, one metre counts as one pixel.
     pub fn new(matched: impl IntoIterator<Item = (Point<World>, Point<Sketch>)>) -> Self {
         let pair = |(world, sketch): (Point<World>, Point<Sketch>)| {
             [Complex::new(world.x, world.y), Complex::new(sketch.x, sketch.y)]
@@ -48,15 +49,14 @@ impl Person {
         Self { matched: matched.into_iter().map(pair).collect() }
     }
 
-    /// Returns the greatest distance between two matched places in the drawing, in pixels.
+    /// Returns the maximum distance between two matched places in the drawing, in pixels.
     fn extent_px(&self) -> f64 {
         let places = || self.matched.iter().map(|[_, sketch]| sketch);
         places().flat_map(|a| places().map(move |b| (a - b).norm())).fold(0.0, f64::max)
     }
 
-    /// Returns the pose of the robot as the person would draw it, using the similarity transform that best
-    /// fits the matched places, with more weight on nearby ones (Schaefer, McPhail, Warren 2006, section
-    /// 2.2).
+    /// Returns the pose of the robot as the person would draw it. It is mapped by the similarity transform that best fits the
+    /// matched places, with more weight on nearby ones (Schaefer, McPhail, Warren 2006, section 2.2).
     pub fn drawn(&self, robot: &Pose<World>) -> Pose<Sketch> {
         let at = Complex::new(robot.x, robot.y);
         let weighted = || {
@@ -75,23 +75,23 @@ impl Person {
     }
 }
 
-/// A person during a drive.
+/// A person who watches a drive.
 pub struct Bystander<'a> {
     person: &'a Person,
-    /// The drawing, if it is one of walls.
+    /// The drawing, unless the robot drives past landmarks.
     paper: Option<&'a DrawnMap>,
-    /// The page on which a robot that drives past landmarks asks.
+    /// The page on which a robot that drives past landmarks asks its question.
     page: Option<(Access, Box<dyn Lookout>)>,
     rng: Pcg64Mcg,
     question: QuestionKind,
     asked_ns: Option<u64>,
-    /// Number of times the person was asked.
+    /// Number of times that the person was asked.
     asked: u32,
 }
 
 impl<'a> Bystander<'a> {
-    /// Creates the person before a drive by `paper`, or past landmarks. `run` is the run.
-    /// `seed` is the seed of the trial's first run.
+    /// Creates the person for a drive, either by the drawing `paper` or past landmarks. `seed` is that of the first run of the
+    /// trial.
     pub fn new(person: &'a Person, paper: Option<&'a DrawnMap>, run: &RunConfig, seed: u64) -> Self {
         let rng = seed::stream(seed, "eval/person");
         let lookout = sketchnav_landmarks::NAVIGATOR.lookout.filter(|_| paper.is_none());
@@ -105,7 +105,7 @@ impl<'a> Bystander<'a> {
             QUESTION.message(spec, message).and_then(|question| QuestionKind::from_code(question.kind));
         self.question = asked.unwrap_or(self.question);
         if let Some((access, page)) = &mut self.page {
-            // The page ignores what it does not read.
+            // The page ignores messages of channels that it does not read.
             let _ = page.receive(&Incoming::new(access, spec, message, cells));
             self.question = page.question().map_or(QuestionKind::Nothing, |_| QuestionKind::Where);
         }
@@ -116,18 +116,18 @@ impl<'a> Bystander<'a> {
         self.asked.min(MOST_ANSWERS)
     }
 
-    /// Returns true if the person was asked more often than they are willing to answer.
+    /// Returns true if the robot has asked more often than the person is willing to answer.
     pub fn gives_up(&self) -> bool {
         self.asked > MOST_ANSWERS
     }
 
-    /// Returns true if the person gave up while the robot is lost.
+    /// Returns true if the person has given up and the robot is lost.
     pub fn leaves_it_lost(&self) -> bool {
         self.gives_up() && self.question == QuestionKind::Where
     }
 
-    /// Returns the answer to the robot's question, which is repeated as long as the robot keeps asking. `robot` is its true pose at
-    /// the given time.
+    /// Returns an answer if the robot asks a question. The answer is repeated as long as the robot keeps asking. `robot` is its
+    /// true pose at `stamp_ns`.
     pub fn answer(&mut self, robot: &Pose<World>, stamp_ns: u64) -> Option<Here> {
         let is_due = self.asked_ns.is_none_or(|asked_ns| stamp_ns >= asked_ns + PAUSE_NS);
         if self.question == QuestionKind::Nothing || !is_due {
@@ -146,7 +146,7 @@ impl<'a> Bystander<'a> {
         Some(Here { at: pose.position(), yaw_rad })
     }
 
-    /// Returns the place on the page that is about right, if there is one.
+    /// Returns the position closest to the truth that the robot offers on the page, if it is approximately right.
     fn offered(&self, robot: &Pose<World>) -> Option<Point<Sketch>> {
         let (_, page) = self.page.as_ref()?;
         let truth = self.person.drawn(robot).position();
@@ -155,7 +155,8 @@ impl<'a> Bystander<'a> {
         (nearest.distance(&truth) <= ABOUT * self.person.extent_px()).then_some(nearest)
     }
 
-    /// Returns the pose that the person marks for the robot: the free position nearest to the truth, with the errors of people.
+    /// Returns the pose that the person marks for the robot: the free position nearest to the drawn one, with the errors that
+    /// people make.
     fn point_at(&mut self, robot: &Pose<World>) -> Pose<Sketch> {
         let drawn = self.person.drawn(robot);
         let error = StartError::OF_PEOPLE;
@@ -175,7 +176,7 @@ impl<'a> Bystander<'a> {
     }
 }
 
-/// Returns the middle of the cell nearest to a point in the drawing, among those that count, or `None` if none does.
+/// Returns the centre of the cell nearest to a point of the drawing, among those accepted by `counts`, or `None` if there are none.
 pub(super) fn nearest_cell(
     drawing: &DrawnMap,
     at: &Point<Sketch>,
@@ -187,7 +188,7 @@ pub(super) fn nearest_cell(
     counted.min_by(|a, b| a.distance(at).total_cmp(&b.distance(at)))
 }
 
-/// Returns a section on how often the robot asked, and on how the drives in which it asked ended.
+/// Returns a section about how often the robot asked, and how the drives in which it asked ended.
 pub fn sections(outcomes: &[TaskOutcome]) -> Vec<Section> {
     let mut lines: Vec<(&str, Option<&str>)> = Vec::new();
     for outcome in outcomes {
@@ -288,7 +289,7 @@ mod tests {
         bystander.receive(QUESTION.spec, bytemuck::bytes_of(&question), &[]);
     }
 
-    /// Returns a person in a world that coincides with the sheet, at a tenth of a metre per pixel.
+    /// Returns a person whose world coincides with the sheet, at a tenth of a metre per pixel.
     fn person_of(paper: &DrawnMap) -> Person {
         let at = |x: f64| (Point::new(x, 0.0), paper.from_image([10.0 * x, 20.0]));
         Person::new([at(0.0), at(6.0)])
@@ -317,7 +318,7 @@ mod tests {
         assert!(bystander.gives_up() && bystander.leaves_it_lost());
     }
 
-    /// A page that offers these places.
+    /// A page that offers the given positions.
     struct Offers(Vec<[f64; 2]>);
 
     impl Lookout for Offers {

@@ -1,11 +1,11 @@
 //! Suites that follow the protocol of Boniardi et al. 2015, section IV, in which the robot drives a series of tasks. Its pose is
-//! set at the start of the first task and, after a failed task, again at the goal of that task. A suite consists of a mission file
-//! for each drawing, and the paper's table for comparison.
+//! set at the start of the first task and, if a task fails, again at the goal of that task. A suite consists of one mission file
+//! for each drawing, and of the paper's table for comparison.
 //!
-//! The paper "required the executed trajectories to be topologically consistent with the sketch". If a
-//! drawing is joined to its floor by anchors, a task therefore only counts as reached if the path is
-//! homotopic to the drawing's. The drawings of Building 079 have no anchors. In drawing c, a wall ends too
-//! early, so the planner's path from room 2 to room 3 is not homotopic to the one on the floor.
+//! The paper "required the executed trajectories to be topologically consistent with the sketch". If anchors give the
+//! correspondence between a drawing and its floor, a task therefore counts as reached only if the path is homotopic to that in the
+//! drawing. The drawings of Building 079 have no anchors. In drawing c, a wall ends too early, so the planner's path from room 2 to
+//! room 3 is not homotopic to the one on the floor.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -29,13 +29,13 @@ const FURNISHED: Datum = Datum {
     what: "the map of Building 079 in Freiburg with its furniture",
     file: "maps/Freiburg79_scan_furnitures.yaml",
 };
-/// Number of times each chain of tasks is driven.
+/// Number of times that each chain of tasks is driven.
 const ATTEMPTS: u32 = 10;
-/// Distance of the robot from walls, in metres, in addition to its radius. Paths are measured with the same clearance.
+/// Distance that the robot keeps from walls, in metres, in addition to its radius. Paths are measured with the same clearance.
 const CLEARANCE_M: f64 = 0.075;
-/// Distance, in metres, to the point on its path that the robot faces when it starts again after a failure.
+/// Distance along the path, in metres, of the point that the robot faces when it starts again after a failure.
 const LOOK_AHEAD_M: f64 = 1.0;
-/// Size, in metres, of the cells of a world of walls and furniture for finding paths.
+/// Cell size, in metres, of the grid on which paths are searched in a world of walls and furniture.
 const CELL_M: f64 = 0.1;
 
 /// Table I: path, length in metres, and successes out of ten with drawings A to D.
@@ -61,10 +61,10 @@ const LABORATORY: [(&str, f64, [u32; 2]); 7] = [
     ("7 → 5", 6.2, [9, 10]),
 ];
 
-/// Loads Table I on the real, furnished floor of Building 079, with four drawings of this project from good to bad.
+/// Loads Table I on the real, furnished floor of Building 079, with four drawings of ours, from good to bad.
 ///
 /// # Errors
-/// [`EvalError::NoData`] if the floor is missing. Otherwise [`EvalError`] if a file is malformed.
+/// [`EvalError::NoData`] if the floor is missing, or another [`EvalError`] if a file is malformed.
 pub fn building_079(folders: &Folders) -> Result<Suite, EvalError> {
     let map = folders.datum(FURNISHED)?;
     let mut suite = Suite {
@@ -77,7 +77,7 @@ pub fn building_079(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(suite)
 }
 
-/// Loads Table I in the demo's building, with its four drawings and with people walking around.
+/// Loads Table I in the demo's building, with its four drawings, and with people who walk around.
 ///
 /// # Errors
 /// [`EvalError`] if a file is missing or malformed.
@@ -91,7 +91,7 @@ pub fn building(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(suite)
 }
 
-/// Loads Table II in our laboratory, a part of which is shown at a different scale by both drawings.
+/// Loads Table II in our laboratory, part of which both drawings show at a different scale.
 ///
 /// # Errors
 /// Any error of [`building`].
@@ -152,7 +152,7 @@ fn open(path: &Path, map: Option<&PathBuf>) -> Result<(Mission, Robot), EvalErro
     Ok((mission, robot))
 }
 
-/// Returns the ground of a mission.
+/// Returns the positions where the robot of a mission fits.
 pub(super) fn ground(
     world: &WorldDescription,
     mission: &Mission,
@@ -165,7 +165,7 @@ pub(super) fn ground(
     }
 }
 
-/// Measures the length of each leg here, and sets its time limit accordingly.
+/// Measures the length of each leg on this floor, and sets its time limit accordingly.
 fn measure(suite: &mut Suite, mission: &mut Mission, ground: &Ground) -> Result<(), EvalError> {
     let mut from = mission.start.world;
     for task in &mut mission.task {
@@ -234,7 +234,7 @@ mod tests {
     use crate::experiments::outcome::Kind;
     use crate::experiments::run;
 
-    /// In each drawing, the path from mark to mark must be homotopic to the path from place to place on the floor.
+    /// In each drawing, the path from mark to mark must be homotopic to the path between the corresponding places on the floor.
     #[test]
     fn paths_in_the_drawings_of_the_laboratory_match_the_floor() {
         let suite = laboratory(&Folders::of_checkout()).unwrap();
@@ -262,7 +262,7 @@ mod tests {
         }
     }
 
-    /// Returns drawing a of the laboratory with its first two tasks and with an exact start mark.
+    /// Returns a trial of drawing a of the laboratory with only its first two tasks, and with an exact start mark.
     fn two_tasks() -> Trial {
         let mut suite = laboratory(&Folders::of_checkout()).unwrap();
         let mut trial = suite.trials.swap_remove(0);
@@ -299,7 +299,7 @@ mod tests {
         let runs = run::drive(&trial, "beam", 3).unwrap();
         assert_eq!((runs.len(), runs[0].verdicts.len()), (1, 2));
         assert!(runs[0].verdicts[0].reached, "{:?}", runs[0].verdicts);
-        // The path was consistent with the drawing, and the robot's own pose in the drawing was at the goal too.
+        // The path was consistent with the drawing, and the robot's own pose in the drawing was at the goal, too.
         let first = &run::outcomes(&trial, "beam", 1, &runs[0])[0];
         assert_eq!((first.kind, first.on_sketch), (Kind::Reached, Some(true)), "{first:?}");
         assert_eq!(

@@ -29,7 +29,7 @@ pub struct Report<'a> {
     pub outcomes: &'a [TaskOutcome],
     /// Some of the tasks as pictures.
     pub examples: &'a [Example],
-    /// Command line that made the page.
+    /// Command line that generated the page.
     pub command: &'a str,
 }
 

@@ -3,9 +3,9 @@
 //!
 //! A trial succeeds if the robot reports that it has arrived, is in fact within the mission's limit of the intended goal, and took
 //! a path that is homotopic to the drawn route with respect to what the person drew ([`crate::judge::homotopy`]). The paper judges
-//! pose and path on the sketch, without stating a limit. The missions here use 1 m, and both judgements are counted.
+//! pose and path on the sketch, without giving a limit. The missions here use 1 m, and both judgements are counted.
 //!
-//! The robot's start is the route's first point and direction, including the drawing error of the person.
+//! The robot's start is the first point and direction of the route, including the person's drawing error.
 //!
 //! As in the paper, drawings are grouped by the orientation of the canvas (V-A: portrait succeeds more often) and by the
 //! number of obstacles drawn (V-B: success is "independent of the amount of clutter drawn in the sketch").
@@ -26,9 +26,9 @@ use crate::judge::anchors::Anchors;
 const TITLE: &str = "25 drawings with drawn routes, landscape and portrait, in two floors of panels; reached: within 1 m of the goal, by a path homotopic to the route.";
 const NOTICE: &str =
     "paper: Boniardi et al. 2016; each of its 25 drawings is by a different person and was driven once.";
-/// Default number of repetitions per drawing.
+/// Default number of repetitions for each drawing.
 const REPETITIONS: u32 = 4;
-/// Free-standing obstacles of both floors that people may draw, with five on each floor.
+/// Free-standing obstacles on the two floors that people may draw, five on each floor.
 const OBSTACLES: [&str; 10] =
     ["crate", "table", "drum", "shelf", "wedge", "pallet", "cabinet", "barrel", "bench", "plant"];
 /// Number of these obstacles on each floor.
@@ -94,10 +94,10 @@ mod tests {
 
     use super::*;
 
-    /// Loaded only once, because this reads 25 drawings.
+    /// Loaded only once, because the suite has 25 drawings to read.
     static SHIPPED: LazyLock<Suite> = LazyLock::new(|| suite(&Folders::of_checkout()).unwrap());
 
-    /// Each drawing must join its floor, and its route must end close to where the person meant.
+    /// Each drawing must have a correspondence with its floor, and its route must end close to the goal that the person meant.
     #[test]
     fn every_route_leads_from_the_robot_to_its_goal() {
         assert_eq!((SHIPPED.trials.len(), SHIPPED.drawings().len()), (25, 25));
@@ -116,7 +116,7 @@ mod tests {
         }
     }
 
-    /// Carried to the floor, a route is homotopic to itself. If it is driven back to its start, it no longer is.
+    /// Each route, mapped to the floor, is homotopic to itself. If it is driven back to its start as well, it no longer is.
     #[test]
     fn the_routes_themselves_would_succeed() {
         for Trial { name, mission, sheet, .. } in &SHIPPED.trials {
@@ -129,7 +129,7 @@ mod tests {
         }
     }
 
-    /// These numbers were counted by hand in the file of anchors and in the drawings.
+    /// The numbers were counted by hand in the file of anchors and in the drawings.
     #[test]
     fn the_drawings_are_grouped_by_their_canvas_and_by_what_is_drawn() {
         let sizes: Vec<_> =

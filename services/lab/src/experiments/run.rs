@@ -30,7 +30,7 @@ use crate::judge::states::{Said, StateDriven};
 use crate::judge::{self, TaskSpan, TaskVerdict};
 use crate::sections::directions;
 
-/// Minimum displacement that counts as having moved, in metres.
+/// Minimum displacement, in metres, for the robot to count as having moved.
 const STILL_M: f64 = 0.01;
 
 /// A completed run.
@@ -38,9 +38,9 @@ const STILL_M: f64 = 0.01;
 pub struct Driven {
     /// The run as it was driven.
     pub run: RunConfig,
-    /// The run's mission in the drawing, if it has one.
+    /// The mission as the navigator `sketch` reads it, if it drives by a drawing.
     pub sketch: Option<SketchMission>,
-    /// Index, within the trial, of the first task of the run.
+    /// Index within the trial of the run's first task.
     pub first_task: usize,
     /// The messages of the run.
     pub log: Log,
@@ -48,20 +48,20 @@ pub struct Driven {
     pub stamps_ns: Vec<u64>,
     /// Wall-clock time that localizer and planner spent computing, in seconds.
     pub busy_s: f64,
-    /// Number of times a person answered the robot.
+    /// Number of times that a person answered the robot.
     pub answers: u32,
-    /// True if the person gave up while the robot was lost.
+    /// Whether the person gave up while the robot was lost.
     pub is_left_lost: bool,
-    /// The map of the drive, if it is evaluated by regions joined by doors.
+    /// The map of the drive, if it is to be evaluated by regions and doors.
     pub witness: Option<Witness>,
-    /// The learner of the drive, if the robot learns from it.
+    /// The learner of the drive, if the robot is to learn from it.
     pub lesson: Option<Attended>,
-    /// Verdicts on the tasks. If poses are set after failures, the first failed task is the last one here.
+    /// Verdicts on the tasks. If the trial restarts after failures, the last one is the first task that failed.
     pub verdicts: Vec<TaskVerdict>,
 }
 
-/// Records a run, and ends it early if the rest would not count: after a failed task if another run takes over, after a contact if
-/// contacts are failures, and when the person gives up.
+/// Records a run, and ends it early if the rest would not count: after a failed task if another run continues from there, after a
+/// contact if contacts are failures, and when the person gives up.
 struct Watcher<'a> {
     log: Log,
     stamps_ns: Vec<u64>,
@@ -123,11 +123,11 @@ impl Watcher<'_> {
 
 /// Drives one repetition of a trial.
 ///
-/// If the trial has `restarts`, a run ends with the first task that fails, and another starts at the goal of that task (Boniardi et
-/// al. 2015, IV).
+/// If the trial has `restarts`, a run ends with the first task that fails, and another run starts at the goal of that task
+/// (Boniardi et al. 2015, IV).
 ///
 /// # Errors
-/// [`EvalError::Trial`] if the mission cannot start, or the error in creating the page.
+/// [`EvalError::Trial`] if the mission cannot start, or an error from creating the page.
 pub fn drive(trial: &Trial, method: &str, seed: u64) -> Result<Vec<Driven>, EvalError> {
     let trial = &*trial.prepared(method, seed)?;
     let page = trial.bytes.as_ref().map(Page::bytes).transpose()?;
@@ -202,7 +202,8 @@ fn drive_from(
     })
 }
 
-/// Returns the time that the processes of localizer and planner spent computing, in seconds, according to their last reports.
+/// Returns the time that the processes of localizer and planner spent computing, in seconds, according to their last health
+/// reports.
 fn busy_s(health: &[Health]) -> f64 {
     let last = |process: Process| health.iter().rfind(|health| health.process == process.code());
     let both = [Process::Localizer, Process::Planner].into_iter().filter_map(last);
@@ -230,7 +231,7 @@ pub fn kind_of(trial: &Trial, driven: &Driven, span: Option<&TaskSpan>, index: u
     let kind = match Kind::of(verdict) {
         Kind::Reached => Kind::Reached,
         _ if trial.is_corridor() && never_moved(driven) => Kind::NeverMoved,
-        // A lost robot waits if a person is watching, so its task does not end.
+        // If a person is watching, a lost robot waits, so its task does not end.
         Kind::Aborted if driven.is_left_lost => Kind::Lost,
         kind => kind,
     };
@@ -240,19 +241,18 @@ pub fn kind_of(trial: &Trial, driven: &Driven, span: Option<&TaskSpan>, index: u
     if is_other_way { Kind::WrongSide } else { kind }
 }
 
-/// Returns true if the robot has stayed at its initial position.
+/// Returns true if the robot never left its initial position.
 fn never_moved(driven: &Driven) -> bool {
     let Some(first) = driven.log.truth.first().map(|truth| truth.pose().position()) else { return true };
     driven.log.truth.iter().all(|truth| truth.pose().position().distance(&first) < STILL_M)
 }
 
-/// Returns the cost of a task. Processor time is only known for the run as a whole, so it is divided in proportion to
-/// duration.
+/// Returns the cost of a task. Processor time is known only for the run as a whole, so it is divided in proportion to duration.
 fn cost(trial: &Trial, driven: &Driven, span: &TaskSpan, time_s: f64) -> Cost {
     let log = &driven.log;
     let whole_s = log.truth.last().map_or(0.0, |truth| seconds(truth.header.stamp_ns));
     let is_within = |stamp_ns: &&u64| (span.begin_ns..=span.end_ns).contains(*stamp_ns);
-    // For a map with thousands of faces, this would take longer than the drive.
+    // In a map with thousands of faces, this would take longer than the drive.
     let world = trial.ends_with_contact.then(|| sketchnav_sim::files::world(&driven.run.mission.world).ok());
     let half_extents_m = driven.run.robot.half_extents_m();
     let cost = Cost::new(span.of(&log.commands), span.of(&log.truth), time_s, driven.run.robot.mass_kg);
@@ -266,8 +266,7 @@ fn cost(trial: &Trial, driven: &Driven, span: &TaskSpan, time_s: f64) -> Cost {
     }
 }
 
-/// Returns the states of a drive by landmark states. There are none for other drives, nor for a drive by words, since nothing is
-/// drawn for it.
+/// Returns the states of a drive by landmark states. There are none for other drives, nor for drives by words, which draw nothing.
 fn states(driven: &Driven, is_reached: bool) -> Vec<StateDriven> {
     let log = &driven.log;
     let by_states =
@@ -285,7 +284,7 @@ fn states(driven: &Driven, is_reached: bool) -> Vec<StateDriven> {
     judge::states::states(&driven.run, &said, is_reached)
 }
 
-/// Returns the kinds of warnings about the sketch of a drive past landmarks, each once.
+/// Returns the kinds of warnings about the sketch of a drive past landmarks, without duplicates.
 fn warnings(driven: &Driven) -> Vec<String> {
     let instructions = Instructions::read(&driven.log.landmark_route).ok();
     let doubts =
@@ -355,7 +354,7 @@ pub fn outcomes(trial: &Trial, method: &str, repetition: u32, driven: &Driven) -
 }
 
 impl Ended {
-    /// Combines two tasks into one. The first failure determines the result, and anything after it is left out.
+    /// Combines two tasks into one. The first failure determines the result, and everything after it is left out.
     fn followed_by(self, next: Self) -> Self {
         if self.kind != Kind::Reached {
             return self;

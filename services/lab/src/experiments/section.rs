@@ -1,4 +1,4 @@
-//! Sections that a suite reports in addition to its tables of outcomes: tables, plots and text as in a paper.
+//! Sections that a suite reports in addition to its tables of outcomes: tables, plots and text, as in a paper.
 
 use serde::Serialize;
 
@@ -42,7 +42,7 @@ pub enum Form {
     Bars,
 }
 
-/// A mark for one of the things that are counted.
+/// A mark for one of the cases that are counted.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Mark {
     /// Position along the horizontal axis.

@@ -1,9 +1,8 @@
-//! The `sensitivity` suite varies one condition at a time, with all others unchanged, and measures how this
-//! affects success.
+//! The `sensitivity` suite varies one condition at a time, leaving all others unchanged, and measures how this affects success.
 //!
-//! The trials are those of the `deformed` suite at degree 0.5 on the shipped floors, two for each drawing. A condition changes
-//! the trial rather than parameters of the methods, except for the parameter that gives the expected size of a building.
-//! All lines of a trial have the same seeds, so that they differ only by the condition.
+//! The trials are those of the `deformed` suite at degree 0.5 on the shipped floors, two for each drawing. A condition changes the
+//! trial rather than parameters of the methods, except for the parameter that gives the expected size of a building. All lines of a
+//! trial have the same seeds, so that they differ only in the condition.
 
 use sketchnav_schemas::codes::Process;
 
@@ -160,7 +159,7 @@ impl Condition {
     }
 }
 
-/// Returns the trial as part of a line.
+/// Returns a copy of the trial as part of a line.
 pub(crate) fn variant(trial: &Trial, line: &str) -> Trial {
     Trial {
         name: format!("{line}/{}", trial.name),

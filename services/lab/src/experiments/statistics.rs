@@ -1,7 +1,7 @@
 //! Counts of outcomes, and intervals for success rates.
 //!
-//! Wilson's interval is only valid for independent trials. Drives with the same drawing mostly have the same outcome, so if
-//! drawings repeat, the interval is over drawings ([`OverDrawings`]).
+//! Wilson's interval is valid only for independent trials. Drives by the same drawing mostly have the same outcome, so if drawings
+//! repeat, the interval is over drawings ([`OverDrawings`]).
 
 mod over_drawings;
 
@@ -40,18 +40,19 @@ pub struct Tally {
     /// Interval of the success rate over drawings, if drawings repeat, or `None` for independent trials.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub over_drawings: Option<OverDrawings>,
-    /// The same tasks judged by the robot's own pose in the drawing, or `None` unless all of them were judged in this way.
+    /// The same tasks as judged by the robot's own pose in the drawing, or `None` unless all of them were judged in this way.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub on_sketch: Option<Score>,
-    /// The same tasks judged only by the true final position, whichever path the robot took, or `None` without drawings.
+    /// The same tasks as judged by the true final position alone, whichever path the robot took, or `None` if there are no
+    /// drawings.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by_place: Option<Score>,
-    /// Mean distance of the true path from a drawn route, in metres, over the tasks reached along one.
+    /// Mean distance of the true path from the drawn route, in metres, over the tasks that were reached along a route.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub displacement_m: Option<f64>,
 }
 
-/// Success by a different judgement.
+/// How many tasks were reached by another judgement.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Score {
     /// Number of tasks reached.
@@ -90,7 +91,7 @@ impl Tally {
         }
     }
 
-    /// Returns the tally by another judgement, without the kinds of failure.
+    /// Returns the tally by another judgement, without kinds of failures.
     pub fn judged(&self, by: Score) -> Self {
         let Score { reached, over_drawings } = by;
         Self { attempts: self.attempts, reached, over_drawings, ..Self::default() }
@@ -132,13 +133,13 @@ impl Tally {
         2 * self.reached > self.attempts
     }
 
-    /// Returns Wilson's interval of the success rate, which is for independent trials.
+    /// Returns Wilson's interval of the success rate, which assumes independent trials.
     pub fn interval(&self) -> [f64; 2] {
         wilson(self.reached, self.attempts)
     }
 
-    /// Formats the interval of the success rate in percent. It is over drawings if there are several that repeat, and the text then
-    /// gives their number. Otherwise it is Wilson's.
+    /// Formats the interval of the success rate in percent. If there are several drawings with repeated drives, the interval is
+    /// over drawings, and the text gives their number. Otherwise, it is Wilson's.
     pub fn interval_words(&self) -> String {
         let words = |[low, high]: [f64; 2]| format!("{:.0} to {:.0}", 100.0 * low, 100.0 * high);
         match self.over_drawings {
@@ -164,8 +165,8 @@ mod tests {
         TaskOutcome { cluster: Some(cluster.to_owned()), on_sketch, ..TaskOutcome::sample("a#1", kind) }
     }
 
-    /// Boniardi et al. 2016, V-B, judge the pose on the sketch. There a wrong arrival is a success, and so is an arrival by a
-    /// path that only the true floor shows to be a different one.
+    /// Boniardi et al. 2016, V-B, judge the pose on the sketch. By this judgement, a wrong arrival is a success, and so is an
+    /// arrival by a path that only the true floor shows to be a different one.
     #[test]
     fn the_same_drives_are_counted_by_three_judgements() {
         let driven = [

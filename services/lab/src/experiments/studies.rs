@@ -1,8 +1,7 @@
-//! Studies, which are experiments that do not drive missions. A study is a pure function from a seed, a number of worlds and, for
-//! some studies, data outside the repository, to tables. If the rows of a table are numbers, its columns can be drawn as curves.
+//! Studies: experiments that do not drive missions. A study is a pure function from a seed, a number of worlds and, for some
+//! studies, data outside the repository, to tables. If the rows of a table are numbers, its columns can be drawn as curves.
 //!
-//! With studies, figures of a paper and statistics over thousands of simulated journeys are available next to
-//! the suites and under the same command.
+//! Studies provide the figures of a paper and statistics over thousands of simulated journeys under the same command as the suites.
 
 pub mod directions;
 pub mod logs;
@@ -37,7 +36,7 @@ pub enum Run {
     BySize(fn(Size) -> Result<Vec<Figure>, EvalError>),
     /// With files from these folders.
     WithFiles(fn(&Folders, Size) -> Result<Vec<Figure>, EvalError>),
-    /// World by world. Each world is a job that any machine can run.
+    /// World by world. Each world is a job, which any machine can run.
     ByWorld(ByWorld),
 }
 
@@ -48,7 +47,7 @@ pub struct ByWorld {
     pub offset: u64,
     /// Returns the cases to try in each world.
     pub cases: fn() -> Result<Vec<Case>, EvalError>,
-    /// Makes the figures from the attempts of all cases in each world.
+    /// Computes the figures from the attempts at all cases in each world.
     pub figures: fn(&[Case], &[Vec<Attempt>]) -> Vec<Figure>,
 }
 
@@ -80,7 +79,7 @@ impl ByWorld {
         in_parallel(worlds, threads, attempt).into_iter().collect()
     }
 
-    /// Makes the figures from the attempts in all worlds.
+    /// Computes the figures from the attempts in all worlds.
     ///
     /// # Errors
     /// Returns an error if a case cannot be set up.
@@ -105,7 +104,7 @@ impl Study {
     /// Runs the study, on several threads if it runs world by world. The figures do not depend on their number.
     ///
     /// # Errors
-    /// [`EvalError::NoData`] if its data are missing, and otherwise the error of its files or of the experiment.
+    /// [`EvalError::NoData`] if its data are missing, or any error of its files or of the experiment.
     pub fn run(&self, folders: &Folders, size: Size, threads: usize) -> Result<Vec<Figure>, EvalError> {
         match self.run {
             Run::BySize(run) => run(size),
@@ -115,7 +114,7 @@ impl Study {
     }
 }
 
-/// A table and how to draw it.
+/// A table, and how to draw it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
     /// The numbers.
@@ -138,7 +137,7 @@ pub enum Drawn {
         /// Indices of the drawn columns, from 0.
         columns: Vec<usize>,
     },
-    /// A share in percent is drawn with its interval for each row. The columns are those of the share, the lower end and the
+    /// For each row, a share in percent is drawn with its interval. The columns are those of the share, of the lower end and of the
     /// upper end.
     Shares([usize; 3]),
 }

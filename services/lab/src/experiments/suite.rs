@@ -1,4 +1,4 @@
-//! Suites, which consist of trials with a heading, along with published figures for comparison.
+//! Suites: lists of trials under a heading, with published figures for comparison.
 
 use std::path::PathBuf;
 
@@ -7,7 +7,7 @@ use crate::experiments::outcome::TaskOutcome;
 use crate::experiments::section::Section;
 use crate::experiments::trial::Trial;
 
-/// The folders that contain the files of suites.
+/// The folders in which the files of suites are found.
 #[derive(Debug, Clone)]
 pub struct Folders {
     /// Name of the suite that loads the files, or empty if it is not known yet.
@@ -21,14 +21,14 @@ pub struct Folders {
 /// A data file that is not part of the repository.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Datum {
-    /// A description of the data and their authors.
+    /// A description of the data, and of who made them.
     pub what: &'static str,
     /// Path of the file in the data folder.
     pub file: &'static str,
 }
 
 impl Folders {
-    /// Returns the path of a file without which the suite cannot be driven.
+    /// Returns the path of a file that the suite cannot do without.
     ///
     /// # Errors
     /// [`EvalError::NoData`] if the file does not exist.
@@ -59,30 +59,30 @@ pub struct Suite {
     pub name: String,
     /// A sentence or two describing the suite.
     pub title: String,
-    /// Notes for readers of the figures, beginning with missing data.
+    /// Notes for readers of the figures, starting with data that are missing.
     pub notices: Vec<String>,
     /// The trials.
     pub trials: Vec<Trial>,
-    /// Word for a line of the table, if it is not a drawing. The `drawing` of each trial then names its line.
+    /// What a line of the table stands for, if it is not a drawing. In that case, the `drawing` of each trial names its line.
     pub lines: Option<&'static str>,
-    /// The methods compared by default. If this is empty, only the first method of the kind of navigator is driven.
+    /// The methods that are compared by default. If empty, only the first method of the navigator is driven.
     pub methods: Vec<String>,
     /// Default number of repetitions.
     pub repetitions: u32,
-    /// Published results for a suite with the same protocol, if no published table lists its tasks.
+    /// Published results of a suite with the same protocol, if there is no published table that lists its tasks.
     pub paper: Vec<Published>,
-    /// Published remarks on single lines, in words.
+    /// Published remarks on single lines of the table.
     pub remarks: Vec<Remark>,
-    /// True if the table of costs is shown as well.
+    /// Whether the table of costs is shown as well.
     pub shows_costs: bool,
     /// Lines of the table that together form a curve.
     pub curves: Vec<Curve>,
     /// Lines of the table that are also counted together.
     pub groups: Vec<Group>,
-    /// The tasks that count, if a published table lists them. They then form the lines of the table. If this
-    /// is empty, all tasks count and the table has a line for each drawing.
+    /// The tasks that count, which then form the lines of the table, if a published table lists them. If empty, all tasks count,
+    /// and the table has a line for each drawing.
     pub legs: Vec<Leg>,
-    /// Derives sections from all outcomes, to be shown in addition to the tables.
+    /// Derives the sections that are shown in addition to the tables from all outcomes.
     pub sections: Option<Sections>,
 }
 
@@ -120,36 +120,36 @@ pub struct Remark {
 pub struct Curve {
     /// Name of the condition.
     pub title: String,
-    /// Unit of the condition's values.
+    /// Unit in which the condition is given.
     pub unit: String,
-    /// Values of the condition, each with the line (the `drawing` of the trials) that was driven under it.
+    /// Values of the condition, each with the line (the `drawing` of its trials) that was driven under it.
     pub points: Vec<(f64, String)>,
 }
 
 /// Lines of the table that have something in common.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Group {
-    /// A description of what the lines have in common.
+    /// What the lines have in common.
     pub name: String,
     /// The lines (the `drawing` of the trials).
     pub lines: Vec<String>,
 }
 
 impl Group {
-    /// Returns true if an outcome belongs to the group.
+    /// Returns true if an outcome is part of the group.
     pub fn counts(&self, outcome: &TaskOutcome) -> bool {
         self.lines.contains(&outcome.drawing)
     }
 }
 
-/// A line of a published table, which represents a leg of a tour.
+/// A line of a published table, for one leg of a tour.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Leg {
     /// Name of the task, for example `0 → 1`.
     pub name: String,
     /// Length of the path in the paper, in metres.
     pub paper_length_m: f64,
-    /// Successes and attempts in the paper, as a pair for each drawing.
+    /// Successes and attempts in the paper, one pair for each drawing.
     pub paper: Vec<(u32, u32)>,
     /// Length of the shortest path here, in metres.
     pub length_m: Option<f64>,
@@ -167,7 +167,7 @@ impl Suite {
         names
     }
 
-    /// Returns the published results, including the sum of each column of the published table if there is one.
+    /// Returns the published results. If there is a published table, this includes the sum of each of its columns.
     pub fn papers(&self) -> Vec<Published> {
         let columns = self.legs.iter().map(|leg| leg.paper.len()).max().unwrap_or_default();
         let column = |i: usize| {
@@ -181,9 +181,9 @@ impl Suite {
         self.paper.iter().cloned().chain((0..columns).map(column)).collect()
     }
 
-    /// Returns true if a trial is driven by `method`, which is one of the requested `methods`. A trial with a
-    /// method of its own is not driven by any other. If its own method was not requested, the trial is left
-    /// out if the suite compares methods, and driven once otherwise.
+    /// Returns true if a trial is to be driven by `method`, which is one of the requested `methods`. A trial with a method of its
+    /// own is not driven by any other. If its own method was not requested, the trial is left out if the suite compares methods,
+    /// and driven once otherwise.
     pub fn is_driven(&self, trial: &Trial, method: &str, methods: &[String]) -> bool {
         match &trial.method {
             None => true,
@@ -197,12 +197,12 @@ impl Suite {
         self.sections.map_or(Vec::new(), |sections| sections(outcomes))
     }
 
-    /// Returns true if an outcome counts. Legs that merely lead from one counted leg to the next do not.
+    /// Returns true if an outcome counts. Legs that only lead from one counted leg to the next do not.
     pub fn counts(&self, outcome: &TaskOutcome) -> bool {
         self.legs.is_empty() || self.legs.iter().any(|leg| leg.name == outcome.task)
     }
 
-    /// Keeps at most `count` trials of each drawing, spread evenly over them. The choice is the same every time.
+    /// Keeps at most `count` trials of each drawing, spread evenly over them. The same trials are kept every time.
     pub fn sample(&mut self, count: usize) {
         let mut kept = Vec::new();
         for drawing in self.drawings() {
@@ -219,7 +219,7 @@ impl Suite {
 mod tests {
     use super::*;
 
-    /// The data folder used to be fixed at compile time, and a suite without its data drove nothing and succeeded.
+    /// Regression test: the data folder used to be fixed at compile time, and a suite without its data drove nothing and succeeded.
     #[test]
     fn the_error_for_missing_data_names_the_suite_and_the_remedy() {
         let map = Datum { what: "the map of a house", file: "maps/house.yaml" };

@@ -26,7 +26,7 @@ const PAPER: &str = Method::Boniardi2015.word();
 
 /// All suites with their loaders. To add one, add a line here and a module for it. The last column lists methods for suites that
 /// compare several, or that use a method other than the first of their navigator, when all suites are driven.
-const SUITES: [(&str, Loader, &[&str]); 39] = [
+const SUITES: [(&str, Loader, &[&str]); 40] = [
     ("ablation", ablation::suite, &[]),
     ("building-079", protocol::building_079, &[OUTLINE, PAPER]),
     ("building", protocol::building, &[OUTLINE, PAPER]),
@@ -40,6 +40,7 @@ const SUITES: [(&str, Loader, &[&str]); 39] = [
     ("corridor-unknowns", corridor_published::unknowns, &RULES),
     ("deformed", deformed::suite, &[OUTLINE, BEAM, PAPER]),
     ("directions-buildings", land::buildings::suite, &[]),
+    ("directions-choice", land::buildings::choice, &[]),
     ("directions-land", land::suite, &[]),
     ("laboratory", protocol::laboratory, &[OUTLINE, PAPER]),
     ("landmark-answers", landmarks::answered, &[]),

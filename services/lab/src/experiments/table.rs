@@ -1,4 +1,4 @@
-//! Formats the figures of a suite as tables of text, both for the terminal and for reports.
+//! Formats the figures of a suite as text tables, both for the terminal and for reports.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::statistics::wilson;
@@ -9,7 +9,7 @@ use crate::experiments::statistics::Tally;
 use crate::experiments::suite::{Group, Leg, Suite};
 use crate::experiments::trial::Trial;
 
-/// A table whose first column names the line and whose other columns are figures.
+/// A table whose first column names the line, and whose other columns are figures.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Table {
     /// Column headings.
@@ -32,8 +32,8 @@ impl Table {
     }
 }
 
-/// Returns the tables for one method: the paper's table beside ours if there is one, then a table with a line for each
-/// drawing and columns for how the tasks ended, and then the costs if the suite shows them.
+/// Returns the tables for one method: first the paper's table beside ours, if there is one, then a table with a line for each
+/// drawing and columns for how the tasks ended, and finally the costs, if the suite shows them.
 pub fn of_suite(suite: &Suite, outcomes: &[&TaskOutcome]) -> Vec<Table> {
     let counted: Vec<_> = outcomes.iter().copied().filter(|ended| suite.counts(ended)).collect();
     let kinds = by_drawing(suite, &counted);
@@ -42,7 +42,7 @@ pub fn of_suite(suite: &Suite, outcomes: &[&TaskOutcome]) -> Vec<Table> {
     legs.into_iter().chain([kinds]).chain(costs).collect()
 }
 
-/// Returns a note on how the tasks that do not count ended, if there are any.
+/// Returns a note on how the tasks that do not count ended, or `None` if there are no such tasks.
 pub fn note(suite: &Suite, outcomes: &[&TaskOutcome]) -> Option<String> {
     let others = Tally::of(outcomes.iter().copied().filter(|ended| !suite.counts(ended)));
     let said = format!("Connecting legs, not counted: {} of {} reached.", others.reached, others.attempts);
@@ -79,7 +79,7 @@ fn by_leg(suite: &Suite, outcomes: &[&TaskOutcome]) -> Table {
     Table { header, rows }
 }
 
-/// Returns a table with a line for each drawing, one for all drawings, one for each group, and the paper's lines.
+/// Returns a table with a line for each drawing, a line for all drawings, a line for each group, and the paper's lines.
 fn by_drawing(suite: &Suite, outcomes: &[&TaskOutcome]) -> Table {
     let all = Tally::of(outcomes.iter().copied());
     let judged = Judged::of(&all);
@@ -95,7 +95,7 @@ fn by_drawing(suite: &Suite, outcomes: &[&TaskOutcome]) -> Table {
     let of_group = |group: &Group| {
         line(&group.name, Tally::of(outcomes.iter().copied().filter(|ended| group.counts(ended))))
     };
-    // Skip lines of other methods, which have no attempts by this one.
+    // Skip the lines of other methods, for which this one has no attempts.
     let is_driven = |drawing: &String| outcomes.iter().any(|ended| ended.drawing == *drawing);
     let mut rows: Vec<_> = suite.drawings().into_iter().filter(is_driven).map(of_drawing).collect();
     rows.push(line("all", all));
@@ -115,7 +115,7 @@ fn by_drawing(suite: &Suite, outcomes: &[&TaskOutcome]) -> Table {
     Table { header, rows }
 }
 
-/// Selects the optional columns of a table, depending on what else is known about its tasks.
+/// Which optional columns a table has. This depends on what else is known about its tasks.
 #[derive(Clone, Copy)]
 struct Judged {
     over_drawings: bool,
@@ -156,7 +156,7 @@ impl Judged {
     }
 }
 
-/// Returns the reason that the robot gave most often for the failures of a line.
+/// Returns the reason that the robot reported most often for the failures of a line.
 fn reason(outcomes: &[&TaskOutcome], line: &str) -> String {
     let failed = outcomes.iter().filter(|ended| ended.drawing == line && !ended.is_success());
     let mut counts: Vec<(&str, usize)> = Vec::new();
@@ -174,7 +174,7 @@ fn reason(outcomes: &[&TaskOutcome], line: &str) -> String {
         .map_or(String::new(), |(reason, _)| reason.to_owned())
 }
 
-/// Returns the published remark on a line, for the method that was driven.
+/// Returns the published remark on a line, for the method that was driven, or an empty string if there is none.
 fn remark(suite: &Suite, outcomes: &[&TaskOutcome], line: &str) -> String {
     let method = outcomes.first().map_or("", |ended| ended.method.as_str());
     let published = suite.remarks.iter().find(|remark| remark.method == method && remark.line == line);
@@ -214,8 +214,8 @@ pub(crate) fn percent(share: Option<f64>) -> String {
 mod tests {
     use super::*;
 
-    /// Two drawings are driven twice each. One is always reached; the other always ends in a wrong arrival that the robot takes
-    /// for its goal.
+    /// Two drawings are driven twice each. One goal is always reached. With the other drawing, the robot always arrives at a wrong
+    /// place that it takes for its goal.
     #[test]
     fn both_verdicts_and_both_intervals_are_in_one_row() {
         let outcome = |drawing: &str, kind| TaskOutcome {

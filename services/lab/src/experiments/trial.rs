@@ -1,4 +1,4 @@
-//! Trials, which consist of a mission, the poses to set after failures, and the precision with which a person marks the start.
+//! Trials: a mission, the poses that are set after failures, and the precision with which a person marks the start.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -20,14 +20,14 @@ use sketchnav_schemas::seed;
 use sketchnav_sketch::mission::SketchMission;
 use sketchnav_sketch::reading::DrawnMap;
 
-/// Returns the time limit for a task, in seconds of simulation, based on the length of the shortest path to
-/// its place. The limit is generous: no robot that drives there directly fails for lack of time, and one that
-/// searches for its path may drive five times as far.
+/// Returns the time limit for a task, in seconds of simulation time, given the length of the shortest path to its place. The limit
+/// is generous: a robot that drives there directly never fails for lack of time, and one that searches for its path may drive five
+/// times as far.
 pub fn time_limit_s(shortest_way_m: f64) -> f64 {
     60.0 + 10.0 * shortest_way_m
 }
 
-/// The precision of the start that a person marks.
+/// How precisely a person marks the start.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StartError {
     /// Standard deviation of the mark along each axis, as a share of the diagonal of the drawing.
@@ -41,7 +41,7 @@ impl StartError {
     pub const OF_PEOPLE: Self = Self { spread_share: 0.01, heading_deg: 5.0 };
 }
 
-/// A pose to set after a failure.
+/// A pose that is set after a failure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Restart {
     /// True pose of the robot.
@@ -52,51 +52,50 @@ pub struct Restart {
     pub marked_heading_deg: f64,
 }
 
-/// A single experiment, which is a series of tasks.
+/// A single experiment: a series of tasks.
 #[derive(Debug, Clone)]
 pub struct Trial {
     /// Name within the suite, without spaces, for example `00/a/2-5`.
     pub name: String,
-    /// The line of the table that the trial counts for, which is its drawing or whatever else the lines represent.
+    /// The line of the table that the trial counts for, which is its drawing or whatever else the lines stand for.
     pub drawing: String,
-    /// The drawing, if other drives of the suite share it, or `None` for independent trials. Drives with the same drawing mostly
-    /// have the same outcome, so intervals are computed over drawings.
+    /// The drawing, if other drives of the suite share it, or `None` for independent trials. Drives by the same drawing mostly have
+    /// the same outcome, so intervals are computed over drawings.
     pub cluster: Option<String>,
     /// World, drawing and tasks, with absolute paths.
     pub mission: Mission,
     /// The robot named by the mission.
     pub robot: Robot,
-    /// The drawing and how people handle it, or `None` for other kinds of navigators.
+    /// The drawing and how people handle it, or `None` for other navigators.
     pub sheet: Option<Sheet>,
-    /// The method of this trial, if it has its own regardless of the methods of other trials.
+    /// The method of this trial, if it is driven by a particular one, whatever the methods of other trials.
     pub method: Option<String>,
-    /// True if the first touch ends the drive as a failure.
+    /// Whether the first contact ends the drive as a failure.
     pub ends_with_contact: bool,
-    /// True if the tasks count as one, which is reached if all of them are and ends with the first that is not.
+    /// Whether the tasks count as one, which is reached if all of them are, and which ends with the first that is not.
     pub tasks_are_one: bool,
-    /// Duration of a step of the cores, in scan periods, to simulate a slow machine in real time. 0 for lockstep.
+    /// Duration of a step of the cores in scan periods, which simulates a slow machine in real time. 0 for lockstep.
     pub thinking_scans: u32,
-    /// The trial that this one is a variant of. Both get the same seeds.
+    /// Name of the trial that this one is a variant of. Both get the same seeds.
     pub variant_of: Option<String>,
-    /// A page provided by a person, if it is not in a folder. If this is `None`, the mission names the file.
+    /// A page provided by a person, if it is not in a file. If this is `None`, the mission names the file.
     pub bytes: Option<Page>,
     /// The person who watches and answers the robot's questions. If this is `None`, the robot does not ask.
     pub person: Option<Arc<Person>>,
-    /// True if regions joined by doors are consulted about the goal when a task ends.
+    /// Whether regions joined by doors are asked about the goal when a task ends.
     pub asks_rooms: bool,
     /// The simulator that runs the trial. If this is `None`, it is driven in the project's own world.
     pub elsewhere: Option<Elsewhere>,
-    /// True if the robot learns from the drive.
+    /// Whether the robot learns from the drive.
     pub is_learned_from: bool,
     /// The map learned on an earlier drive, which the mission names [`LEARNED_FILE`].
     pub learned: Option<Arc<[u8]>>,
-    /// The series of drives that the trial belongs to, if later ones follow from the first one.
+    /// The series of drives that the trial is part of, if later drives depend on the first one.
     pub series: Option<Series>,
 }
 
 impl Trial {
-    /// Creates a drive without a drawing by the suite's method. A touch does not end the drive, and no person
-    /// watches.
+    /// Creates a trial without a drawing, driven by the suite's method. Contacts do not end the drive, and no person watches.
     pub fn new(name: String, line: String, mission: Mission, robot: Robot) -> Self {
         Self {
             name,
@@ -121,7 +120,7 @@ impl Trial {
     }
 }
 
-/// A page provided by a person that is not in a folder.
+/// A page provided by a person that is not in a file.
 #[derive(Debug, Clone)]
 pub enum Page {
     /// A page given as bytes.
@@ -130,7 +129,7 @@ pub enum Page {
     Made(Arc<Recipe>),
 }
 
-/// Instructions for making a page.
+/// Instructions for creating a page.
 pub struct Recipe {
     /// A description of everything that determines the page's bytes.
     words: String,
@@ -139,7 +138,7 @@ pub struct Recipe {
 }
 
 impl Recipe {
-    /// Returns true if the page has been made.
+    /// Returns true if the page has been created.
     pub fn is_made(&self) -> bool {
         self.made.lock().unwrap_or_else(PoisonError::into_inner).is_some()
     }
@@ -152,7 +151,7 @@ impl std::fmt::Debug for Recipe {
 }
 
 impl Page {
-    /// Creates a page that is made by `make`. `words` must describe everything that determines its bytes.
+    /// Creates a page that `make` creates when it is needed. `words` must describe everything that determines its bytes.
     pub fn made(
         words: String,
         make: impl Fn() -> Result<Arc<[u8]>, EvalError> + Send + Sync + 'static,
@@ -160,10 +159,10 @@ impl Page {
         Self::Made(Arc::new(Recipe { words, make: Box::new(make), made: Mutex::default() }))
     }
 
-    /// Returns the bytes of the page, making it first if necessary.
+    /// Returns the bytes of the page, and creates it first if necessary.
     ///
     /// # Errors
-    /// The error of making the page.
+    /// Any error from creating the page.
     pub fn bytes(&self) -> Result<Arc<[u8]>, EvalError> {
         match self {
             Self::Drawn(bytes) => Ok(bytes.clone()),
@@ -177,7 +176,7 @@ impl Page {
         }
     }
 
-    /// Returns the data that determines the page, for use in fingerprints. This does not make the page.
+    /// Returns the data that determine the page, for use in fingerprints. This does not create the page.
     pub fn origin(&self) -> &[u8] {
         match self {
             Self::Drawn(bytes) => bytes,
@@ -202,8 +201,8 @@ pub struct Sheet {
     pub start_error: Option<StartError>,
     /// The drawing as read by the sketcher. It is needed because people do not mark the robot inside a wall.
     pub paper: Arc<DrawnMap>,
-    /// The correspondence between drawing and floor. If it is given, the path must also be consistent with
-    /// the drawing. If it is `None`, any path is accepted.
+    /// The correspondence between drawing and floor. If given, paths must also be consistent with the drawing. If `None`, any path
+    /// is accepted.
     pub correspondence: Option<Arc<Correspondence>>,
 }
 
@@ -213,12 +212,12 @@ impl Trial {
         self.mission.navigator.kind == sketchnav_corridor::mission::KIND
     }
 
-    /// Returns the run of the trial from `first_task` on.
+    /// Returns the run of the trial that begins with `first_task`.
     ///
-    /// `seed` is the seed of the repetition. If a trial has restarts, each run gets a seed derived from it.
+    /// `seed` is the seed of the repetition. If the trial has restarts, each run gets a seed derived from it.
     ///
     /// # Errors
-    /// [`MissionError`] if the parameters of the kind of navigator are invalid.
+    /// [`MissionError`] if the navigator's parameters are invalid.
     pub fn run(&self, method: &str, seed: u64, first_task: usize) -> Result<RunConfig, MissionError> {
         let mut mission = self.mission.clone();
         mission.task.drain(..first_task);
@@ -233,7 +232,7 @@ impl Trial {
         Ok(RunConfig { method, pad, ..RunConfig::lockstep("eval", mission, self.robot.clone(), seed) })
     }
 
-    /// Creates the rehearsal of a run of the trial. Pass its `page` if that is not in a file.
+    /// Creates the rehearsal of a run of the trial. `page` is the trial's page, if it is not in a file.
     ///
     /// # Errors
     /// [`RehearsalError`] if the run cannot start.
@@ -247,7 +246,8 @@ impl Trial {
 }
 
 impl Sheet {
-    /// Creates the sheet for a drawing in a file named by the mission. The pose is set once, with the errors of people.
+    /// Creates the sheet for a drawing in a file that the mission names. The start is marked once, with the errors that people
+    /// make.
     pub fn new(paper: Arc<DrawnMap>) -> Self {
         let start_error = Some(StartError::OF_PEOPLE);
         Self { restarts: Vec::new(), start_error, paper, correspondence: None }
@@ -268,8 +268,8 @@ impl Sheet {
         Ok(())
     }
 
-    /// Moves and turns the start mark at random. A mark that would fall into a wall is drawn again, since a person would not
-    /// put the robot there.
+    /// Moves and turns the start mark at random. If the mark would fall into a wall, the error is drawn again, since a person would
+    /// not put the robot there.
     fn disturb(&self, sketch: &mut SketchMission, error: StartError, seed: u64) {
         let mut rng = seed::stream(seed, "eval/start");
         let Ok(normal) = Normal::new(0.0, 1.0) else { return };
@@ -284,8 +284,8 @@ impl Sheet {
 }
 
 impl StartError {
-    /// Returns a person's mark for a point of the drawing, given draws from the standard normal distribution. The mark is near the
-    /// point with no wall in between. Returns `None` if no such position is found.
+    /// Returns where a person would mark a point of the drawing, given draws from the standard normal distribution. The mark is
+    /// near the point, with no wall in between. Returns `None` if no such position is found.
     pub fn mark(
         &self,
         paper: &DrawnMap,
@@ -300,7 +300,7 @@ impl StartError {
     }
 }
 
-/// Returns true if the straight line between two points of the drawing is free.
+/// Returns true if no wall is on the straight line between two points of the drawing.
 fn sees(paper: &DrawnMap, a: &Point<Sketch>, b: &Point<Sketch>) -> bool {
     let steps = (a.distance(b) * 2.0).ceil().max(1.0);
     (0..=steps as usize).all(|k| {
@@ -309,7 +309,7 @@ fn sees(paper: &DrawnMap, a: &Point<Sketch>, b: &Point<Sketch>) -> bool {
     })
 }
 
-/// Derives a separate seed for a name.
+/// Derives a separate seed for each name.
 pub fn derived(seed: u64, name: &str) -> u64 {
     // Seeds have 32 bits so that they can be copied from a report by hand.
     u64::from(seed::stream(seed, name).random::<u32>())

@@ -17,9 +17,9 @@ use crate::experiments::run::{Driven, kind_of};
 use crate::experiments::trial::{Sheet, Trial};
 use crate::experiments::witnesses::Asked;
 
-/// Returns the pictures of a run as SVG, each with its name: `sketch` if there is a drawing, and `floor`. For the method `outline`,
-/// this adds `outline-sketch` and `outline-floor`, which show the correspondence at the end of the run. If regions joined by doors
-/// are consulted, `rooms-sketch` and `witnesses-floor` show their answer and those of the other witnesses.
+/// Returns the pictures of a run as SVG, each with its name: `sketch`, if there is a drawing, and `floor`. For the method
+/// `outline`, it adds `outline-sketch` and `outline-floor`, which show the correspondence at the end of the run. If regions joined
+/// by doors are asked, it adds `rooms-sketch` and `witnesses-floor`, which show their answer and those of the other witnesses.
 ///
 /// # Errors
 /// [`EvalError`] if the world or the drawing cannot be drawn.

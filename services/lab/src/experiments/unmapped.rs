@@ -1,4 +1,4 @@
-//! Clutter and people that are in a world but not in any drawing, placed at random.
+//! Clutter and people that are in the world but not in any drawing, placed at random.
 
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
@@ -12,19 +12,18 @@ use crate::experiments::trial::Trial;
 
 /// Minimum and maximum side length, in metres, of a piece of clutter such as a bin, a chair or a trolley.
 const SIDES_M: [f64; 2] = [0.25, 0.6];
-/// Minimum distance from the robot's start and from the goal, in metres.
+/// Minimum distance of clutter and people from the robot's start and from the goal, in metres.
 const FREE_M: f64 = 0.8;
-/// Number of positions tried for each piece.
+/// Number of positions that are tried for each piece.
 const TRIES: usize = 50;
-/// Minimum and maximum walking speed of people, the minimum length of their walks, and the spacing of points on their
-/// paths.
+/// Minimum and maximum walking speed of people, the minimum length of their walks, and the spacing of the points on their paths.
 const SPEEDS_MPS: [f64; 2] = [0.5, 1.1];
 const LEAST_WALK_M: f64 = 4.0;
 const STRIDE_M: f64 = 0.5;
 const RADIUS_M: f64 = 0.25;
 
-/// Returns pieces of clutter, placed one after another so that a path to the goal remains. There are fewer than `count` if there is
-/// no space for more on `ground`. A smaller `count` returns the first of the same pieces.
+/// Returns pieces of clutter, placed one after another so that a path to the goal remains. If `ground` has no space for more, there
+/// are fewer than `count`. With a smaller `count`, the first of the same pieces are returned.
 pub fn clutter(ground: &Ground, trial: &Trial, count: usize) -> Vec<Furniture> {
     let mut rng = stream(trial, "clutter");
     let mut ground = ground.clone();
@@ -71,8 +70,8 @@ fn is_apart(piece: &Furniture, places: [[f64; 2]; 2]) -> bool {
     piece.center.is_some_and(|at| places.iter().all(|place| distance(at, *place) > FREE_M))
 }
 
-/// Returns people who walk back and forth between positions on the floor. A smaller `count` returns the first of the same
-/// people.
+/// Returns people who walk back and forth between positions on the floor. With a smaller `count`, the first of the same people are
+/// returned.
 pub fn walkers(ground: &Ground, trial: &Trial, count: usize) -> Vec<Person> {
     let mut rng = stream(trial, "walkers");
     let [start, _] = ends(trial);

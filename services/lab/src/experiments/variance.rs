@@ -29,12 +29,12 @@ mod tests {
 
     #[test]
     fn fishers_f_matches_published_values() {
-        // Upper 5 % points of F.
+        // The upper 5 % points of F.
         for (a, b, f) in [(1.0, 1.0, 161.448), (5.0, 10.0, 3.326), (10.0, 20.0, 2.348), (60.0, 60.0, 1.534)] {
             let above = 1.0 - incomplete_beta(a / 2.0, b / 2.0, a * f / (a * f + b));
             assert!((above - 0.05).abs() < 2e-4, "{a} {b}: {above}");
         }
-        // Chronis 2007 gives a value of 1.6 for 44 and 54 degrees of freedom.
+        // Chronis 2007 gives 1.6 for 44 and 54 degrees of freedom.
         let above = 1.0 - incomplete_beta(22.0, 27.0, 44.0 * 1.6 / (44.0 * 1.6 + 54.0));
         assert!((above - 0.05).abs() < 3e-3, "{above}");
     }

@@ -1,9 +1,10 @@
-//! The `witnesses` suite compares three witnesses, which estimate where the goal is at the end of each task: the particle filter,
-//! the outline of what was seen, and [regions joined by doors](sketchnav_sketch::rooms). Its tables show how often each of them is
-//! right, alone and together with the others, and how well their answers distinguish right arrivals from wrong ones.
+//! The `witnesses` suite compares three witnesses, that is, three ways of estimating where the goal is at the end of each task: the
+//! particle filter, the outline of what was seen, and [regions joined by doors](sketchnav_sketch::rooms). Its tables show how often
+//! each witness is right, alone and together with the others, and how well their answers distinguish right arrivals from wrong
+//! ones.
 //!
-//! The drawings are made by `sketchnav deform` from invented floors of seven kinds. All fitting uses the first floor of each kind,
-//! and the other two serve as a check.
+//! The drawings are made by `sketchnav deform` from invented floors of seven kinds. The first floor of each kind is used for all
+//! fitting, and the other two serve as a check.
 
 mod tables;
 
@@ -35,13 +36,14 @@ const FLOORS: u64 = 3;
 const DEGREES: [f64; 2] = [1.0, 1.5];
 /// Number of drawings of each floor at each degree.
 const DRAWINGS_OF_FLOOR: u64 = 4;
-/// Number of the first drawing of the first floor, and the difference between it and that of the next floor. No other suite uses
-/// drawings with such numbers, and no two floors share one, because drawings with the same number are deformed in the same way.
+/// Number of the first drawing of the first floor, and the difference between the first numbers of successive floors. No other
+/// suite uses drawings with such numbers, and no two floors share one, because drawings with the same number are deformed in the
+/// same way.
 const FIRST_DRAWING: [u64; 2] = [104, 8];
-/// Maximum distance, in metres, between the goals of two witnesses that agree.
+/// Maximum distance, in metres, between the goals of two witnesses that agree with each other.
 const AGREE_M: f64 = 2.5;
 
-/// Loads the suite.
+/// Loads the `witnesses` suite.
 ///
 /// # Errors
 /// [`EvalError`] if a file is malformed.
@@ -68,70 +70,72 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(suite)
 }
 
-/// A witness's place of the goal.
+/// Where a witness locates the goal.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Claim {
-    /// The place, in metres in frame [`sketchnav_schemas::geometry::World`].
+    /// The position, in metres, in frame [`sketchnav_schemas::geometry::World`].
     pub at: [f64; 2],
-    /// True if it lies in the true region of the goal.
+    /// Whether the position lies in the true region of the goal.
     pub is_right: bool,
 }
 
-/// The answer of regions and doors at the end of a task.
+/// What regions and doors say about the goal at the end of a task.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct RoomsSaid {
-    /// False if they have no answer, in which case everything else is 0. This happens if no doors of the drawing lead to the goal,
-    /// or if those that do have no partners in the map.
+    /// Whether they have an answer. If not, everything else is 0. They have none if no doors of the drawing lead to the goal, or if
+    /// those that do have no partners in the map.
     pub has_answer: bool,
-    /// The places of the goal according to the filter, the outline, and regions and doors. `None` if they do not locate it yet.
+    /// Where the filter, the outline, and regions and doors locate the goal, in this order. `None` for those that do not locate it
+    /// yet.
     pub claims: [Option<Claim>; 3],
-    /// Distance from the robot to where they locate the goal, in metres, or `None` if they do not locate it.
+    /// Distance from the robot to where regions and doors locate the goal, in metres, or `None` if they do not locate it.
     pub away_m: Option<f64>,
-    /// True if they place the goal in the robot's region.
+    /// Whether regions and doors locate the goal in the robot's region.
     pub is_same_room: bool,
-    /// Share of their alignments that place the goal within 2.5 m of the robot.
+    /// Share of the alignments of regions and doors that locate the goal within 2.5 m of the robot.
     pub share_here: f64,
-    /// Additional cost of the best alignment that places the goal elsewhere.
+    /// Additional cost of the best alignment that locates the goal elsewhere.
     pub margin: Option<f64>,
     /// Share of all doors seen or drawn that have a partner.
     pub doors_matched: f64,
 }
 
 impl RoomsSaid {
-    /// Returns true if the goal is located near the robot.
+    /// Returns true if regions and doors locate the goal near the robot.
     pub fn agrees(&self) -> bool {
         self.is_same_room || self.away_m.is_some_and(|away_m| away_m <= AGREE_M)
     }
 }
 
-/// The answer of regions and doors, with the floors that it refers to.
+/// What regions and doors say about the goal, with the floors to which the answer refers.
 #[derive(Debug, Clone)]
 pub struct Rooms {
     /// The drawing.
     pub drawing: Floor,
     /// The robot's map.
     pub map: Floor,
-    /// The place of the goal, with at least one hypothesis.
+    /// Where the goal is, with at least one hypothesis.
     pub answer: Answer,
 }
 
-/// The answers of the three witnesses about a task.
+/// The answers of the three witnesses in a task.
 #[derive(Debug, Clone)]
 pub struct Asked {
     /// The goal in the drawing.
     pub goal: Point<Sketch>,
-    /// The robot's place in its map, in metres.
+    /// Position of the robot in its map, in metres.
     pub robot: [f64; 2],
     /// True pose of the map's origin.
     pub origin: Pose<World>,
-    /// The places of the goal according to the filter, the outline, and regions and doors. `None` if they do not locate it yet.
+    /// Where the filter, the outline, and regions and doors locate the goal, in this order. `None` for those that do not locate it
+    /// yet.
     pub claims: [Option<Point<World>>; 3],
-    /// Regions and doors, if they have an answer.
+    /// The answer of regions and doors, if they have one.
     pub rooms: Option<Rooms>,
 }
 
 impl Asked {
-    /// Compares the answers with the goal's true place.
+    /// Compares the answers with the true place of the goal.
     fn said(&self, there: &Place) -> RoomsSaid {
         let claim = |at: Point<World>| Claim { at: [at.x, at.y], is_right: there.contains(at.x, at.y) };
         let claims = self.claims.map(|at| at.map(claim));
@@ -151,12 +155,12 @@ impl Asked {
     }
 }
 
-/// Maps the robot's surroundings, as the planner does, for the evaluation by regions and doors at the end.
+/// Maps the robot's surroundings as the planner does, so that regions and doors can be evaluated at the end.
 #[derive(Debug)]
 pub struct Witness {
     mount: Pose<Base>,
     parameters: Parameters,
-    /// The planner's parameters.
+    /// Parameters of the planner.
     planner: paths::parameters::Parameters,
     mapper: Mapper,
     odometry: Option<Odometry>,
@@ -164,7 +168,7 @@ pub struct Witness {
 }
 
 impl Witness {
-    /// Creates the witness of a run with a single task. Returns `None` if its robot has no laser that is suitable for mapping.
+    /// Creates the witness of a run with a single task, or returns `None` if the robot has no laser that is suitable for mapping.
     pub fn new(run: &RunConfig) -> Option<Self> {
         let laser = run.robot.laser().ok()?;
         let parameters = Parameters::for_range(laser.range_max_m);
@@ -178,12 +182,12 @@ impl Witness {
         })
     }
 
-    /// Returns the answer of regions and doors about task `index`, whose place in the true world is `there`.
+    /// Returns what regions and doors say about task `index`, whose place in the true world is `there`.
     pub fn said(&self, log: &Log, index: usize, there: &Place) -> RoomsSaid {
         self.ask(log, index).map(|asked| asked.said(there)).unwrap_or_default()
     }
 
-    /// Evaluates task `index` by all witnesses. Returns `None` if there is no drawing or no goal in it.
+    /// Asks all witnesses about task `index`. Returns `None` if there is no drawing, or no goal in it.
     pub fn ask(&self, log: &Log, index: usize) -> Option<Asked> {
         let (message, cells) = log.sketch.as_ref()?;
         let sketch = SketchGrid::of_map(message, cells).ok()?;
@@ -222,11 +226,11 @@ impl Witness {
         (!answer.hypotheses.is_empty()).then_some(Rooms { drawing, map, answer })
     }
 
-    /// Enters the latest scan if the odometry of the same instant is known.
+    /// Enters the latest scan into the map if the odometry of the same instant is known.
     fn enter(&mut self) {
         let (Some(odometry), Some(scan)) = (&self.odometry, &self.scan) else { return };
         if odometry.header.stamp_ns == scan.header.stamp_ns {
-            // An invalid scan returns an error, which can be ignored because nothing changes then.
+            // An invalid scan causes an error, which can be ignored because the map remains unchanged.
             let _ = self.mapper.update(odometry.pose(), &Scan::of_message(scan, self.mount));
             self.scan = None;
         }
@@ -254,7 +258,7 @@ mod tests {
     use crate::experiments::trial::Trial;
     use crate::experiments::{deformed, run};
 
-    /// The witness maps the drive itself, and must agree with the arrival of a robot that drives by a traced floor.
+    /// The witness maps the drive itself. It must agree with the arrival of a robot that drives by a traced floor.
     #[test]
     fn rooms_know_the_goal_of_a_floor_that_was_traced() {
         let sites = deformed::shipped(&Folders::of_checkout()).unwrap();

@@ -1,4 +1,4 @@
-//! Parses the file that matches positions in drawings to positions on floors.
+//! Parses the file that matches positions in drawings with positions on floors.
 //!
 //! ```toml
 //! [floor.court]                 # metres
@@ -21,7 +21,7 @@ use super::homotopy::Anchor;
 /// Positions by name.
 type Places = BTreeMap<String, [f64; 2]>;
 
-/// The anchors of a file.
+/// The anchors in a file.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Anchors {
@@ -59,7 +59,7 @@ pub enum AnchorsError {
 }
 
 impl Anchors {
-    /// Parses the file's text.
+    /// Parses the text of an anchors file.
     ///
     /// # Errors
     /// [`AnchorsError::Toml`] if the text is malformed.
@@ -72,13 +72,12 @@ impl Anchors {
         self.drawing.keys().map(String::as_str)
     }
 
-    /// Returns true if a drawing shows the place.
+    /// Returns true if a drawing shows a place.
     pub fn has(&self, drawing: &str, place: &str) -> bool {
         self.drawing.get(drawing).is_some_and(|places| places.contains_key(place))
     }
 
-    /// Returns the anchors of a drawing of a floor, in alphabetical order of their names. `from_image` converts image pixels to
-    /// the frame of the drawing.
+    /// Returns the anchors of a drawing on a floor, sorted by name. `from_image` converts image pixels to the frame of the drawing.
     ///
     /// # Errors
     /// [`AnchorsError`] if the floor or the drawing has no table, if a place in the drawing is not on the floor, or if a

@@ -1,9 +1,9 @@
-//! Judges how journeys by custom maps ended, as one of six kinds of success and failure (Park and Kender 1995, 7.2.6).
+//! Judges how journeys by custom maps ended, as one of six kinds of successes and failures (Park and Kender 1995, 7.2.6).
 //!
 //! The navigator reports whether it arrived. Whether it actually reached the landmarks that its map refers to is judged by the true
-//! dots. A landmark on the map refers to the true dot that is nearest to where the map-maker sees the landmark. The entry that the
-//! navigator reads next determines which landmark it takes a dot to be ([`Reference`]). With a belief, this is the most probable
-//! landmark.
+//! dots. A landmark of the map refers to the true dot that is nearest to where the map-maker sees the landmark. Which landmark the
+//! navigator takes a dot for is determined by the entry that it reads next ([`Reference`]), or by the most probable landmark if it
+//! has a belief.
 
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -24,20 +24,20 @@ use super::{TaskSpan, spans};
 pub struct JourneyVerdict {
     /// Name of the task.
     pub task: String,
-    /// One of the six kinds, or `None` if the journey has not ended or its map's landmarks are not known.
+    /// One of the six kinds, or `None` if the journey has not ended or if the landmarks of its map are not known.
     #[serde(serialize_with = "as_word", deserialize_with = "of_word")]
     pub kind: Option<Kind>,
-    /// Number of entries that the navigator finished.
+    /// Number of entries that the navigator has finished.
     pub accepted: u32,
     /// Number of finished entries whose landmark is the one that the map refers to.
     pub right: u32,
     /// Number of recoveries.
     pub recoveries: u32,
-    /// Probability of arrival stated by the map-maker.
+    /// Probability of arrival that the map-maker stated.
     pub stated: Option<f64>,
     /// Indices of the true dots that the navigator took for its landmarks.
     pub attained: Vec<usize>,
-    /// Their kinds, if the mission has markers on landmarks. A landmark without a marker is a `pole`.
+    /// Kinds of these dots, if the mission has markers on landmarks. A landmark without a marker is a `pole`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub kinds: Vec<String>,
 }
@@ -52,7 +52,7 @@ fn of_word<'a, D: Deserializer<'a>>(deserializer: D) -> Result<Option<Kind>, D::
     kind.map(Some).ok_or_else(|| D::Error::custom(format!("expected one of the six kinds, found {word:?}")))
 }
 
-/// Returns the verdict on each task's journey over the true `dots`. `names` are the names of the tasks.
+/// Returns the verdict on the journey of each task, given the true `dots`. `names` are the names of the tasks.
 pub fn journeys(log: &Log, names: &[String], dots: &[[f64; 2]]) -> Vec<JourneyVerdict> {
     let spans = spans(names.len(), &log.status);
     let maps = log.directions.as_deref().and_then(|text| maps_of(text).ok()).unwrap_or_default();
@@ -93,17 +93,16 @@ pub fn nearest(dots: &[[f64; 2]], [x, y]: [f64; 2]) -> usize {
 struct Taken {
     /// Index of the true dot.
     dot: usize,
-    /// The entry that was finished with it.
+    /// The entry that the navigator finished at this dot.
     entry: usize,
-    /// The landmark that it was assumed to be, or `None` if the journey ended before the navigator continued
-    /// from it.
+    /// The landmark that the dot was taken for, or `None` if the journey ended before the navigator continued from it.
     node: Option<Node>,
-    /// The dot of the most probable landmark, if the navigator uses a belief.
+    /// The dot that belongs to the most probable landmark, if the navigator has a belief.
     believed: Option<usize>,
 }
 
 impl Taken {
-    /// Returns true if the dot is the one that the map refers to. `landmarks` are the dots that the map refers to.
+    /// Returns true if the dot is the one that the map refers to. `landmarks` are all dots that the map refers to.
     fn is_right(&self, map: Option<&CustomMap>, landmarks: &[usize]) -> bool {
         if let Some(believed) = self.believed {
             return self.dot == believed;
@@ -116,7 +115,7 @@ impl Taken {
     }
 }
 
-/// Returns the object that was taken for a landmark, for each finished entry. A map that is not known is a straight one.
+/// Returns the dot that was taken for a landmark, for each finished entry. A map that is not known is taken to have no branches.
 fn taken(log: &Log, map: Option<&CustomMap>, steps: &[&Journey], dots: &[[f64; 2]]) -> Vec<Taken> {
     let (mut taken, mut reference): (Vec<Taken>, _) = (Vec::new(), Reference::default());
     for step in steps {
@@ -143,7 +142,7 @@ fn taken(log: &Log, map: Option<&CustomMap>, steps: &[&Journey], dots: &[[f64; 2
     taken
 }
 
-/// Returns the position of the most probable landmark at that time, if the navigator uses a belief.
+/// Returns the position of the most probable landmark at that time, if the navigator has a belief.
 fn believed(log: &Log, stamp_ns: u64) -> Option<[f64; 2]> {
     let until = log.whereabouts.partition_point(|said| said.header.stamp_ns <= stamp_ns);
     let most = log.whereabouts[..until].last()?.landmarks().first()?;
@@ -156,7 +155,7 @@ fn kind(
     (taken, right): (&[Taken], usize),
     (map, landmarks): (Option<&CustomMap>, &[usize]),
 ) -> Option<Kind> {
-    // Neither a branching map nor a belief has a single path.
+    // Neither a branching map nor a belief follows a single path.
     let has_path =
         !map.is_some_and(CustomMap::branches) && taken.iter().all(|taken| taken.believed.is_none());
     let is_planned = right == taken.len() && (!has_path || taken.len() == landmarks.len());
@@ -197,7 +196,7 @@ mod tests {
         for (step, &dot) in (1..).zip(taken) {
             let mut journey: Journey = bytemuck::Zeroable::zeroed();
             (journey.header_mut().stamp_ns, journey.accepted, journey.has_reference) = (step, step as u32, 1);
-            // The window hovers slightly above the dot and is turned by 90°.
+            // The window hovers slightly above the dot and is rotated by 90°.
             (journey.reference_x_m, journey.reference_y_m) = (-0.2, 0.0);
             let is_last = step as usize == taken.len();
             let activity =
@@ -246,7 +245,7 @@ mod tests {
         assert_eq!((judged(&log).kind, judged(&log).right), (Some(Kind::Direct), 3));
     }
 
-    /// Entry 2 recognizes the landmark of entry 4 by its surroundings, from where entry 4 leads back to the path.
+    /// Entry 2 recognizes the landmark of entry 4 by its surroundings. From there, entry 4 leads back to the path.
     #[test]
     fn in_a_branching_map_a_landmark_belongs_to_the_entry_read_next() {
         let map = "(*, SW)\n(Isol, (2, NE, 4), (3, -), SW)\n(Isol, -)\n(Isol, -)\n";
@@ -290,7 +289,7 @@ mod tests {
         assert_eq!(judged(&[0, 2, 2], true), (Some(Kind::Astray), 2));
     }
 
-    /// A belief has no path: two of three landmarks will do, if each is the one that it was most probably taken for.
+    /// A belief does not follow a path: two of three landmarks are enough, if each is the one that it was most probably taken for.
     #[test]
     fn with_a_belief_a_landmark_is_the_most_probable_one() {
         let judged = |taken: &[usize], believed: &[u32]| {

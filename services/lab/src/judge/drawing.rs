@@ -1,4 +1,4 @@
-//! The part of judging that only concerns runs in a drawing.
+//! The part of judging that concerns only runs in a drawing.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -12,9 +12,9 @@ use super::figures::MetricMap;
 use super::homotopy::Correspondence;
 use super::log::Log;
 
-/// Returns, for each task with a drawn route, whether the true path was homotopic to the route with respect to the drawing.
-/// This counts as success in Boniardi et al. 2016, IV and V. In the anchors, the table of the drawing is named after the
-/// mission and that of the floor after the floor plan.
+/// Returns, for each task with a drawn route, whether the true path was homotopic to the route with respect to the drawing. This
+/// counts as success in Boniardi et al. 2016, IV and V. In the anchors, the table of the drawing has the name of the mission, and
+/// that of the floor the name of the floor plan.
 ///
 /// # Errors
 /// Fails if the drawing cannot be read, or if the anchors do not match it.
@@ -45,7 +45,7 @@ pub fn homotopic(
     Ok(ways)
 }
 
-/// Returns the position of the drawing in the world, if it is the world's own map.
+/// Returns the scale and position of the drawing in the world, if the drawing is the world's own map.
 pub fn map_of(recording: &Recording, run: &RunConfig) -> Option<MetricMap> {
     let map = Path::new(run.mission.world.map.as_ref()?);
     let drawing = SketchMission::of(&run.mission).ok()?.drawing;

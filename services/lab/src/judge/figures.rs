@@ -1,12 +1,11 @@
-//! Computes the figures of a recording: the accuracy of the estimates, the outcome of the mission, and the timing of the
-//! services.
+//! Computes the figures of a recording: how accurate the estimates were, how the mission ended, and how long the services took.
 //!
-//! An estimate in a drawing is in pixels, so it has two kinds of error in metres. The *metric* error is that of the
-//! trajectory converted to metres and aligned with the true one by a rotation and a translation. Pixels are converted by
-//! the map's resolution if the drawing is the map of the world, and otherwise by the mean of the local scales along and
-//! across the walls. The *local* error is the distance between the estimate and the true pose carried into the drawing by
-//! the best affine map of the whole trajectory, converted to metres by the local scales of that very estimate. This avoids
-//! counting the proportions of the drawing as an error.
+//! An estimate in a drawing is in pixels, so there are two ways to express its error in metres. The *metric* error is that of the
+//! trajectory, converted to metres and aligned with the true one by a rotation and a translation. Pixels are converted by the map's
+//! resolution if the drawing is the map of the world, and otherwise by the mean of the local scales along and across the walls. For
+//! the *local* error, the true pose is mapped into the drawing by the best affine map of the whole trajectory. Its distance from
+//! the estimate is converted to metres by the local scales of that estimate. This avoids counting the proportions of the drawing as
+//! an error.
 
 use std::collections::BTreeMap;
 
@@ -41,10 +40,10 @@ pub struct Figures {
     pub verdict: Option<Verdict>,
     /// Number of estimates that have a true pose of the same instant.
     pub estimates: usize,
-    /// Conversion of the trajectory to metres: `map` or `mean scales`.
+    /// How the trajectory was converted to metres: `map` or `mean scales`.
     pub metres_by: &'static str,
-    /// Why the trajectory is not aligned with the true one although there are estimates. In this case, there is neither an absolute
-    /// nor a local error.
+    /// Why the trajectory could not be aligned with the true one although there are estimates. In this case, there is neither an
+    /// absolute nor a local error.
     pub not_aligned: Option<NotAligned>,
     /// Absolute trajectory error after alignment, in metres.
     pub absolute_m: Option<Statistics>,
@@ -54,7 +53,7 @@ pub struct Figures {
     pub relative_m: Option<Statistics>,
     /// Error in the local metric of the drawing, in metres.
     pub local_m: Option<Statistics>,
-    /// Number of estimates in the right rooms, if the rooms are known.
+    /// How often the estimate is in the right room, if the rooms are known.
     pub rooms: Option<RoomFigures>,
     /// Number of times the robot began to touch something.
     pub collisions: usize,
@@ -64,17 +63,17 @@ pub struct Figures {
     pub scale_a_pxpm: Option<Statistics>,
     /// Local scale across the walls, in pixels per metre.
     pub scale_b_pxpm: Option<Statistics>,
-    /// Share of estimates for each state of the localizer's own assessment.
+    /// Share of estimates for each state in which the localizer reported its tracking to be.
     pub tracking: BTreeMap<&'static str, f64>,
-    /// Wall-clock time from sending a message to sending the message that it caused, in milliseconds.
+    /// Wall-clock time from a message to the message that it caused, in milliseconds.
     pub latency_ms: BTreeMap<&'static str, Statistics>,
     /// Time that each process took per step, according to its health messages.
     pub stages: Vec<Stage>,
-    /// Number of scans without a command in response. This is 0 if there are no commands, since no robot was driven in that case.
+    /// Number of scans that no command responded to, or 0 if there are no commands at all, since no robot was driven in that case.
     pub unanswered_scans: u64,
 }
 
-/// Agreement of the estimate with the robot\'s true room.
+/// How often the estimate is in the robot's true room.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct RoomFigures {
     /// Number of estimates made while the robot actually was in one of the rooms.
@@ -95,14 +94,14 @@ pub struct Stage {
     pub steps: u64,
     /// Mean duration of a step, in milliseconds.
     pub mean_ms: f64,
-    /// Median of the longest steps of each second, in milliseconds.
+    /// Median over seconds of the longest step in each second, in milliseconds.
     pub median_of_longest_ms: f64,
     /// Duration of the longest step, in milliseconds.
     pub max_ms: f64,
 }
 
-/// Computes the figures. Pass a `mission` if one was driven, a `map` if the drawing is a map of the world, and `rooms` if
-/// they are known.
+/// Computes the figures. `mission` is given if one was driven, `map` if the drawing is a map of the world, and `rooms` if they are
+/// known.
 pub fn figures(
     log: &Log,
     mission: Option<&Mission>,
@@ -136,7 +135,7 @@ pub fn figures(
     }
 }
 
-/// Returns why the estimates are not aligned with the truth, or `None` if they are or if there are no estimates.
+/// Returns why the estimates could not be aligned with the truth, or `None` if they could, or if there are no estimates.
 fn not_aligned(log: &Log, truth: &[Pose<World>], estimate: &[Pose<World>]) -> Option<NotAligned> {
     let estimates = log.estimates.len();
     if estimates == 0 {
@@ -157,8 +156,7 @@ fn unanswered(log: &Log) -> u64 {
     if log.answered_scans == 0 { 0 } else { log.scans.saturating_sub(log.answered_scans) }
 }
 
-/// Returns the true and the estimated trajectory in metres, and the name of the conversion
-/// that was used for the estimated one.
+/// Returns the true and the estimated trajectory in metres, and the name of the conversion used for the estimated one.
 pub fn metric(log: &Log, map: Option<MetricMap>) -> (Vec<Pose<World>>, Vec<Pose<World>>, &'static str) {
     let truth = log.instants.iter().map(|i| i.truth).collect();
     let (estimate, by) = match map {
@@ -197,7 +195,7 @@ fn metres(px: [f64; 2], [a, b]: [f64; 2], wall_direction_rad: f64) -> [f64; 2] {
     [cos * along - sin * across, sin * along + cos * across]
 }
 
-/// Returns the errors in the local metric of the drawing, or no errors if the trajectory is on a line or too short.
+/// Returns the errors in the local metric of the drawing. Empty if the trajectory is too short or lies on a line.
 pub fn local_errors_m(log: &Log) -> Vec<f64> {
     let (truth, estimate, _) = metric(log, None);
     match log.map() {
@@ -206,7 +204,7 @@ pub fn local_errors_m(log: &Log) -> Vec<f64> {
     }
 }
 
-/// Returns the errors relative to the best affine map, or no errors if the trajectory is on a line.
+/// Returns the errors relative to the best affine map. Empty if the trajectory lies on a line.
 fn fitted(instants: &[Instant], sketch: &SketchMap) -> Vec<f64> {
     let truth: Vec<_> = instants.iter().map(|i| [i.truth.x, i.truth.y]).collect();
     let drawn: Vec<_> = instants.iter().map(|i| [i.estimate.x, i.estimate.y]).collect();
@@ -251,7 +249,7 @@ fn latencies(latencies: &[Latency]) -> BTreeMap<&'static str, Statistics> {
     stages.into_iter().filter_map(|(stage, ms)| Some((stage, ms?))).collect()
 }
 
-/// Computes the stages from health messages. Steps that a process took before it was killed and restarted count too.
+/// Computes the stages from health messages. Steps that a process took before it was killed and restarted count as well.
 fn stages(health: &[Health]) -> Vec<Stage> {
     let mut lives: BTreeMap<u32, BTreeMap<u32, Vec<&Health>>> = BTreeMap::new();
     for message in health {
@@ -307,7 +305,8 @@ mod tests {
         }
     }
 
-    /// A log without ODOM lines was localized at a single point, and reported with "error in local metres 0.000 m".
+    /// Regression test: a log without ODOM lines was localized at a single point, and reported with "error in local metres 0.000
+    /// m".
     #[test]
     fn a_fit_that_collapses_to_a_point_is_rejected() {
         let followed =

@@ -2,14 +2,14 @@
 //! and in the same order. This is the criterion of Boniardi et al. 2016, V-B: "homotopically equivalent with respect to the
 //! topology induced by the sketch".
 //!
-//! The path and the route are in different planes. These are joined by [`Anchor`]s, which are points with known positions
-//! in both planes, above all the obstacles that the person drew. The anchors are the corners of a triangulation whose
-//! straight edges do not cross in either plane. Mapping each triangle to its counterpart is then a map from plane to plane
-//! that is continuous both ways and carries every anchor to its counterpart. A path crosses the same edges in both planes,
-//! and the sequence of these edges is its *word*.
+//! The path and the route are in different planes. These are linked by [`Anchor`]s, which are points with known positions in both
+//! planes, mainly the obstacles that the person drew. The anchors are the corners of a triangulation whose straight edges do not
+//! cross in either plane. Mapping each triangle to its counterpart is then a map from plane to plane that is continuous in both
+//! directions and maps every anchor to its counterpart. A path crosses the same edges in both planes, and the sequence of these
+//! edges is its *word*.
 //!
-//! The paper judges the path on the sketch, which is the estimated path ([`Correspondence::is_homotopic_on_sketch`]). A wrong
-//! estimate may pass this test by chance, so the true path is judged too ([`Correspondence::is_homotopic`]).
+//! The paper judges the path on the sketch, that is, the estimated path ([`Correspondence::is_homotopic_on_sketch`]). Since a wrong
+//! estimate may pass this test by chance, the true path is judged as well ([`Correspondence::is_homotopic`]).
 //!
 //! A word without two equal neighbours is reduced. All triangles are discs and all anchors are corners, so the plane
 //! without its anchors retracts to the graph of adjacent triangles, in which a walk is determined up to homotopy by its
@@ -19,9 +19,9 @@
 //! h-signatures; D. Grigoriev and A. Slissenko, 1998, reduced words of cuts.) The path and the route are closed to a single
 //! line by joining their ends in the drawing.
 //!
-//! Anchors at wall ends and corners do no harm, since no path leads around them except through a wall.
+//! Anchors at the ends and corners of walls do no harm, since the only paths around them lead through a wall.
 //!
-//! This module is pure: points go in and a word comes out, with no knowledge of recordings.
+//! This module is pure: points go in and a word comes out. It knows nothing about recordings.
 
 mod mesh;
 mod word;
@@ -41,10 +41,10 @@ pub struct Anchor {
     pub drawing: Point<Sketch>,
 }
 
-/// Why anchors do not join the planes.
+/// Why anchors do not link the planes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum CorrespondenceError {
-    /// There are fewer than three anchors, all of them are on a line, or the drawing is a mirror image of the floor.
+    /// There are fewer than three anchors, all of them lie on a line, or the drawing is a mirror image of the floor.
     #[error(
         "anchors: expected three that are not on a line and have the same orientation in both planes, found none among {0}"
     )]
@@ -70,8 +70,8 @@ pub struct Correspondence {
 }
 
 impl Correspondence {
-    /// Joins the planes by their anchors. A distant frame is added around the anchors and mapped into the drawing by the
-    /// best affine map. This ensures that every point near the anchors is in some triangle.
+    /// Links the planes by their anchors. A distant frame is added around the anchors and mapped into the drawing by the best
+    /// affine map, so that every point near the anchors is in some triangle.
     ///
     /// # Errors
     /// [`CorrespondenceError`] if there are too few anchors, or if they contradict each other.
@@ -93,12 +93,12 @@ impl Correspondence {
         }
     }
 
-    /// Returns the position in the drawing of a point on the floor, or `None` if it is far from all anchors.
+    /// Maps a point on the floor to the drawing, or returns `None` if it is far from all anchors.
     pub fn to_drawing(&self, place: Point<World>) -> Option<Point<Sketch>> {
         self.mesh.carry(&self.floor, &self.drawing, place)
     }
 
-    /// Returns the position on the floor of a point in the drawing, or `None` if it is far from all anchors.
+    /// Maps a point in the drawing to the floor, or returns `None` if it is far from all anchors.
     pub fn to_floor(&self, place: Point<Sketch>) -> Option<Point<World>> {
         self.mesh.carry(&self.drawing, &self.floor, place)
     }
@@ -121,8 +121,8 @@ impl Correspondence {
         self.difference(way, route).is_some_and(|word| word.is_empty())
     }
 
-    /// Returns true if `route` is homotopic to a path in the drawing, such as that of the robot's estimate. Their ends are
-    /// joined by straight lines. An empty path or route is not homotopic to anything.
+    /// Returns true if `route` is homotopic to a path in the drawing, such as that of the robot's estimate. Their ends are joined
+    /// by straight lines. An empty path or route is not homotopic to anything.
     pub fn is_homotopic_on_sketch(&self, way: &[Point<Sketch>], route: &[Point<Sketch>]) -> bool {
         let (Some(&first), false) = (way.first(), route.is_empty()) else { return false };
         let closed: Vec<_> = way.iter().chain(route.iter().rev()).copied().chain([first]).collect();

@@ -1,5 +1,5 @@
-//! Collects the messages of a mission that judging and drawing need, either from a mission that is being
-//! driven, or from a recording, which is read in one pass over the chunks that contain them.
+//! Collects the messages of a mission that judging and drawing need. They come either from a mission that is being driven, or from
+//! a recording, which is read in one pass over the chunks that contain them.
 
 use std::collections::BTreeMap;
 
@@ -36,7 +36,7 @@ use sketchnav_rehearsal::{Onlooker, Tap};
 use sketchnav_sketch::mission::SketchMission;
 use sketchnav_sketch::planner::ROOMS;
 
-/// An estimate with the true pose of the same instant.
+/// An estimate, and the true pose of the same instant.
 #[derive(Debug, Clone, Copy)]
 pub struct Instant {
     /// Simulation time, in nanoseconds.
@@ -55,13 +55,13 @@ pub struct Instant {
     pub tracking: u32,
 }
 
-/// The messages of a mission. All of them are in memory, at a few kilobytes per instant and ten for each sample of the
+/// The messages of a mission. All of them are kept in memory, at a few kilobytes for each instant and ten for each sample of the
 /// particles.
 #[derive(Debug, Clone, Default)]
 pub struct Log {
     /// The channel `truth`.
     pub truth: Vec<GroundTruth>,
-    /// The channel `status`. If people draw, only that of the last drive.
+    /// The channel `status`. If people draw, only the part that belongs to the last drive.
     pub status: Vec<MissionStatus>,
     /// The channel `people`.
     pub people: Vec<People>,
@@ -71,29 +71,29 @@ pub struct Log {
     pub journeys: Vec<Journey>,
     /// The map-maker's itinerary, with the landmarks that its maps refer to.
     pub itinerary: Option<Box<Itinerary>>,
-    /// Positions x and y of the dots as the map-maker saw them, in metres.
+    /// Positions of the dots as the map-maker saw them, as x and y in metres.
     pub seen_dots: Vec<[f64; 2]>,
     /// The custom maps as text.
     pub directions: Option<String>,
-    /// Positions x and y of the landmarks in the list of a navigator with a belief, in metres.
+    /// Positions of the landmarks in the list of a navigator with a belief, as x and y in metres.
     pub chart: Vec<[f64; 2]>,
     /// The channel `whereabouts`.
     pub whereabouts: Vec<Whereabouts>,
     /// The channel `contact`.
     pub contacts: Vec<Contact>,
-    /// The channel `estimate`, for the last drawing only.
+    /// The channel `estimate`, only for the last drawing.
     pub estimates: Vec<PoseEstimate>,
     /// The channel `command`.
     pub commands: Vec<VelocityCommand>,
-    /// The route past landmarks as published by the sketcher, which is empty if there is none.
+    /// The route past landmarks as the sketcher published it. Empty if there is none.
     pub landmark_route: Vec<u8>,
     /// The channel `landmark_view`.
     pub landmark_views: Vec<LandmarkView>,
     /// The channel `landmark_progress`.
     pub landmark_progress: Vec<LandmarkProgress>,
-    /// The channel `particles`, for the last drawing only. From a recording, only [`Log::read_all`] reads it.
+    /// The channel `particles`, only for the last drawing. Recordings are read without it, except by [`Log::read_all`].
     pub particles: Vec<Particles>,
-    /// The channel `correspondence`, for the last drawing only. From a recording, only [`Log::read_all`] reads it.
+    /// The channel `correspondence`, only for the last drawing. Recordings are read without it, except by [`Log::read_all`].
     pub correspondences: Vec<Correspondence>,
     /// The channel `health`.
     pub health: Vec<Health>,
@@ -103,11 +103,11 @@ pub struct Log {
     pub faults: Vec<Fault>,
     /// The estimates of a recording that have a true pose of the same instant.
     pub instants: Vec<Instant>,
-    /// The invalid messages of a recording, which processes ignore.
+    /// The invalid messages in a recording, which processes ignore.
     pub rejected: Rejections,
     /// Number of scans.
     pub scans: u64,
-    /// Number of scans that were answered by a command.
+    /// Number of scans that a command responded to.
     pub answered_scans: u64,
     /// The tasks. If several lists were sent, only the last one is kept.
     pub route: Option<Box<Route>>,
@@ -115,7 +115,7 @@ pub struct Log {
     pub sketch: Option<(SketchMap, Vec<u8>)>,
     /// Simulation time in nanoseconds at which people last started the robot on the first task.
     pub(crate) began_ns: Option<u64>,
-    /// The scan that was answered by the last command.
+    /// Number of the scan that the last command responded to.
     pub(crate) last_answered: u64,
 }
 
@@ -142,26 +142,26 @@ const NEEDED: [&ChannelSpec; 19] = [
     ORDERS.spec,
 ];
 
-/// Additional channels that pages show.
+/// Further channels, which pages show.
 const SHOWN: [&ChannelSpec; 5] =
     [PARTICLES.spec, CORRESPONDENCE.spec, LANDMARK_ROUTE.spec, LANDMARK_VIEW.spec, LANDMARK_PROGRESS.spec];
 
 impl Log {
-    /// Returns the method by which the robot drove in this run. If a mission with a drawing names none, the kind of drawing
-    /// determined it, which is only known since the drawing was read.
+    /// Returns the method by which the robot drove in this run. If a mission by a drawing does not name a method, the kind of the
+    /// drawing determines it, which is known only after the drawing was read.
     pub fn method<'a>(&self, run: &'a RunConfig) -> &'a str {
         let by_drawing =
             || Some(SketchMission::of(&run.mission).ok()?.method_in(self.map()?.origin()).word());
         by_drawing().unwrap_or_else(|| method_of(run))
     }
 
-    /// Describes how the planner drove, if it did not do so by the method of the mission all the time.
+    /// Describes how the planner drove, if it did not always drive by the mission's method.
     pub fn driven(&self) -> Option<&'static str> {
         let drove_by_rooms = self.status.iter().any(|status| status.reason.as_str() == ROOMS);
         drove_by_rooms.then_some("outline (among rooms, it drives as beam does)")
     }
 
-    /// Returns the goal of the task that was being driven at that time.
+    /// Returns the goal of the task that was under way at that time.
     pub fn goal_at(&self, stamp_ns: u64) -> Option<Point<Sketch>> {
         let until = self.status.partition_point(|status| status.header.stamp_ns <= stamp_ns);
         let task = self.status[..until].last().map_or(0, |status| status.task as usize);
@@ -186,7 +186,7 @@ impl Log {
     }
 
     fn of_channels(recording: &Recording, channels: &[&ChannelSpec]) -> Result<Self, RecordingError> {
-        // Sensor channels are read only to check them for invalid messages.
+        // Sensor channels are read only so that invalid messages are found.
         let names = channels.iter().map(|spec| spec.name).chain(sensors().map(|spec| spec.name));
         let topics = names.map(topic_name);
         let mut log = Self::default();
@@ -201,7 +201,7 @@ impl Log {
         Ok(log)
     }
 
-    /// Removes messages without a frame, and those in a frame other than that of the last drawing.
+    /// Removes messages that refer to a drawing other than the last one, or to none.
     fn forget_earlier_drawings(&mut self) {
         let drawn_ns = self.map().map_or(0, |map| map.header.stamp_ns);
         self.estimates.retain(|e| e.header.stamp_ns >= drawn_ns && e.tracking != Tracking::Waiting.code());
@@ -209,15 +209,15 @@ impl Log {
         self.correspondences.retain(|found| found.header.stamp_ns >= drawn_ns);
     }
 
-    /// Removes messages about tasks from before the last tasks began, whether they concern other tasks or an earlier drive of
-    /// the same ones. Nothing is left if the last tasks were sent but not driven.
+    /// Removes messages about tasks from before the last tasks began, whether they concern other tasks or an earlier drive of the
+    /// same tasks. If the last tasks were sent but not driven, nothing is left.
     fn forget_earlier_drives(&mut self) {
         let sent_ns = self.route.as_ref().map_or(0, |route| route.header.stamp_ns);
         let Some(began_ns) = self.began_ns.filter(|began_ns| *began_ns > sent_ns) else {
             self.status.clear();
             return;
         };
-        // The planner takes an order a few steps after it was given.
+        // The planner obeys an order a few steps after it was given.
         let is_begin = |status: &MissionStatus| {
             let is_driving = TaskState::from_code(status.state) == Some(TaskState::Driving);
             status.header.stamp_ns > began_ns && status.task == 0 && is_driving
@@ -226,7 +226,7 @@ impl Log {
         self.status.drain(..first);
     }
 
-    /// Returns the run with the tasks that people drew last, if any. Their positions in the true world are not known.
+    /// Returns the run with the tasks that people drew last, if any. Where they lie in the true world is not known.
     #[must_use]
     pub fn with_drawn_tasks(&self, mut run: RunConfig) -> RunConfig {
         if let Some(route) = self.route.as_ref().filter(|_| run.pad.draws()) {
@@ -257,8 +257,8 @@ impl Log {
         self.faults.iter().map(FaultInfo::new).collect()
     }
 
-    /// Takes a message of a recording. Sensor messages other than markers are checked, and scans
-    /// counted, but they are not decoded.
+    /// Processes a message of a recording. Sensor messages other than markers are checked, and scans are counted, but they are not
+    /// decoded.
     fn take(&mut self, raw: &RawMessage, recording: &Recording) -> Result<(), RecordingError> {
         let Some(spec) = of_topic(&raw.topic.name) else { return Ok(()) };
         self.rejected.look_at(raw, spec);
@@ -293,7 +293,7 @@ impl Log {
         }
     }
 
-    /// Counts a scan as answered, but only once if several commands answer it.
+    /// Counts a scan as answered, but only once if several commands respond to it.
     fn answer(&mut self, command: &VelocityCommand) {
         let scan = command.header.source_seq;
         self.answered_scans += u64::from(scan > self.last_answered);
@@ -356,7 +356,7 @@ mod tests {
 
     use super::*;
 
-    /// In the report, pictures of an early task used to show the goal of the last one.
+    /// Regression test: pictures of an early task in the report used to show the goal of the last one.
     #[test]
     fn the_goal_is_that_of_the_current_task() {
         let mut route: Box<Route> = Box::new(Zeroable::zeroed());

@@ -2,9 +2,9 @@
 //! if the robot ends near its goal and if its trajectory on the sketch is homotopic to the drawn path "with respect to the
 //! topology induced by the sketch".
 //!
-//! Distances are measured in the local metric, like all of the paper's distances in the drawing (III-A). The
-//! paper does not state a threshold. A task that the robot gave up was not reached, regardless of where the
-//! robot was: a robot that "lost track of its current pose" failed (2015, IV).
+//! Distances are measured in the local metric, as all distances in the drawing are in the paper (III-A). The paper does not give a
+//! threshold. A task that the robot gave up was not reached, wherever the robot was: a robot that "lost track of its current pose"
+//! failed (2015, IV).
 
 use sketchnav_schemas::codes::TaskState;
 use sketchnav_schemas::geometry::{Point, Sketch};
@@ -13,24 +13,25 @@ use sketchnav_sketch::paths::chart::Chart;
 
 use super::homotopy::Correspondence;
 
-/// Maximum distance from the goal, in metres, if the mission gives no radius.
+/// Maximum distance from the goal, in metres, if the mission does not give a radius.
 pub const LIMIT_M: f64 = 1.0;
 
-/// The goal and route that a task prescribes in the drawing.
+/// What a task prescribes in the drawing.
 #[derive(Debug, Clone, Copy)]
 pub struct Asked<'a> {
     /// Position of the goal.
     pub goal: Point<Sketch>,
     /// Maximum distance between the robot's end position and the goal, in metres.
     pub limit_m: f64,
-    /// The drawn route with the correspondence of drawing and floor, or `None` if the task has only a goal.
+    /// The drawn route and the correspondence between drawing and floor, or `None` if the task has only a goal.
     pub route: Option<(&'a Correspondence, &'a [Point<Sketch>])>,
     /// Direction of the walls in the drawing, in radians.
     pub wall_direction_rad: f64,
 }
 
 impl Asked<'_> {
-    /// Returns true if a task that ended in `state` was reached according to its estimates, which must be in order.
+    /// Returns true if a task that ended in `state` was reached according to the robot's estimates during the task, which must be
+    /// in order.
     pub fn is_reached(&self, state: TaskState, estimates: &[PoseEstimate]) -> bool {
         let Some(last) = estimates.last().filter(|_| state == TaskState::Reached) else { return false };
         let end = last.pose.pose().position();

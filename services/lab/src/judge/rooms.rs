@@ -12,14 +12,14 @@ use serde::Deserialize;
 use sketchnav_schemas::geometry::{Point, Sketch, World, encloses};
 use sketchnav_schemas::toml_text::{self, TomlError};
 
-/// The rooms of a file.
+/// The rooms in a file.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Rooms {
     room: Vec<Room>,
 }
 
-/// A room.
+/// A room, with its outlines in both frames.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Room {
@@ -43,7 +43,7 @@ pub enum RoomsError {
 }
 
 impl Rooms {
-    /// Parses the file's text.
+    /// Parses the text of a rooms file.
     ///
     /// # Errors
     /// [`RoomsError`] if the text is malformed or a room has no area.
@@ -57,12 +57,12 @@ impl Rooms {
         }
     }
 
-    /// Returns the room at a true position, or the first in the file if there are several.
+    /// Returns the room at a true position. If there are several, returns the first one in the file.
     pub fn of_world(&self, at: Point<World>) -> Option<&str> {
         self.find(|room| encloses(&room.world, [at.x, at.y]))
     }
 
-    /// Returns the room at a position in the drawing, where `height_px` is the height of the drawing.
+    /// Returns the room at a position in the drawing, whose height is `height_px`.
     pub fn of_sketch(&self, at: Point<Sketch>, height_px: f64) -> Option<&str> {
         self.find(|room| encloses(&room.sketch, [at.x, height_px - at.y]))
     }

@@ -1,8 +1,7 @@
 //! Judges which landmark states of a drive were matched by the objects that the sketch depicts (Chronis 2007, 5.2.1).
 //!
-//! The thesis determined by hand "whether the sonar range system readings were from the extracted objects or
-//! random objects". Here, the true scene shows which objects were hit by the sonars of a seen object, and the
-//! names are compared. This module is pure.
+//! The thesis determined by hand "whether the sonar range system readings were from the extracted objects or random objects". Here,
+//! the true scene tells which objects the sonars hit when an object was seen, and the names are compared. This module is pure.
 
 use std::f64::consts::{FRAC_PI_8, TAU};
 
@@ -20,23 +19,23 @@ use sketchnav_schemas::geometry::{Point, Pose, World, wrap_angle};
 use sketchnav_schemas::message::GroundTruth;
 use sketchnav_schemas::run::RunConfig;
 
-/// Memory of temporal matching, in nanoseconds: three cycles of 0.192 s (4.6.4).
+/// How long temporal matching remembers, in nanoseconds: three cycles of 0.192 s (4.6.4).
 const REMEMBERED_NS: u64 = 600_000_000;
-/// Number of steps on each side of the axis of a sonar cone when casting rays.
+/// Number of rays that are cast on each side of the axis of a sonar cone.
 const RAYS: i32 = 12;
-/// Half the opening of a direction's cone, for robots without sonars.
+/// Half the opening of the cone of a direction, for robots without sonars.
 const HALF_DIRECTION_RAD: f64 = FRAC_PI_8 / 2.0;
 
-/// The outcome of a landmark state in a drive.
+/// What happened at a landmark state in a drive.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct StateDriven {
-    /// True if the robot matched the state. The first state is always matched (rule 1), and the last one if the robot arrived
+    /// Whether the robot matched the state. The first state is always matched (rule 1), and the last one is if the robot arrived
     /// (rule 2).
     pub matched: bool,
-    /// True if the state was matched by the objects that the sketch depicts. For the last state, true if the robot stopped at its
+    /// Whether the state was matched by the objects that the sketch depicts. For the last state, whether the robot stopped at its
     /// goal.
     pub correct: bool,
-    /// True if the piece of the route that ends with this state is a turn.
+    /// Whether the piece of the route that ends with this state is a turn.
     pub ends_turn: bool,
     /// Number of steps of the drawn route since the previous state.
     pub steps: f64,
@@ -44,7 +43,7 @@ pub struct StateDriven {
     pub turned_deg: f64,
 }
 
-/// The messages of a drive by landmarks.
+/// The messages of a drive past landmarks.
 #[derive(Debug, Clone, Copy)]
 pub struct Said<'a> {
     /// The route of landmark states.
@@ -83,7 +82,7 @@ pub fn states(run: &RunConfig, said: &Said<'_>, is_reached: bool) -> Vec<StateDr
     driven
 }
 
-/// Returns the states with the values that follow from the sketch alone, without a drive.
+/// Returns the states with those values that follow from the sketch alone, without a drive.
 fn drawn(route: &Route, sketch: &Sketch) -> Vec<StateDriven> {
     let step = plane::length(&sketch.route) / (sketch.route.len() - 1).max(1) as f64;
     let steps = |along: Option<DrawnMetres>| along.unwrap_or_default().0 / step;
@@ -130,11 +129,11 @@ impl<'a> TrueScene<'a> {
         }
     }
 
-    /// Returns true if, according to the objects hit by the sonars, each object of the state that was matched at that time is
-    /// actually there.
+    /// Returns true if each object of the state that was matched at `stamp_ns` is actually there, according to the objects that the
+    /// sonars hit.
     ///
-    /// The state may have matched what was seen shortly before (4.6.4). Therefore, the latest view in which something meets an
-    /// object's relations counts.
+    /// Since the state may have matched what was seen shortly before (4.6.4), the latest view counts in which something meets an
+    /// object's relations.
     fn explains(&self, said: &Said<'_>, number: usize, stamp_ns: u64) -> bool {
         let end = said.views.partition_point(|view| view.header.stamp_ns <= stamp_ns);
         let is_remembered = |view: &&LandmarkView| view.header.stamp_ns + REMEMBERED_NS >= stamp_ns;
@@ -145,7 +144,7 @@ impl<'a> TrueScene<'a> {
         })
     }
 
-    /// Returns true if the named object is what meets its relations in a view, or `None` if nothing meets them.
+    /// Returns true if what meets an object's relations in a view is the named object, or `None` if nothing meets them.
     fn is_it(
         &self,
         name: &str,
@@ -164,7 +163,7 @@ impl<'a> TrueScene<'a> {
         Some(witnesses.iter().any(|all| all.iter().all(|seen| self.hit(&robot, seen, view) == Some(name))))
     }
 
-    /// Returns the true object that was hit by most of the sonars of a seen object.
+    /// Returns the true object that most of the sonars hit whose returns form a seen object.
     fn hit(&self, robot: &Pose<World>, seen: &Seen, view: &LandmarkView) -> Option<&'a str> {
         let [first, count] = seen.beams.map(usize::from);
         let beams = (0..count).map(|i| (first + i) % usize::from(DIRECTIONS));
@@ -192,8 +191,8 @@ impl<'a> TrueScene<'a> {
     }
 }
 
-/// Returns the objects that satisfy a relation: either one, or the two on either side of its direction (4.6.4). Returns `None` if
-/// there are none.
+/// Returns the objects that satisfy a relation: either a single one, or the two on either side of its direction (4.6.4). Returns
+/// `None` if there are none.
 fn witnesses<'s>(relation: &Relation, seen: &'s [Seen], features: Features) -> Option<Vec<&'s Seen>> {
     let alone = Features { neighbours: false, ..features };
     let met = |relation: &Relation| {
@@ -241,8 +240,8 @@ mod tests {
         Furniture { name: name.into(), polygon: Some(polygon.into()), center, size, yaw_deg: 0.0, radius_m }
     }
 
-    /// Returns the states of a drive past this object. The robot stands at the origin with the object on its left, and matches
-    /// the state at once.
+    /// Returns the states of a drive past an object called `left`. The robot stands at the origin with the object on its left, and
+    /// matches the state at once.
     fn driven(left: &str, is_reached: bool) -> Vec<StateDriven> {
         let suite = landmarks::scenes(&Folders::of_checkout()).unwrap();
         let mut run = suite.trials[0].run("chronis-2007", 1, 0).unwrap();

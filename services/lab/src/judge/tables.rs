@@ -46,7 +46,7 @@ pub fn csv(log: &Log) -> String {
     text
 }
 
-/// Returns the true and the estimated trajectory in metres, not aligned, each in the format of [`tum`].
+/// Returns the true and the estimated trajectory in metres, without aligning them, each in the format of [`tum`].
 pub fn tum_pair(log: &Log, map: Option<MetricMap>) -> (String, String) {
     let (truth, estimate, _) = metric(log, map);
     let stamps = || log.instants.iter().map(|instant| instant.stamp_ns);

@@ -1,7 +1,7 @@
 //! Measures how far one trajectory is from another, using the absolute and relative errors of evo and the TUM benchmark
 //! (Sturm et al., *A Benchmark for the Evaluation of RGB-D SLAM Systems*, IROS 2012).
 //!
-//! This module is pure. Both trajectories must have the same length, and poses with the same index belong together.
+//! This module is pure. Both trajectories must have the same length, and poses with the same index correspond.
 
 use serde::{Serialize, Serializer};
 use sketchnav_schemas::geometry::Pose;
@@ -10,7 +10,7 @@ use sketchnav_schemas::geometry::Pose;
 const FEWEST_POSES: usize = 4;
 /// Minimum extent of a path for alignment, in metres. Errors of this size are ordinary, and alignment would remove them.
 const SHORTEST_SPAN_M: f64 = 0.5;
-/// Minimum extent of an estimated path as a share of the extent of the true one. An estimate below this has collapsed.
+/// Minimum extent of an estimated path, as a share of the extent of the true one. A shorter path has collapsed.
 const LEAST_SHARE: f64 = 0.1;
 
 /// Why a trajectory is not aligned with the true one. Without these checks, anything could be fitted to a single point.
@@ -123,8 +123,8 @@ impl Statistics {
     }
 }
 
-/// Returns the rotation and translation that minimise the squared distances between the positions of `moved` and `fixed`
-/// (Umeyama 1991, without scale, in the plane). Returns the identity if there are no poses.
+/// Returns the rotation and translation that minimize the squared distances between the positions of `moved` and `fixed` (Umeyama
+/// 1991, without scale, in the plane). Returns the identity if there are no poses.
 pub fn alignment<F>(fixed: &[Pose<F>], moved: &[Pose<F>]) -> Pose<F> {
     let n = fixed.len().max(1) as f64;
     let middle = |poses: &[Pose<F>]| {
@@ -156,7 +156,7 @@ pub fn absolute<'a, F>(truth: &'a [Pose<F>], estimate: &'a [Pose<F>]) -> impl It
     truth.iter().zip(estimate).map(|(t, e)| (t.x - e.x).hypot(t.y - e.y))
 }
 
-/// Returns the differences between the motions over each `delta` poses, from pose 0 to `delta`, from there to 2 `delta` and
+/// Returns the differences between corresponding motions over `delta` poses: from pose 0 to `delta`, from there to 2 `delta`, and
 /// so on. Each is the translation of (Q⁻¹ᵢ Qᵢ₊δ)⁻¹ (P⁻¹ᵢ Pᵢ₊δ).
 pub fn relative<'a, F>(
     truth: &'a [Pose<F>],
@@ -177,8 +177,8 @@ fn way<F>(from: &Pose<F>, to: &Pose<F>) -> [f64; 2] {
     [cos * dx + sin * dy, -sin * dx + cos * dy]
 }
 
-/// Returns the two rows of the affine map that minimises the squared distances between `from` and `to`, or `None` if the
-/// points are on a line.
+/// Returns the two rows of the affine map from `from` to `to` that minimizes the squared distances, or `None` if the points lie on
+/// a line.
 pub fn affine(from: &[[f64; 2]], to: &[[f64; 2]]) -> Option<[[f64; 3]; 2]> {
     let n = from.len() as f64;
     let middle = |points: &[[f64; 2]], i: usize| points.iter().map(|p| p[i]).sum::<f64>() / n;
@@ -225,7 +225,7 @@ mod tests {
         assert!(worst < 1e-12, "a relative error knows no frame: {worst}");
     }
 
-    /// A robot that never moved according to its odometry was reported with an error of "0.000 m".
+    /// Regression test: a robot that never moved according to its odometry was reported with an error of "0.000 m".
     #[test]
     fn a_trajectory_that_collapses_to_a_point_is_not_aligned() {
         let truth = bend(60);

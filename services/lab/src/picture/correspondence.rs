@@ -1,5 +1,5 @@
-//! Draws the correspondence between a drawing and what a robot has seen as two pictures: the outline of the drawing, and the
-//! partners of its samples on the floor. A sample and its partner have the same colour.
+//! Draws the correspondence between a drawing and what a robot has seen. One picture shows the outline of the drawing, and the
+//! other one the partners of its samples on the floor. A sample and its partner have the same colour.
 
 use sketchnav_schemas::geometry::{Point, Pose, Sketch, World};
 use sketchnav_schemas::message::GroundTruth;
@@ -8,14 +8,14 @@ use sketchnav_sketch::messages::{Correspondence, CourseAim, OutlineSample, Partn
 use super::svg::{GREEN, Sheet, View};
 use super::{DrawnGoal, FloorShapes, PictureError};
 
-/// The picture of the partners on the floor, drawn by [`seen_outline`].
+/// The partners on the floor, for [`seen_outline`].
 #[derive(Debug, Clone)]
 pub struct SeenOutline<'a> {
     /// Heading of the picture.
     pub title: &'a str,
     /// Walls and objects on the floor.
     pub shapes: &'a FloorShapes,
-    /// True position of the origin of the robot's map.
+    /// True pose of the origin of the robot's map.
     pub origin: Pose<World>,
     /// True path of the robot.
     pub trail: &'a [Point<World>],
@@ -26,7 +26,7 @@ pub struct SeenOutline<'a> {
 /// Draws the outline in the drawing as SVG.
 ///
 /// # Errors
-/// [`PictureError`] if the number of cells does not match the size, or if they cannot be packed as a PNG.
+/// [`PictureError`] if the number of cells does not match the size, or if they cannot be encoded as a PNG.
 pub fn drawn_outline(drawn: &DrawnGoal<'_>, found: &Correspondence) -> Result<String, PictureError> {
     let mut sheet = drawn.sheet()?;
     for (k, sample) in found.samples().iter().enumerate() {
@@ -38,8 +38,7 @@ pub fn drawn_outline(drawn: &DrawnGoal<'_>, found: &Correspondence) -> Result<St
     Ok(sheet.finish())
 }
 
-/// Returns the true position of the origin of the robot's map. It follows from the robot's true pose and its pose in the
-/// map.
+/// Returns the true pose of the origin of the robot's map, which follows from the robot's true pose and its pose in the map.
 pub fn origin_of(found: &Correspondence, truth: &[GroundTruth]) -> Pose<World> {
     let until = truth.partition_point(|truth| truth.header.stamp_ns <= found.header.stamp_ns);
     let Some(truth) = truth[..until].last() else { return Pose::new(0.0, 0.0, 0.0) };
@@ -89,8 +88,8 @@ pub fn seen_outline(picture: &SeenOutline<'_>) -> String {
 
 type Segments = Vec<[Point<World>; 2]>;
 
-/// Returns the drawing as corrected by the floor. Its outline goes through the partners of its samples and is returned as
-/// pieces along walls that were seen and pieces through gaps. Samples without a partner are left out.
+/// Returns the drawing as corrected by the floor: an outline through the partners of its samples, as pieces along walls that were
+/// seen and pieces through gaps. Samples without a partner are left out.
 fn corrected(samples: &[OutlineSample], partners: &[Point<World>]) -> (Segments, Segments) {
     let has_partner = |(sample, _): &(&OutlineSample, _)| sample.partner != PartnerKind::Nothing.code();
     let placed: Vec<_> = samples.iter().zip(partners).filter(has_partner).collect();

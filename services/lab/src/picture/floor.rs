@@ -1,4 +1,4 @@
-//! Walls, furniture and markers of a floor, as pictures show them.
+//! Walls, furniture and markers of a floor, as they appear in pictures.
 
 use sketchnav_schemas::geometry::{Point, Pose, World};
 use sketchnav_sim::WorldDescription;

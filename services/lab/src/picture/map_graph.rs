@@ -1,9 +1,9 @@
-//! Draws custom maps as graphs. Each entry has a row, which shows the landmark to seek and the signs that decide how to continue.
+//! Draws custom maps as graphs. Each entry has a row, which shows the landmark to seek and the signs that determine how to
+//! continue.
 //!
-//! The path along the right landmarks leads downwards. Branches to other entries are arcs on the left, which
-//! are blue if they lead to later entries and orange otherwise. A sign is drawn as the four quadrants around
-//! the landmark, north up, each with the dots that it contains. `NE → 4` means: move the landmark to the
-//! corner NE and continue at entry 4.
+//! The path along the right landmarks leads downwards. Branches to other entries are arcs on the left, which are blue if they lead
+//! to later entries and orange otherwise. A sign is drawn as the four quadrants around the landmark, with north up, each with the
+//! dots in it. `NE → 4` means: move the landmark to the corner NE and continue at entry 4.
 
 use std::fmt::Write;
 
@@ -30,17 +30,17 @@ const LEGEND: f64 = 34.0;
 const COLUMN: f64 = 250.0;
 /// Radius of these circles.
 const RADIUS: f64 = 14.0;
-/// Left edge of the words.
+/// Left edge of the text.
 const WORDS: f64 = 284.0;
 /// Left edge of the first sign.
 const SIGNS: f64 = 440.0;
 /// Size of a sign.
 const SIGN: f64 = 26.0;
-/// Width of a sign together with the entry that it leads to.
+/// Width of a sign, including the entry that it leads to.
 const CHIP: f64 = 122.0;
 /// Maximum number of signs in a line.
 const CHIPS: usize = 6;
-/// Distance of the widest arc from the circles.
+/// Distance of the widest arc from the circles of the entries.
 const BULGE: f64 = 225.0;
 
 /// Returns an SVG image of custom maps, each with its name.
@@ -100,7 +100,7 @@ fn colour(edge: Edge) -> &'static str {
     }
 }
 
-/// Draws a map whose top edge is at `top`, and returns the height of the map.
+/// Draws a map whose top edge is at `top`. Returns the height of the map.
 fn graph(sheet: &mut Sheet, map: &CustomMap, top: f64) -> f64 {
     let rows = rows(map);
     let middle = |row: usize| top + rows[..row].iter().sum::<f64>() + ROW / 2.0;
@@ -162,7 +162,8 @@ fn arrow_down(sheet: &mut Sheet, [from, to]: [f64; 2], colour: &str) {
     ));
 }
 
-/// Draws an arc on the left of the entries. Arcs between distant entries bulge further. `height` is the height of the whole graph.
+/// Draws an arc on the left of the entries. The farther apart they are, the wider the arc. `height` is the height of the whole
+/// graph.
 fn arc(sheet: &mut Sheet, [from, to]: [f64; 2], height: f64, colour: &str) {
     let x = COLUMN - RADIUS;
     // An entry may lead to itself.
@@ -259,12 +260,12 @@ mod tests {
     fn a_map_has_arrows_for_its_branches_and_circles_for_its_entries() {
         let map: CustomMap = MAP.parse().unwrap();
         let svg = map_graph("a map", &[("there <and> back", &map)]);
-        // Down: 1 to 2, 2 to 3, 4 to the goal. Arcs: 2 to 4, 2 to 1, 3 to the goal, 4 to 2.
+        // Downwards: 1 to 2, 2 to 3, 4 to the goal. Arcs: 2 to 4, 2 to 1, 3 to the goal, 4 to 2.
         let of = |pattern: &str| svg.matches(pattern).count();
         assert_eq!((of("V"), of("C")), (3, 4), "{svg}");
         assert_eq!(of("r=\"14\""), 5);
         assert!(svg.contains("there &lt;and&gt; back") && svg.contains(">Isol, slide back<"), "{svg}");
-        // One, three and two dots; one dot; those of the legend.
+        // Signs with one, three and two dots, one with one dot, and those in the legend.
         assert_eq!(of("r=\"2\""), 6 + 1 + 6);
     }
 

@@ -1,4 +1,4 @@
-//! Symbols on a plan: tasks, trails, the start, contacts and the legend.
+//! Symbols on a picture: tasks, trails, the start, contacts and the legend.
 
 use std::collections::BTreeSet;
 
@@ -7,7 +7,7 @@ use sketchnav_schemas::geometry::{Point, Pose};
 use super::svg::{GREEN, INK, RED, SHEET_WIDTH, Sheet};
 use super::task::{TaskMark, TaskPicture};
 
-/// Colours of successive tasks. They can be distinguished on white, also by most people with colour blindness.
+/// Colours of successive tasks. They can be distinguished on white, even by most people with colour blindness.
 const COLOURS: [&str; 10] = [
     "#2f6fd0", "#e07b16", "#2b9a55", "#c23b8f", "#7a52cc", "#0e9aa7", "#a8641f", "#d14545", "#5b8a00",
     "#5a6b86",
@@ -50,11 +50,11 @@ fn colour(task: usize) -> &'static str {
 
 /// Style of a person's path.
 const WAY: &str = "stroke=\"#8a93a3\" stroke-width=\"2\" stroke-dasharray=\"1 6\"";
-/// Size of a square, in metres, through which paths are only drawn once.
+/// Side length of a square, in metres, within which paths are drawn only once.
 const SAME_M: f64 = 0.25;
 
-/// Draws the paths of people, but each place only once. Otherwise, the dots of a person who walks back and
-/// forth would overlap and look like a solid line.
+/// Draws the paths of people, but only once at each place. Otherwise, the dots of a person who walks back and forth would overlap
+/// and look like a solid line.
 pub fn ways<F>(sheet: &mut Sheet, ways: &[Vec<Point<F>>]) {
     let mut drawn = BTreeSet::new();
     for way in ways {
@@ -62,7 +62,7 @@ pub fn ways<F>(sheet: &mut Sheet, ways: &[Vec<Point<F>>]) {
     }
 }
 
-/// Returns the pieces of a path through squares that no path has been drawn in before.
+/// Returns the pieces of a path that lie in squares in which no path has been drawn yet.
 fn first_passes<F>(way: &[Point<F>], drawn: &mut BTreeSet<[i64; 2]>) -> Vec<Vec<Point<F>>> {
     let (mut pieces, mut piece) = (Vec::new(), Vec::new());
     let mut last = None;
@@ -87,7 +87,7 @@ pub fn places<F>(sheet: &mut Sheet, tasks: &[TaskPicture<F>]) {
     }
 }
 
-/// Draws routes, trails, particles, goals and ends of all tasks, with each kind on top of the previous one.
+/// Draws routes, trails, particles, goals and ends of all tasks, with each kind on top of the kinds before it.
 pub fn tasks<F>(sheet: &mut Sheet, tasks: &[TaskPicture<F>]) {
     for (i, task) in tasks.iter().enumerate().filter(|(_, task)| task.marks.len() > 1) {
         route(sheet, &task.marks, colour(i));
@@ -131,7 +131,7 @@ pub fn start<F>(sheet: &mut Sheet, start: &Pose<F>) {
     arrow(sheet, [x, y], start.yaw_rad);
 }
 
-/// Draws a star at the beginning of each contact.
+/// Draws a star where each contact began.
 pub fn contacts<F>(sheet: &mut Sheet, contacts: &[Point<F>]) {
     for contact in contacts {
         star(sheet, sheet.view.at(contact));
@@ -253,7 +253,7 @@ fn ring(sheet: &mut Sheet, [x, y]: [f64; 2], colour: &str) {
     ));
 }
 
-/// Draws the number of a task in white on its colour.
+/// Draws the number of a task in white on the colour of the task.
 fn badge(sheet: &mut Sheet, [x, y]: [f64; 2], task: usize) {
     let (fill, number) = (colour(task), (task + 1).to_string());
     sheet.raw(format_args!(
@@ -262,7 +262,7 @@ fn badge(sheet: &mut Sheet, [x, y]: [f64; 2], task: usize) {
     sheet.text([x, y + 4.5], 13.0, "middle", "#ffffff", "700", &number);
 }
 
-/// Returns a position next to a mark that is not taken by the badge of another mark.
+/// Returns a position next to a mark that is not occupied by the badge of another mark.
 fn free_spot([x, y]: [f64; 2], taken: &[[f64; 2]]) -> [f64; 2] {
     let spots = [(17.0, -17.0), (-17.0, -17.0), (17.0, 17.0), (-17.0, 17.0), (0.0, -25.0), (0.0, 25.0)];
     let mut spots = spots.iter().map(|(dx, dy)| [x + dx, y + dy]);
@@ -301,7 +301,7 @@ mod tests {
 
     use super::*;
 
-    /// A person who walked along a corridor ten times used to be drawn as a solid line, which the legend did not list.
+    /// Regression test: a person who walked along a corridor ten times was drawn as a solid line, which the legend did not list.
     #[test]
     fn a_person_who_walks_back_and_forth_is_drawn_once() {
         let there = (0..=40).map(|i| Point::<World>::new(0.1 * f64::from(i), 1.0));

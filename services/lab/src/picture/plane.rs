@@ -1,4 +1,4 @@
-//! Draws a plane of dots with its parkways, trajectories, the planned path, and the journeys over the plane.
+//! Draws a plane of dots: its parkways and trajectories, the planned path, and the journeys over the plane.
 //!
 //! The colour of a journey's path shows what the navigator was doing.
 
@@ -16,10 +16,10 @@ use super::task::TaskPicture;
 pub struct PlannedMap {
     /// Landmarks, one for each entry.
     pub landmarks: Vec<Point<World>>,
-    /// Pairs of landmarks one of which leads to the other.
+    /// Pairs of landmarks, where the first leads to the second.
     pub links: Vec<[Point<World>; 2]>,
-    /// Whether the map branches. If it does, the number of an entry is at the landmark where the entry begins, otherwise at the one
-    /// that it attains.
+    /// Whether the map branches. If so, the number of an entry is shown at the landmark where the entry begins, and otherwise at
+    /// the landmark that it attains.
     pub branches: bool,
 }
 
@@ -30,7 +30,7 @@ pub struct PlanePicture<'a> {
     pub title: &'a str,
     /// Positions of the true dots.
     pub dots: &'a [Point<World>],
-    /// Kinds of the dots, or nothing if all are alike.
+    /// Kinds of the dots, or empty if all are alike.
     pub kinds: &'a [String],
     /// Walls and other obstacles of a robot on land, as line segments.
     pub walls: &'a [[Point<World>; 2]],
@@ -42,11 +42,11 @@ pub struct PlanePicture<'a> {
     pub planned: &'a [PlannedMap],
     /// Paths of the window's centre, with one piece for each activity of the navigator.
     pub ways: &'a [(Activity, Vec<Point<World>>)],
-    /// Corners of the window at some times.
+    /// Corners of the window at some points in time.
     pub windows: &'a [Vec<Point<World>>],
     /// The tasks in order.
     pub tasks: &'a [TaskPicture<World>],
-    /// Maximum length of the scale bar, in metres. The bar gets a round length of at most this.
+    /// Maximum length of the scale bar, in metres. Its actual length is a round number.
     pub bar_m: f64,
 }
 
@@ -113,9 +113,9 @@ pub fn plane(picture: &PlanePicture<'_>) -> String {
     sheet.finish()
 }
 
-/// Draws the landmarks with the numbers of their entries. Since each task begins where the previous one ends, several
-/// entries and tasks may lead to the same landmark, but it has a single label. With several tasks, the number of the task
-/// precedes that of the entry.
+/// Draws the landmarks with the numbers of their entries. Since each task begins where the previous one ends, several entries and
+/// tasks may lead to the same landmark, which has a single label. If there are several tasks, the number of the task precedes that
+/// of the entry.
 fn numbers(sheet: &mut Sheet, planned: &[PlannedMap]) {
     for (landmark, numbers) in labels(planned) {
         let [x, y] = sheet.view.at(&landmark);

@@ -1,5 +1,4 @@
-//! A sheet of SVG, with the conversion from coordinates of a frame to units of the sheet and the few shapes that are
-//! needed.
+//! A sheet of SVG. It converts coordinates of a frame to units of the sheet, and offers the few shapes that pictures need.
 
 use std::fmt::{Display, Write};
 
@@ -14,7 +13,7 @@ pub const GREEN: &str = "#1d8a4a";
 pub const RED: &str = "#cf2e2e";
 /// Width of a sheet, in its own units.
 pub const SHEET_WIDTH: f64 = 1200.0;
-/// Maximum height of the view.
+/// Maximum height of the view, in units of the sheet.
 const MAX_VIEW_HEIGHT: f64 = 1000.0;
 /// Height of the space for the heading.
 const TITLE_HEIGHT: f64 = 46.0;
@@ -22,10 +21,10 @@ const TITLE_HEIGHT: f64 = 46.0;
 const MARGIN: f64 = 18.0;
 /// Width of the empty border around points, as a share of the longer side of their box.
 const BORDER: f64 = 0.04;
-/// Minimum distance between neighbouring points of a line. Points that are nearer to the previous one are left out.
+/// Minimum distance between successive points of a line. Points that are nearer to the previous one are left out.
 const MIN_STEP: f64 = 0.8;
 
-/// The position of a box of the frame on the sheet. The y axis points up in the frame and down on the sheet.
+/// How a box of the frame is placed on the sheet. The y axis points up in the frame and down on the sheet.
 #[derive(Debug, Clone, Copy)]
 pub struct View {
     low: [f64; 2],
@@ -36,8 +35,8 @@ pub struct View {
 }
 
 impl View {
-    /// Creates a view of the box from `low` to `high` in the frame. The width of the border is a share of the longer side of
-    /// the box.
+    /// Creates a view of the box from `low` to `high` in the frame. `border` is the width of the border, as a share of the longer
+    /// side of the box.
     pub fn new(low: [f64; 2], high: [f64; 2], border: f64) -> Self {
         let pad = border * (high[0] - low[0]).max(high[1] - low[1]);
         let (low, high) = ([low[0] - pad, low[1] - pad], [high[0] + pad, high[1] + pad]);
@@ -46,8 +45,7 @@ impl View {
         Self { low, high, scale, left: (SHEET_WIDTH - width * scale) / 2.0 }
     }
 
-    /// Creates a view of all points that are finite, with a small border. Without such points, it shows a few metres around
-    /// the origin.
+    /// Creates a view of all finite points, with a small border. If there are none, it shows a few metres around the origin.
     pub fn around<'a, F: 'a>(points: impl Iterator<Item = &'a Point<F>>) -> Self {
         let finite = points.filter(|point| point.x.is_finite() && point.y.is_finite());
         let (low, high) = finite.fold(([f64::MAX; 2], [f64::MIN; 2]), |(low, high), point| {
@@ -85,13 +83,13 @@ pub fn round_length(most_m: f64) -> f64 {
     [5.0, 2.0, 1.0].map(in_power).into_iter().find(|length_m| *length_m <= most_m).unwrap_or(most_m)
 }
 
-/// A sheet being drawn.
+/// A sheet to which shapes are added.
 #[derive(Debug)]
 pub struct Sheet {
-    /// Position of the frame on the sheet.
+    /// How the frame is placed on the sheet.
     pub view: View,
     body: String,
-    /// Position of the next row below the picture.
+    /// Vertical position of the next row below the picture.
     pub bottom: f64,
 }
 
@@ -157,7 +155,7 @@ impl Sheet {
         self.raw(format_args!("<path d=\"{path}\" fill=\"none\" {style}/>"));
     }
 
-    /// Adds a cross at a place.
+    /// Adds a cross at a point.
     pub fn cross<F>(&mut self, at: &Point<F>, colour: &str) {
         let [x, y] = self.view.at(at).map(|part| part - 9.0);
         self.raw(format_args!(
@@ -193,7 +191,7 @@ impl Sheet {
         )
     }
 
-    /// Returns the path data of a line without points nearer than `min_step` to the previous one. The last point is always
+    /// Returns the path data of a line, leaving out points nearer than `min_step` to the previous one. The last point is always
     /// kept.
     fn path<F>(&self, points: &[Point<F>], min_step: f64) -> String {
         let mut path = String::new();

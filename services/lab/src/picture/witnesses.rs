@@ -10,12 +10,12 @@ use super::{DrawnGoal, FloorShapes, PictureError};
 /// Names of the witnesses, each with its colour.
 const WITNESSES: [(&str, &str); 3] =
     [("particle filter", "#2f6fd0"), ("outline", "#c2410c"), ("regions and doors", "#8a3ffc")];
-/// Hue of the first region, and the difference between it and that of the next one, in degrees. By the golden angle, neighbouring
-/// numbers never have similar hues.
+/// Hue of the first region, and difference between the hues of successive regions, in degrees. This difference, the golden angle,
+/// ensures that successive numbers never have similar hues.
 const HUES: [f64; 2] = [30.0, 137.5];
 const NO_PARTNER: &str = "#aab0ba";
 
-/// Each witness's place of the goal, drawn by [`claims`].
+/// Where each witness locates the goal, for [`claims`].
 #[derive(Debug, Clone)]
 pub struct Claims<'a> {
     /// Heading of the picture.
@@ -24,21 +24,20 @@ pub struct Claims<'a> {
     pub shapes: &'a FloorShapes,
     /// True path of the robot.
     pub trail: &'a [Point<World>],
-    /// Corners of the goal's true place.
+    /// Corners of the true place of the goal.
     pub place: &'a [Point<World>],
-    /// The places of the goal according to the filter, the outline, and regions and doors.
+    /// Where the filter, the outline, and regions and doors locate the goal, in this order.
     pub claims: [Option<Point<World>>; 3],
     /// True pose of the origin of the robot's map.
     pub origin: Pose<World>,
-    /// The robot's map as regions and doors, and the answer based on it, if there is one.
+    /// The regions and doors of the robot's map, and the answer based on them, if there is one.
     pub rooms: Option<(&'a Floor, &'a Answer)>,
 }
 
-/// Draws the regions and doors of a drawing as SVG. `rooms` are the drawing as regions and doors, and the answer about it, if there
-/// is one.
+/// Draws the regions and doors of a drawing as SVG. `rooms` contains them and the answer about them, if there is one.
 ///
 /// # Errors
-/// [`PictureError`] if the number of cells does not match the size, or if they cannot be packed as a PNG.
+/// [`PictureError`] if the number of cells does not match the size, or if they cannot be encoded as a PNG.
 pub fn drawn_rooms(drawn: &DrawnGoal<'_>, rooms: Option<(&Floor, &Answer)>) -> Result<String, PictureError> {
     let mut sheet = drawn.sheet()?;
     if let Some((floor, answer)) = rooms {
@@ -100,7 +99,7 @@ pub fn claims(picture: &Claims<'_>) -> String {
     sheet.finish()
 }
 
-/// Draws the outlines of all regions and the doors between them. `at` converts places of the drawing or the map.
+/// Draws the outlines of all regions and the doors between them. `at` converts positions from the drawing or the map.
 fn regions<F>(
     sheet: &mut Sheet,
     floor: &Floor,

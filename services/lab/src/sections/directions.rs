@@ -1,5 +1,5 @@
-//! The part of a page about journeys by custom maps: the plane with its parkways, trajectories and journeys,
-//! the ends of the journeys, and the maps.
+//! The part of a page about journeys by custom maps: the plane with its parkways, trajectories and journeys, how the journeys
+//! ended, and the maps.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -24,13 +24,15 @@ use sketchnav_directions::{Plane, Point as Place, Window};
 use sketchnav_files::{FLOOR_PLAN, Files};
 use sketchnav_recordings::Recording;
 use sketchnav_recordings::sources::RecordedRun;
-use sketchnav_schemas::floor_plan::FloorPlan;
+use sketchnav_schemas::floor_plan::{FloorPlan, Wall};
 use sketchnav_schemas::geometry::{Point, Pose, World};
 use sketchnav_schemas::run::RunConfig;
 
 use crate::sections::outcome;
 
-/// Number of times shown with the window.
+/// Thickness of the lines that stand for the outline of a map, in metres.
+const LINE_M: f64 = 0.01;
+/// Number of points in time at which the window is shown.
 const WINDOWS: usize = 14;
 
 /// Returns the true dots of a run's plane, or the landmarks of a run on land, or `None` if the world has neither.
@@ -46,26 +48,45 @@ pub fn dots(run: &RunConfig, files: &dyn Files) -> anyhow::Result<Option<Vec<[f6
     Ok(floor.map(|(plan, radius_m)| pillars(&plan, radius_m).collect()))
 }
 
-/// Returns the floor of a run on land, including everything on it, and the radius of its landmarks, in metres.
+/// Returns the floor of a run on land, including everything on it, and the radius of its landmarks in metres.
 fn floor(run: &RunConfig, files: &dyn Files) -> anyhow::Result<Option<(FloorPlan, f64)>> {
     let world = &run.mission.world;
     let is_ours = run.mission.navigator_kind() == mission::KIND;
     let land = if is_ours { DirectionsMission::of(&run.mission)?.land } else { None };
-    let (Some(land), Some(file)) = (land, &world.floor_plan) else { return Ok(None) };
-    let text = files.read_to_string(Path::new(file), FLOOR_PLAN)?;
-    let mut plan: FloorPlan = toml::from_str(&text)?;
+    let Some(land) = land else { return Ok(None) };
+    let mut plan: FloorPlan = match (&world.floor_plan, &world.map) {
+        (Some(file), _) => toml::from_str(&files.read_to_string(Path::new(file), FLOOR_PLAN)?)?,
+        (None, Some(map)) => outline(files, Path::new(map))?,
+        (None, None) => return Ok(None),
+    };
     plan.furniture.extend(world.furniture.iter().cloned());
     plan.marker.extend(&world.marker);
     Ok(Some((plan, land.radius_m)))
 }
 
-/// Returns the obstacles on the floor of a run other than its landmarks. There are none if the run is above a plane.
+/// Returns the outline of a map's walls as a floor.
+fn outline(files: &dyn Files, path: &Path) -> anyhow::Result<FloorPlan> {
+    let map = sketchnav_sim::files::occupancy_map_in(files, path)?;
+    let world = map.describe(&path.to_string_lossy())?;
+    let wall = |line: [[f64; 2]; 2]| Wall { points: line.to_vec(), closed: false };
+    Ok(FloorPlan {
+        name: world.name,
+        wall_thickness_m: LINE_M,
+        wall: world.outline.into_iter().map(wall).collect(),
+        door: Vec::new(),
+        furniture: Vec::new(),
+        person: Vec::new(),
+        marker: Vec::new(),
+    })
+}
+
+/// Returns the obstacles on the floor of a run other than its landmarks. A run over a plane has none.
 fn walls(run: &RunConfig, files: &dyn Files) -> anyhow::Result<Arc<Walls>> {
     let Some((plan, radius_m)) = floor(run, files)? else { return Ok(Arc::default()) };
     Ok(Arc::new(survey::walls(&plan, radius_m, settings::body(&run.mission, &run.robot)?)))
 }
 
-/// Returns the verdicts on a run's journeys, or nothing if its world has no dots or landmarks.
+/// Returns the verdicts on a run's journeys, or nothing if its world contains no dots or landmarks.
 ///
 /// # Errors
 /// Any error of [`dots`].
@@ -80,7 +101,7 @@ pub fn verdicts(run: &RunConfig, files: &dyn Files, log: &Log) -> anyhow::Result
     Ok(verdicts)
 }
 
-/// Returns the kinds of the landmarks of a run on land, or nothing if its mission has no markers on them.
+/// Returns the kinds of the landmarks of a run on land, or nothing if its mission has no markers on landmarks.
 fn kinds(run: &RunConfig, files: &dyn Files, dots: &[[f64; 2]]) -> anyhow::Result<Vec<String>> {
     let Some((plan, radius_m)) = floor(run, files)? else { return Ok(Vec::new()) };
     let read = DirectionsMission::of(&run.mission)?;
@@ -90,10 +111,10 @@ fn kinds(run: &RunConfig, files: &dyn Files, dots: &[[f64; 2]]) -> anyhow::Resul
     Ok((0..dots.len() as u32).map(|dot| markers.name(dot)).collect())
 }
 
-/// Returns the verdicts on journeys by custom maps, judged by the plane inside the recording.
+/// Returns the verdicts on the journeys in a recording, judged by the plane that it contains.
 ///
 /// # Errors
-/// Any error of [`dots`]. Also fails if the recorded run cannot be read.
+/// Any error of [`dots`], and an error if the recorded run cannot be read.
 pub fn verdicts_of(recording: &Recording, log: &Log) -> anyhow::Result<Vec<JourneyVerdict>> {
     if log.journeys.is_empty() {
         return Ok(Vec::new());
@@ -102,7 +123,7 @@ pub fn verdicts_of(recording: &Recording, log: &Log) -> anyhow::Result<Vec<Journ
     verdicts(&run, &files, log)
 }
 
-/// Draws the plane or land of a run with its journeys. Returns `None` if the world has no dots or landmarks.
+/// Draws the plane or the land of a run with its journeys, or returns `None` if the world contains no dots or landmarks.
 ///
 /// # Errors
 /// Any error of [`dots`].
@@ -173,12 +194,12 @@ fn joined(log: &Log, window: Window, walls: &Arc<Walls>, words: &[Descriptor]) -
     (parkways, trajectories)
 }
 
-/// Returns the custom maps of the tasks, or none if the recording has none.
+/// Returns the custom maps of the tasks, or nothing if the recording contains none.
 fn maps(log: &Log) -> Vec<CustomMap> {
     log.directions.as_deref().and_then(|text| maps_of(text).ok()).unwrap_or_default()
 }
 
-/// Returns the landmarks of each task as the map-maker sees them, and which of them lead to which.
+/// Returns the landmarks of each task as the map-maker sees them, and which of them lead to which others.
 fn planned(log: &Log, tasks: usize) -> Vec<PlannedMap> {
     let maps = maps(log);
     let of = |task: usize| {
@@ -202,7 +223,7 @@ fn ways(log: &Log) -> Vec<(Activity, Vec<Point<World>>)> {
         match ways.last_mut() {
             Some((last, way)) if *last == activity => way.push(at),
             last => {
-                // Each piece begins at the last point of the previous one, so that there are no gaps.
+                // Each piece begins at the last point of the previous one, so that there is no gap between them.
                 let before = last.and_then(|(_, way)| way.last().copied());
                 ways.push((activity, before.into_iter().chain([at]).collect()));
             }
@@ -227,7 +248,7 @@ fn windows(log: &Log, window: Window) -> Vec<Vec<Point<World>>> {
     log.truth.iter().step_by(step).map(|truth| window(truth.pose())).collect()
 }
 
-/// Returns a section about the ends of the journeys and the maps, which is empty if there were no journeys.
+/// Returns a section about the maps and how the journeys ended. It is empty if there were no journeys.
 pub fn section(run: &RunConfig, log: &Log, verdicts: &[JourneyVerdict]) -> Markup {
     if verdicts.is_empty() {
         return html! {};
@@ -273,7 +294,7 @@ pub fn section(run: &RunConfig, log: &Log, verdicts: &[JourneyVerdict]) -> Marku
     }
 }
 
-/// Returns a map as a graph, if it branches, and in words.
+/// Returns a map in words and, if it branches, also as a graph.
 fn explained(name: &str, map: &CustomMap) -> Markup {
     html! {
         @if map.branches() {
@@ -287,7 +308,7 @@ fn explained(name: &str, map: &CustomMap) -> Markup {
     }
 }
 
-/// Returns the verdict in words.
+/// Returns the verdict as text.
 fn row(verdict: &JourneyVerdict) -> [String; 5] {
     [
         verdict.task.clone(),
@@ -298,7 +319,7 @@ fn row(verdict: &JourneyVerdict) -> [String; 5] {
     ]
 }
 
-/// Returns the figures of a recording's journeys, each with its name.
+/// Returns the figures of a recording's journeys, each with a name.
 pub fn rows(verdicts: &[JourneyVerdict]) -> impl Iterator<Item = (String, String)> {
     verdicts.iter().map(|verdict| {
         let [task, ended, right, recoveries, stated] = row(verdict);

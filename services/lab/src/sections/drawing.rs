@@ -1,5 +1,5 @@
 //! The part of a page about a run in a drawing: the estimated path, some snapshots, and the parts of the drawing that corresponded
-//! to the view.
+//! to what the robot saw.
 
 use maud::{Markup, PreEscaped, html};
 use sketchnav_files::Files;
@@ -19,7 +19,7 @@ use crate::picture::{self, Moment, SketchPicture, TaskPicture};
 /// Number of snapshots that are shown.
 const MOMENTS: usize = 4;
 
-/// Draws the drawing with the estimated trajectory, or returns `None` if the recording has no drawing.
+/// Draws the drawing with the estimated trajectory, or returns `None` if the recording contains no drawing.
 pub fn picture(run: &RunConfig, log: &Log, verdict: &Verdict) -> anyhow::Result<Option<String>> {
     let Some((map, cells)) = &log.sketch else { return Ok(None) };
     let spans = judge::spans(run.mission.task.len(), &log.status);
@@ -63,7 +63,7 @@ fn cloud(particles: &Particles) -> Vec<Point<Sketch>> {
     particles.particles[..count].iter().map(|p| Point::new(p.x_px.into(), p.y_px.into())).collect()
 }
 
-/// Draws snapshots spread evenly over the path, from its beginning, where it is easiest to read, to its end.
+/// Draws snapshots spread evenly over the path, from its beginning, where they are easiest to understand, to its end.
 pub fn moments(recording: &Recording, log: &Log) -> anyhow::Result<Markup> {
     let (Some((map, cells)), particles) = (&log.sketch, &log.particles) else {
         return Ok(html! {});
@@ -98,7 +98,7 @@ pub fn moments(recording: &Recording, log: &Log) -> anyhow::Result<Markup> {
     })
 }
 
-/// Draws the parts of the drawing that corresponded to the robot's map, along the path and at its end.
+/// Draws which parts of the drawing corresponded to the robot's map, both along the path and at its end.
 pub fn correspondences(run: &RunConfig, files: &dyn Files, log: &Log) -> anyhow::Result<Markup> {
     let (Some((map, cells)), Some(last)) = (&log.sketch, log.correspondences.len().checked_sub(1)) else {
         return Ok(html! {});
@@ -138,7 +138,7 @@ pub fn correspondences(run: &RunConfig, files: &dyn Files, log: &Log) -> anyhow:
     })
 }
 
-/// Returns the plan in force at a time, which is the last one in the minute before it.
+/// Returns the plan in force at a point in time: the last one sent in the minute before it.
 fn plan_at(recording: &Recording, stamp_ns: u64) -> anyhow::Result<Vec<Point<Sketch>>> {
     const LOOK_BACK_NS: u64 = 60_000_000_000;
     let times = stamp_ns.saturating_sub(LOOK_BACK_NS)..stamp_ns + 1;

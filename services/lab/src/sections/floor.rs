@@ -1,4 +1,4 @@
-//! The true floor of a run with its people, the camera's field of view, and the robot's true path.
+//! The true floor of a run, with the people on it, the camera's field of view, and the robot's true path.
 
 use sketchnav_files::Files;
 use sketchnav_schemas::geometry::{Base, Point, Pose, World};
@@ -20,10 +20,10 @@ fn ways(people: &[People]) -> Vec<Vec<Point<World>>> {
     (0..count).map(way).collect()
 }
 
-/// Number of times shown with the camera's view.
+/// Number of points in time at which the camera's field of view is shown.
 const VIEWS: usize = 5;
 
-/// Returns polygons of the camera's field of view at times spread evenly over the run.
+/// Returns polygons of the camera's field of view at points in time that are spread evenly over the run.
 fn views(log: &Log) -> Vec<Vec<Point<World>>> {
     let step = (log.markers.len() / VIEWS).max(1);
     let shown = log.markers.iter().step_by(step).take(VIEWS);

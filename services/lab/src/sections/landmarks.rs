@@ -1,5 +1,5 @@
-//! The part of a report about landmarks: the sketch with its states, the true scene with the path and the matches,
-//! histograms of forces at the matches, and what the robot reported about its position.
+//! The part of a report about landmarks: the sketch with its states, the true scene with the path and the matches, histograms of
+//! forces at the matches, and what the robot reported about its position.
 
 use std::fmt::Write;
 
@@ -22,18 +22,18 @@ use sketchnav_schemas::message::GroundTruth;
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::time::seconds;
 
-/// Number of times whose histograms are shown.
+/// Number of points in time for which histograms are shown.
 const MOMENTS: usize = 6;
-/// Colours of the objects in a picture of histograms.
+/// Colours of the objects in the pictures of histograms.
 const COLOURS: [&str; 6] = ["#2563eb", "#d97706", "#059669", "#7c3aed", "#dc2626", "#0891b2"];
-/// Width of the border around the content of a picture, as a share of its size. In the true scene the border is `AROUND_M`
-/// metres around the path.
+/// Width of the border around the content of a picture, as a share of its size. In the picture of the true scene, the border around
+/// the path is `AROUND_M` metres wide.
 const BORDER: f64 = 0.06;
 const AROUND_M: f64 = 1.5;
-/// Maximum distance of objects in the picture, in metres.
+/// Maximum distance of the objects that are shown, in metres.
 const SEEN_M: f64 = 6.5;
 
-/// The content of a recording about landmarks.
+/// What a recording contains about landmarks.
 pub struct Landmarks<'a> {
     instructions: Instructions,
     route: Option<Route>,
@@ -41,7 +41,7 @@ pub struct Landmarks<'a> {
     progress: &'a [LandmarkProgress],
 }
 
-/// A time at which a state was matched or the drive ended.
+/// A point in time at which a state was matched or the drive ended.
 struct Moment<'a> {
     view: &'a LandmarkView,
     progress: &'a LandmarkProgress,
@@ -50,7 +50,7 @@ struct Moment<'a> {
 }
 
 impl<'a> Landmarks<'a> {
-    /// Reads the route from a log, or returns `None` if the log is from another kind of navigator.
+    /// Reads the route from a log, or returns `None` if another navigator drove.
     ///
     /// # Errors
     /// Fails if the route is invalid.
@@ -63,7 +63,7 @@ impl<'a> Landmarks<'a> {
         Ok(Some(Self { instructions, route, views: &log.landmark_views, progress: &log.landmark_progress }))
     }
 
-    /// Returns the pictures with their text.
+    /// Returns the pictures, with explanations.
     pub fn section(&self, run: &RunConfig, files: &dyn Files, truth: &[GroundTruth]) -> Markup {
         let moments = self.moments(truth);
         html! {
@@ -85,7 +85,7 @@ impl<'a> Landmarks<'a> {
         }
     }
 
-    /// Returns the times when states were matched, and the end of the drive.
+    /// Returns the points in time at which states were matched, and the end of the drive.
     fn moments(&self, truth: &[GroundTruth]) -> Vec<Moment<'_>> {
         let is_event = |said: &&LandmarkProgress| said.event != LandmarkEvent::Nothing.code();
         let moment = |progress: &'_ LandmarkProgress| {
@@ -119,7 +119,7 @@ impl<'a> Landmarks<'a> {
         page::table(&header, &moments.iter().map(row).collect::<Vec<_>>())
     }
 
-    /// Draws the sketch with its states and the estimated trajectory, or returns `None` if the route was given only in words.
+    /// Draws the sketch with its states and the estimated trajectory, or returns `None` if the route was given in words.
     pub fn sketch_picture(&self) -> Option<String> {
         let sketch = self.instructions.sketch.as_ref()?;
         let all = || sketch.route.iter().chain(sketch.landmarks.iter().flat_map(|one| &one.outline));
@@ -171,7 +171,7 @@ fn mark<F>(sheet: &mut Sheet, at: &Point<F>, text: &str, colour: &str) {
     sheet.text([x, y + 5.0], 14.0, "middle", "#ffffff", "600", text);
 }
 
-/// Draws the true scene, or returns `None` if its floor is not in the recording.
+/// Draws the true scene, or returns `None` if the recording does not contain its floor.
 fn scene_picture(
     run: &RunConfig,
     files: &dyn Files,
@@ -219,7 +219,7 @@ fn scene_picture(
     Some(sheet.finish())
 }
 
-/// Draws a rose for each of these times, with the histograms of the objects that were seen.
+/// Draws a rose for each point in time, with the histograms of the objects that the robot saw.
 fn histograms(run: &RunConfig, moments: &[Moment<'_>]) -> Option<String> {
     let ring = Ring::of(&run.robot).ok()?;
     let settings = Perceiving {
@@ -254,7 +254,7 @@ fn rose(sheet: &mut Sheet, centre: [f64; 2], moment: &Moment<'_>, perception: &m
     let _ = write!(title, "{} · {:.1} s", moment.label, seconds(moment.view.header.stamp_ns));
     sheet.text([x, y - radius - 8.0], 16.0, "middle", INK, "600", &title);
     for (k, seen) in view::objects(moment.view).enumerate() {
-        // Only the ranges of this object.
+        // Keep only the ranges of this object.
         let mut ranges = [f64::INFINITY; 16];
         for i in 0..usize::from(seen.beams[1]).min(16) {
             let beam = (usize::from(seen.beams[0]) + i) % 16;

@@ -1,4 +1,4 @@
-//! Control missions, whose drawing is the true floor plan to scale, without furniture and people.
+//! Control missions: their drawing is the true floor plan, to scale and without furniture and people.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -13,8 +13,8 @@ const SCALE_PXPM: f64 = 40.0;
 /// Width of the paper around the walls, in metres.
 const EDGE_M: f64 = 1.0;
 
-/// Returns `mission` with the walls of its floor as the drawing, which is written to `file`. Each goal becomes the middle
-/// of the task's place.
+/// Returns `mission` with the walls of its floor as its drawing, which is written to `file`. Each goal is at the centre of its
+/// task's place.
 pub fn true_to_scale(mission: &Mission, file: &Path) -> Result<Mission, SimError> {
     let world = sketchnav_sim::files::world(&mission.world)?;
     let sheet = Sheet::around(&world);

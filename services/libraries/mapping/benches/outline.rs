@@ -1,5 +1,5 @@
-//! Times the work on outlines. The outline of the largest drawing is computed once, and an alignment about once per second of
-//! driving.
+//! Measures the time that outlines take. The outline of the drawing is computed only once, even for the largest drawings, whereas
+//! an alignment is computed about once per second of driving.
 
 use std::hint::black_box;
 
@@ -12,7 +12,8 @@ use sketchnav_mapping::{Cell, CellGrid, Survey};
 
 const SAMPLES: usize = 220;
 
-/// Returns true inside a comb of a hall and seven arms, on a canvas of 2540 × 1252 pixels as in Boniardi et al. 2016.
+/// Returns true for points inside a comb-shaped floor, a hall with seven arms, on a canvas of 2540 × 1252 pixels as in Boniardi et
+/// al. 2016.
 fn is_inside(x: f64, y: f64) -> bool {
     let in_hall = (100.0..2440.0).contains(&x) && (100.0..400.0).contains(&y);
     let in_arm = (100.0..2440.0).contains(&x) && (400.0..1150.0).contains(&y) && (x - 100.0) % 360.0 < 180.0;

@@ -17,11 +17,11 @@ use crate::outline::{Outline, Piece, Place, SeenOutline};
 /// Weights of the alignment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Weights {
-    /// Cost of advancing one side while the other stays, in addition to the cost of the pair.
+    /// Cost of advancing one side while the other stays, in addition to the cost of the pair of samples.
     pub stay: f64,
-    /// Cost of each sample of the drawing that lies beyond a gap.
+    /// Cost of each sample of the drawing that lies beyond a gap of the map.
     pub gap: f64,
-    /// Cost of each sample of the drawing before the first piece.
+    /// Cost of each sample of the drawing that comes before the first piece.
     pub unmatched: f64,
     /// Weight of a difference in bearing from the start. The cost close to the start is this times 1 − cos of the difference.
     pub bearing: f64,
@@ -77,7 +77,7 @@ pub struct Anchor {
     pub scale_m: f64,
 }
 
-/// Rules out a position in the map as the partner of a sample.
+/// A position in the map that must not be the partner of a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Forbidden {
     /// Index of the sample in the drawing.
@@ -95,7 +95,7 @@ pub struct Problem<'a> {
     pub seen: &'a SeenOutline,
     /// The robot's start in both frames, the rotation between them, and the scale.
     pub anchor: &'a Anchor,
-    /// Multiplier for the cost of each sample. Empty if all samples have the same weight.
+    /// Factor on the cost of each sample. Empty if all samples have the same weight.
     pub emphasis: &'a [f64],
     /// Pairs of a sample and a place that are ruled out.
     pub forbidden: &'a [Forbidden],
@@ -129,15 +129,15 @@ const SAMPLE: u8 = 2;
 const PIECE: u8 = 3;
 const BEHIND: u8 = 4;
 
-/// Aligns a drawing's outline with seen ones, reusing its working memory.
+/// Aligns the outline of a drawing with outlines that the robot has seen, reusing its working memory.
 #[derive(Debug, Clone, Default)]
 pub struct Aligner {
     weights: Costs,
     samples: usize,
-    /// For each piece, the cost of each sample. The samples are repeated once, so that those from any start are contiguous. Zero
-    /// for a gap.
+    /// For each piece, the cost of pairing it with each sample. The samples are repeated once, so that those from any start are
+    /// contiguous. Zero for a gap.
     costs: Vec<f32>,
-    /// The directions of the samples and of the pieces, the latter turned into the drawing's frame.
+    /// The directions of the samples and of the pieces, the latter rotated into the drawing's frame.
     directions: [Vec<[f64; 2]>; 2],
     pieces: Vec<Piece>,
     column: Vec<f32>,
@@ -191,7 +191,7 @@ impl Aligner {
         }
     }
 
-    /// Returns the number of samples that can be paired with the first piece.
+    /// Returns the number of samples to try as the partner of the first piece.
     pub fn starts(&self) -> usize {
         self.samples.div_ceil(self.weights.stride.max(1))
     }
@@ -201,12 +201,12 @@ impl Aligner {
         self.samples * self.pieces.len()
     }
 
-    /// Returns the cost of the best alignment with the given start.
+    /// Returns the cost of the best alignment with the given start, an index below [`Self::starts`].
     pub fn cost(&mut self, start: usize) -> f64 {
         self.sweep::<false>(start)
     }
 
-    /// Returns the best alignment with the given start.
+    /// Returns the best alignment with the given start, an index below [`Self::starts`].
     pub fn trace(&mut self, start: usize) -> Alignment {
         let cost = self.sweep::<true>(start);
         let (samples, rows) = (self.samples, self.samples + 1);
@@ -241,7 +241,7 @@ impl Aligner {
         Alignment { cost, partners, misfits }
     }
 
-    /// Runs the dynamic programme, one piece after the other. `column[i]` is the minimum cost of aligning the first i samples,
+    /// Runs the dynamic programme, one piece after another. `column[i]` is the minimum cost of aligning the first i samples,
     /// counted from the start, with the pieces so far.
     fn sweep<const TRACES: bool>(&mut self, start: usize) -> f64 {
         let (samples, first) = (self.samples, start * self.weights.stride);
@@ -291,14 +291,14 @@ impl Aligner {
     }
 }
 
-/// A sample of the drawing as seen from the start.
+/// A sample of the drawing, relative to the robot's start.
 struct Drawn {
     direction: [f64; 2],
     bearing: [f64; 2],
     ln_distance: f64,
 }
 
-/// A piece of the seen outline as seen from the start, turned into the drawing's frame.
+/// A piece of the seen outline, relative to the robot's start and rotated into the drawing's frame.
 struct Seen {
     direction: [f64; 2],
     bearing: [f64; 2],
@@ -349,8 +349,7 @@ pub struct Search {
 }
 
 impl Search {
-    /// Tries one or more starts, stopping once about `work` steps of the dynamic programme have been taken.
-    /// Returns true if no start is left.
+    /// Tries one or more starts, and stops after about `work` steps of the dynamic programme. Returns true if no start is left.
     pub fn advance(&mut self, aligner: &mut Aligner, work: usize) -> bool {
         let count = (work / aligner.work().max(1)).max(1);
         for start in (self.next as usize..aligner.starts()).take(count) {
@@ -363,12 +362,12 @@ impl Search {
         self.next as usize >= aligner.starts()
     }
 
-    /// Returns the best start so far.
+    /// Returns the best start found so far.
     pub fn best(&self) -> Option<usize> {
         self.best.map(|(_, start)| start as usize)
     }
 
-    /// Runs the whole search at once.
+    /// Tries all starts and returns the best alignment, or `None` if there are no starts.
     pub fn whole(aligner: &mut Aligner) -> Option<Alignment> {
         let mut search = Self::default();
         while !search.advance(aligner, usize::MAX) {}
@@ -376,9 +375,9 @@ impl Search {
     }
 }
 
-/// Returns the rotation from the map to the drawing that is nearest to `guess_rad` and makes their walls
-/// parallel. This works because the walls of most buildings meet at right angles. If the walls of either
-/// outline have no such main directions, returns `guess_rad` unchanged.
+/// Returns the rotation from the map to the drawing that is nearest to `guess_rad` and makes their walls parallel. This relies on
+/// the walls of most buildings meeting at right angles. If the walls of either outline have no main directions, returns `guess_rad`
+/// unchanged.
 pub fn turn_by_walls(drawn: &Outline, seen: &SeenOutline, guess_rad: f64) -> f64 {
     const LEAST_COHERENCE: f64 = 0.3;
     let walls = seen.pieces.iter().filter_map(|piece| match piece {
@@ -395,7 +394,7 @@ pub fn turn_by_walls(drawn: &Outline, seen: &SeenOutline, guess_rad: f64) -> f64
     }
 }
 
-/// Returns the main direction of the walls, modulo a right angle, and the degree to which they agree with it, from 0 to 1.
+/// Returns the main direction of the walls, modulo a right angle, and how well they agree with it, from 0 to 1.
 pub fn main_direction(directions: impl Iterator<Item = [f64; 2]>) -> Option<(f64, f64)> {
     let (mut sum, mut count) = ([0.0; 2], 0.0);
     for [x, y] in directions {
@@ -492,7 +491,7 @@ mod tests {
         assert!(off_m(&drawn, &found, &turned) < 0.8);
     }
 
-    /// The mirror image of the L has its arms the other way round.
+    /// In the mirror image, the arms of the L are swapped.
     #[test]
     fn a_mirror_image_is_never_preferred() {
         let mirror = |p: Place| [-p[0], p[1]];
@@ -509,7 +508,7 @@ mod tests {
         }
     }
 
-    /// The robot has seen the upper arm, but nothing of the right one.
+    /// The robot has seen the upper arm, but not the right one.
     #[test]
     fn unseen_parts_are_matched_to_gaps() {
         let drawn = Outline::of_polygon(&DRAWN, 220);

@@ -1,6 +1,6 @@
 //! Errors in the input of this crate.
 
-/// An error in the parameters or input of this crate. Each one names the place and what was expected.
+/// An error in the parameters or input of this crate. The message names what is wrong and what was expected.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Error {
     /// A parameter is out of bounds.

@@ -6,7 +6,7 @@ use crate::region::Region;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
 pub enum Cell {
-    /// The cell was never seen, or its readings contradict each other.
+    /// The cell was never seen, or its observations contradict each other.
     #[default]
     Unknown,
     /// Beams pass through the cell.
@@ -31,12 +31,12 @@ pub struct CellGrid {
     pub origin: [f64; 2],
     /// Cells that beams pass through.
     pub free: Region,
-    /// Cells that beams end in. This has the same size as `free` and is disjoint from it.
+    /// Cells that beams end in. This region has the same size as `free` and is disjoint from it.
     pub occupied: Region,
 }
 
 impl CellGrid {
-    /// Creates a grid of `size` columns and rows. `what` returns the state of the cell with a given index.
+    /// Creates a grid of `size` columns and rows. `what` returns the state of the cell at an index.
     pub fn of(size: [usize; 2], cell: f64, origin: [f64; 2], what: impl Fn(usize) -> Cell) -> Self {
         let region = |is: Cell| Region::of(size[0], size[1], |index| what(index) == is);
         Self { cell, origin, free: region(Cell::Free), occupied: region(Cell::Occupied) }
@@ -59,7 +59,7 @@ impl CellGrid {
         self.free.height()
     }
 
-    /// Returns the state of the cell at a column and a row, which is unknown outside the grid.
+    /// Returns the state of the cell in a column and a row, which is unknown outside the grid.
     pub fn at(&self, column: i64, row: i64) -> Cell {
         match (self.free.holds([column, row]), self.occupied.holds([column, row])) {
             (true, _) => Cell::Free,
@@ -68,7 +68,7 @@ impl CellGrid {
         }
     }
 
-    /// Returns the column and the row of the cell that contains a place. They may lie outside the grid.
+    /// Returns the column and the row of the cell that contains a point. They may lie outside the grid.
     pub fn cell_of(&self, at: [f64; 2]) -> [i64; 2] {
         [0, 1].map(|axis| ((at[axis] - self.origin[axis]) / self.cell).floor() as i64)
     }

@@ -1,9 +1,9 @@
-//! Harmonic measure: how much each piece of an outline contributes to a place inside the outline.
+//! Harmonic measure: how much each sample of an outline contributes to a point inside the outline.
 //!
-//! A mapping between two outlines extends to their interiors by Laplace's equation. The image of an interior
-//! place is the mean of the images of the outline's samples, weighted by harmonic measure: the weight of a
-//! sample is the probability that a random walk from the place first meets the outline there. The equation is
-//! solved on a coarse grid by conjugate gradients (Hestenes and Stiefel 1952).
+//! A mapping between two outlines extends to their interiors by Laplace's equation. The image of an interior point is the mean of
+//! the images of the outline's samples, weighted by harmonic measure: the weight of a sample is the probability that a random walk
+//! from the point first meets the outline there. The equation is solved on a coarse grid by conjugate gradients (Hestenes and
+//! Stiefel 1952).
 
 use crate::outline::{Outline, Place};
 use crate::region::Region;
@@ -15,7 +15,7 @@ pub struct Interior {
     step: f64,
     /// The coarse cells inside the outline. The border of the grid is empty, so every cell inside has four neighbours.
     grid: Region,
-    /// The sides where an inner cell meets the outside, each as the cell's index and the nearest sample of the outline.
+    /// The sides of cells that face the outside, each as the index of the cell and the nearest sample of the outline.
     sides: Vec<(u32, u16)>,
     samples: usize,
 }
@@ -26,7 +26,8 @@ const TOLERANCE: f64 = 1e-7;
 const MOST_ROUNDS: usize = 4000;
 
 impl Interior {
-    /// Creates the interior of a region, given its outline, with at most about `cells` coarse cells along the longer side.
+    /// Creates the interior of a region with the given outline. The coarse grid has at most about `cells` cells along its longer
+    /// side.
     pub fn new(region: &Region, outline: &Outline, cells: usize) -> Self {
         let step = (region.width().max(region.height()) as f64 / cells as f64).max(1.0);
         let along = |length: usize| (length as f64 / step).ceil() as usize;
@@ -67,9 +68,8 @@ impl Interior {
         self.grid.at(cell).map(|at| (at as f64 - 0.5) * self.step)
     }
 
-    /// Returns the harmonic measure of a place, in cells of the region, as one share per sample of the
-    /// outline. The shares sum to 1. A place outside the outline gets the measure of the nearest place
-    /// inside.
+    /// Returns the harmonic measure of a point, in cells of the region, as one share per sample of the outline. The shares sum to
+    /// 1. A point outside the outline gets the measure of the nearest point inside.
     pub fn measure(&self, at: Place) -> Vec<f64> {
         let mut shares = vec![0.0; self.samples];
         let place = at.map(|part| part / self.step + 1.0);
@@ -88,10 +88,10 @@ impl Interior {
         shares
     }
 
-    /// Returns the place whose image is nearest to `image`. `images` contains the image of each sample of the
-    /// outline, if it is known. The image of an interior place is the mean of these, weighted by harmonic
-    /// measure, and a place is considered only if the samples with a known image contribute a share of at
-    /// least `least`. This is the inverse of [`Interior::measure`], computed for all places at once.
+    /// Returns the point whose image is nearest to `image`. `images` contains the image of each sample of the outline, if it is
+    /// known. The image of an interior point is the mean of these, weighted by harmonic measure, and only points for which the
+    /// samples with a known image contribute a share of at least `least` are considered. This is the inverse of
+    /// [`Interior::measure`], computed for all points at once.
     pub fn place_of(&self, images: &[Option<Place>], image: Place, least: f64) -> Option<Place> {
         let extended = |value: &dyn Fn(Place) -> f64| {
             let mut source = vec![0.0; self.grid.cells()];
@@ -111,7 +111,7 @@ impl Interior {
         Some(self.middle(nearest))
     }
 
-    /// Solves Poisson's equation with these sources and zero outside, by conjugate gradients.
+    /// Solves Poisson's equation with the given sources and zero outside, by conjugate gradients.
     fn solve(&self, source: Vec<f64>) -> Vec<f64> {
         let inside: Vec<usize> = self.grid.iter().collect();
         let mut found = vec![0.0; self.grid.cells()];
@@ -145,7 +145,7 @@ impl Interior {
     }
 }
 
-/// Returns the largest connected part of a region.
+/// Returns the largest connected component of a region.
 fn largest(region: &Region) -> Region {
     let mut left = region.clone();
     let mut largest = Region::empty(region.width(), region.height());
@@ -172,7 +172,7 @@ mod tests {
         (region, outline)
     }
 
-    /// Coordinates are harmonic functions, so the mean of the outline's places, weighted by the measure of a place, is the place
+    /// Coordinates are harmonic functions, so the mean of the outline's points, weighted by the measure of a point, is the point
     /// itself.
     #[test]
     fn the_identity_on_the_outline_is_the_identity_inside() {
@@ -187,8 +187,8 @@ mod tests {
         }
     }
 
-    /// The drawing is half as large again as the map and turned by a right angle. Each place of the map is found in the drawing,
-    /// even if a wall was not seen.
+    /// The drawing is one and a half times as large as the map and rotated by a right angle. Each point of the map is found in the
+    /// drawing, even if one wall was not seen.
     #[test]
     fn the_harmonic_measure_maps_images_back_to_their_places() {
         let (region, outline) = rectangle(200, 120);

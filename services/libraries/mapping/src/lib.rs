@@ -1,4 +1,4 @@
-//! Builds a map from a robot's scans on its drive, and locates places of a drawing in that map.
+//! Builds a map from a robot's laser scans during a drive, and locates points of a drawing in that map.
 //!
 //! - [`mapper`]: local mapping, which matches each laser scan with the map so far and then adds it.
 //! - [`occupancy`]: the map itself, with a bounded number of cells that are free, occupied or unknown.
@@ -31,7 +31,7 @@ pub use parameters::Parameters;
 pub use scan::Scan;
 pub use survey::Survey;
 
-/// The frame of the map, in metres. Its origin is the robot's position at the first scan, and its x axis is the robot's heading
-/// there.
+/// The frame of the map, in metres. Its origin is the robot's position at the first scan, and its x axis points along the robot's
+/// heading there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Map;

@@ -2,8 +2,8 @@
 //! built from the scans at the corrected poses.
 //!
 //! The mapper maintains a single pose and a single map, and does not close loops by moving mapped areas. The map is therefore
-//! accurate over distances that can be seen at once, but drifts slowly beyond them. If the robot returns to a place and has drifted
-//! by less than the search window, its scans are matched with the first ones taken there.
+//! accurate over distances that can be seen at once, but drifts slowly beyond them. When the robot returns to an area and has
+//! drifted by less than the search window, its scans are matched with the first ones taken there.
 //!
 //! [`Parameters::max_tiles`] bounds the size of the state. An update does not allocate.
 
@@ -34,7 +34,7 @@ pub enum Outcome {
     Entered(Option<Fit>),
 }
 
-/// Distance travelled and angle turned, both unsigned.
+/// Distance travelled in metres and angle turned in radians, both unsigned.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 struct Driven {
     m: f64,
@@ -57,7 +57,7 @@ pub struct State {
     since_match: Driven,
     since_entry: Driven,
     scans_since_entry: u32,
-    /// The cell of the map at the centre of the field.
+    /// The map cell at the centre of the field.
     field_middle: [i32; 2],
 }
 
@@ -76,7 +76,7 @@ pub struct Mapper {
 /// of a laser.
 #[derive(Debug)]
 struct Directions {
-    /// The direction of beam 0 and the step from one beam to the next, in radians.
+    /// Direction of beam 0, and angle from one beam to the next, in radians.
     laser: [f64; 2],
     beams: Vec<[f64; 2]>,
 }
@@ -132,7 +132,7 @@ impl Mapper {
         let reach_m = parameters.matching_range_m + parameters.window_max_m + FIELD_MARGIN_M;
         let mut field = Field::new(parameters.cell_m, reach_m, parameters.blur_m);
         field.rebuild(&state.map, state.field_middle);
-        // Reserves memory for all cells that the beams of a scan can reach.
+        // Reserve memory for all cells that the beams of a scan can reach.
         let range_cells = parameters.mapping_range_m / parameters.cell_m + 4.0;
         let touched = Vec::with_capacity((2.0 * range_cells).powi(2) as usize);
         let directions = Directions { laser: [0.0; 2], beams: Vec::with_capacity(MAX_BEAMS) };
@@ -157,7 +157,7 @@ impl Mapper {
     /// Updates the pose and the map from an odometry pose and the scan taken there.
     ///
     /// # Errors
-    /// [`Error::Scan`] if the scan or the odometry is invalid, and the mapper stays unchanged.
+    /// [`Error::Scan`] if the scan or the odometry is invalid. The mapper then remains unchanged.
     pub fn update(&mut self, odometry: Pose<Odom>, scan: &Scan<'_>) -> Result<Outcome, Error> {
         scan.check()?;
         let numbers = [odometry.x, odometry.y, odometry.yaw_rad];
@@ -180,7 +180,7 @@ impl Mapper {
     /// Adds a scan at a known pose, such as one of a corrected log, without matching it.
     ///
     /// # Errors
-    /// [`Error::Scan`] if the scan or the pose is invalid, and the mapper stays unchanged.
+    /// [`Error::Scan`] if the scan or the pose is invalid. The mapper then remains unchanged.
     pub fn enter_at(&mut self, pose: Pose<Map>, scan: &Scan<'_>) -> Result<(), Error> {
         scan.check()?;
         let numbers = [pose.x, pose.y, pose.yaw_rad];
@@ -292,7 +292,7 @@ impl Mapper {
     }
 }
 
-/// Returns the ends of the beams that are no longer than `longest_m`, in the robot's frame.
+/// Returns the endpoints of the beams that are no longer than `longest_m`, in the robot's frame.
 fn ends<'a>(
     scan: &'a Scan<'a>,
     directions: &'a [[f64; 2]],

@@ -1,8 +1,8 @@
 //! Finds the best-fitting pose of a scan in the map.
 //!
-//! The search is correlative scan matching (Olson 2009), by branch and bound over fields of maxima (Hess,
-//! Kohler, Rapp and Andor 2016). Newton's method on the interpolated field then refines the result to less
-//! than the size of a cell. Both steps use the odometry's guess as a prior.
+//! The search is correlative scan matching (Olson 2009), by branch and bound over fields of maxima (Hess, Kohler, Rapp and Andor
+//! 2016). Newton's method on the interpolated field then refines the result to a fraction of a cell. Both steps use the pose
+//! predicted by odometry as a prior.
 
 pub mod field;
 mod refine;
@@ -15,7 +15,7 @@ use sketchnav_schemas::message::MAX_BEAMS;
 use crate::{Map, Parameters};
 use field::Field;
 
-/// The pose according to odometry, before the scan is taken into account.
+/// The pose predicted by odometry, before the scan is taken into account.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Prior {
     /// The predicted pose.
@@ -31,7 +31,8 @@ pub struct Prior {
 pub struct Fit {
     /// The robot's pose.
     pub pose: Pose<Map>,
-    /// How well the points lie on walls, from 0 (none does) to 1 (all do).
+    /// How well the points lie on walls: the mean value of the field there, from 0 (no point is near a wall) to 1 (all are on
+    /// walls).
     pub score: f64,
     /// Covariance of x, y and the heading, in metres and radians.
     pub covariance: Matrix3<f64>,
@@ -46,7 +47,7 @@ pub struct Matcher {
     window_max_m: f64,
     window_max_rad: f64,
     max_points: usize,
-    /// Points of the scan in the robot's frame, in metres.
+    /// Points of the scan that is being matched, in the robot's frame, in metres.
     points: Vec<[f64; 2]>,
     search: search::Search,
 }

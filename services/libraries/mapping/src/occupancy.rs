@@ -29,7 +29,7 @@ const HIT_IN_FREE: u8 = 7;
 const MISS: u8 = 8;
 const LEAST: u8 = 1;
 const MOST: u8 = 127;
-/// Level below which a cell has been free so often that a beam that ends there has likely hit a person.
+/// Level below which a cell has been seen free so often that a beam ending there has probably hit a person.
 const DEEPLY_FREE: u8 = 16;
 const FREE_UP_TO: u8 = 60;
 const OCCUPIED_FROM: u8 = 68;
@@ -148,7 +148,7 @@ impl Occupancy {
         self.find(cell).map_or(0, |index| self.levels[index])
     }
 
-    /// Returns the index of the tile's slot and the index of the cell within the tile, or `None` beyond the extent.
+    /// Returns the index of the tile's slot and the index of the cell within the tile, or `None` if the cell is beyond the extent.
     fn split(&self, cell: [i32; 2]) -> Option<(usize, usize)> {
         let half = self.tiles_per_side * TILE / 2;
         // A cell below the extent wraps around to a very large number, which is also beyond the extent.
@@ -178,14 +178,14 @@ impl Occupancy {
         Some(usize::from(self.slots[slot]) * TILE_CELLS)
     }
 
-    /// Begins to enter a scan. `touched` is working memory. If its capacity covers all cells in range, adding the scan does not
+    /// Begins to enter a scan. `touched` is working memory. If its capacity covers all cells in range, entering the scan does not
     /// allocate.
     pub(crate) fn scan<'a>(&'a mut self, touched: &'a mut Vec<u32>) -> Entering<'a> {
         touched.clear();
         Entering { map: self, touched, tile: None }
     }
 
-    /// Calls `visit` with each occupied cell of a rectangle, tile by tile. Both corners are inclusive.
+    /// Calls `visit` with each occupied cell of a rectangle, tile by tile. The rectangle includes both corners.
     pub(crate) fn occupied_within(&self, low: [i32; 2], high: [i32; 2], mut visit: impl FnMut([i32; 2])) {
         let half = (self.tiles_per_side * TILE / 2) as i32;
         let tile = |at: i32| (at + half).div_euclid(TILE as i32).clamp(0, self.tiles_per_side as i32 - 1);
@@ -262,7 +262,7 @@ impl Entering<'_> {
         });
     }
 
-    /// Records a beam from one place to another, in cells. The cells along the beam up to `clear` cells before its end are free.
+    /// Records a beam from one point to another, in cells. Cells along the beam count as free, up to `clear` cells before its end.
     pub fn pass(&mut self, from: [f64; 2], to: [f64; 2], clear: f64) {
         let along = [to[0] - from[0], to[1] - from[1]];
         let length = along[0].hypot(along[1]) - clear;
@@ -309,7 +309,7 @@ impl Drop for Entering<'_> {
     }
 }
 
-/// Visits the cells along a ray (Amanatides and Woo 1987). Places and lengths are in cells.
+/// Visits the cells along a ray (Amanatides and Woo 1987). Points and lengths are in cells.
 pub(crate) fn traverse(from: [f64; 2], direction: [f64; 2], length: f64, mut visit: impl FnMut([i32; 2])) {
     let mut cell = from.map(floor);
     let step = direction.map(|part| if part < 0.0 { -1 } else { 1 });
@@ -363,7 +363,7 @@ mod tests {
         assert_eq!(seen, [[20, 0]]);
     }
 
-    /// A person stands in the corridor for three scans, after the robot had looked through there ten times.
+    /// A person stands in the corridor for three scans, after the robot has looked through that spot ten times.
     #[test]
     fn a_passing_person_leaves_no_wall() {
         let mut map = map();
@@ -412,7 +412,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
-        /// A ray goes from cell to neighbouring cell, and ends in the cell that contains its end.
+        /// Each step leads to a neighbouring cell, and the last cell contains the end of the ray.
         #[test]
         fn a_ray_visits_a_chain_of_cells(x in -9.0..9.0, y in -9.0..9.0, angle in 0.0..6.3f64, length in 0.0..40.0f64) {
             let direction = [angle.cos(), angle.sin()];

@@ -11,10 +11,10 @@ use crate::grid::CellGrid;
 use crate::region::Region;
 use crate::survey::Survey;
 
-/// A place, as x and y.
+/// A point, as x and y.
 pub type Place = [f64; 2];
 
-/// Returns the distance between two places.
+/// Returns the distance between two points.
 pub fn distance(a: Place, b: Place) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
@@ -42,7 +42,7 @@ impl Outline {
         Self::of_polygon(&smoothed(&middles, smoothing), samples)
     }
 
-    /// Enlarges the outline by a factor.
+    /// Scales the outline by a factor.
     pub fn scale(&mut self, times: f64) {
         self.places.iter_mut().flatten().for_each(|part| *part *= times);
         self.length *= times;
@@ -78,7 +78,7 @@ pub enum Piece {
     Gap(u16),
 }
 
-/// The outline that a robot has seen, in the map frame.
+/// The outline of the area that a robot has seen, in the map frame.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct SeenOutline {
     /// Pieces in order around the region.
@@ -87,7 +87,7 @@ pub struct SeenOutline {
     pub gaps: Vec<Vec<Place>>,
 }
 
-/// Settings for extracting an outline from a map.
+/// Parameters for extracting an outline from a map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Taking {
     /// Length of a piece of wall, in metres.
@@ -105,7 +105,7 @@ pub struct Taking {
 }
 
 impl SeenOutline {
-    /// Returns the outline of the free space around the robot. Cells near any of the `shut` places also count as wall, which closes
+    /// Returns the outline of the free space around the robot. Cells near any of the `shut` points also count as wall, which closes
     /// gaps beyond which there turned out to be nothing to see.
     pub fn of_map(survey: &Survey, shut: &[Place], taking: &Taking) -> Self {
         let (grid, border) = (survey.grid(), survey.free().border());
@@ -164,7 +164,7 @@ fn walls(grid: &CellGrid, border: &[[i64; 2]], shut: &[Place], wall_m: f64) -> V
     border.iter().map(|at| near.holds(*at)).collect()
 }
 
-/// A stretch of a closed line along which a flag has the same value.
+/// A stretch of a closed line along which a flag keeps its value.
 struct Run {
     first: usize,
     length: usize,
@@ -191,7 +191,7 @@ fn runs(line: &[bool]) -> Vec<Run> {
     (0..changes.len()).map(run).collect()
 }
 
-/// Flips the stretches that have this value and are shorter than `least`.
+/// Flips the stretches with the given value that are shorter than `least`.
 fn settle(line: &mut [bool], least: usize, value: bool) {
     for run in runs(line) {
         if run.is_set == value && run.length < least {
@@ -200,7 +200,7 @@ fn settle(line: &mut [bool], least: usize, value: bool) {
     }
 }
 
-/// Smooths a closed line with a Gaussian along it.
+/// Smooths a closed line with a Gaussian, whose standard deviation is given in points of the line.
 pub fn smoothed(line: &[Place], deviation: f64) -> Vec<Place> {
     let count = line.len() as i64;
     let half = ((3.0 * deviation) as i64).min((count - 1) / 2);
@@ -217,7 +217,7 @@ pub fn smoothed(line: &[Place], deviation: f64) -> Vec<Place> {
     (0..count).map(at).collect()
 }
 
-/// Returns the distance of each point along the line.
+/// Returns the length of the line from its start to each of its points.
 pub fn arc_lengths(line: &[Place]) -> Vec<f64> {
     let mut so_far = 0.0;
     let steps = line.windows(2).map(|pair| {
@@ -227,7 +227,8 @@ pub fn arc_lengths(line: &[Place]) -> Vec<f64> {
     std::iter::once(0.0).chain(steps).collect()
 }
 
-/// Returns the places at increasing distances along a line. A distance beyond either end returns that end.
+/// Returns the points at increasing distances along a line, whose points lie at the distances `along`. A distance beyond either end
+/// yields that end.
 pub fn resampled(line: &[Place], along: &[f64], at: impl Iterator<Item = f64>) -> Vec<Place> {
     let mut k = 0;
     at.map(|length| {
@@ -242,7 +243,7 @@ pub fn resampled(line: &[Place], along: &[f64], at: impl Iterator<Item = f64>) -
     .collect()
 }
 
-/// Returns the difference of two places.
+/// Returns the vector from `b` to `a`.
 pub fn minus(a: Place, b: Place) -> Place {
     [a[0] - b[0], a[1] - b[1]]
 }
@@ -267,7 +268,7 @@ mod tests {
         most_pieces: 500,
     };
 
-    /// Surveys a room of 4 × 3 m with a 1 m door in the right wall, through which the robot has not looked.
+    /// Surveys a room of 4 × 3 m with a door 1 m wide in the right wall, through which the robot has not looked.
     fn room() -> Survey {
         let grid = CellGrid::of([100, 80], 0.05, [0.0, 0.0], |k| {
             let (column, row) = (k % 100, k / 100);

@@ -5,7 +5,7 @@ use sketchnav_schemas::message::MAX_BEAMS;
 use crate::Error;
 use crate::occupancy::TILE;
 
-/// Standard deviations of odometry.
+/// Standard deviations of the odometry's errors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OdometryNoise {
     /// Position error in metres per metre driven.
@@ -25,7 +25,7 @@ pub struct OdometryNoise {
 pub struct Parameters {
     /// Length of a cell's side, in metres.
     pub cell_m: f64,
-    /// Side of the square that the map covers, centred on its origin, in metres. Cells outside are dropped.
+    /// Side length of the square that the map covers, centred on its origin, in metres. Cells outside are dropped.
     pub extent_m: f64,
     /// Maximum number of tiles of 32 by 32 cells. This bounds the map's memory, at 1.25 KiB per tile.
     pub max_tiles: usize,
@@ -39,7 +39,7 @@ pub struct Parameters {
     pub max_points: usize,
     /// Uncertainty of the odometry.
     pub odometry: OdometryNoise,
-    /// Half the side and half the angle of the search window, in standard deviations of the odometry.
+    /// Half the side and half the angle of the search window, in standard deviations of the odometry's errors.
     pub window_sigmas: f64,
     /// Half the side of the largest search window, in metres.
     pub window_max_m: f64,
@@ -50,15 +50,15 @@ pub struct Parameters {
     /// Log odds of a scan that fits perfectly versus one that does not fit at all. Since the beams of a scan
     /// are not independent, this also reflects how many of them effectively count.
     pub evidence: f64,
-    /// Travelled distance between matched scans, in metres.
+    /// Distance travelled between matched scans, in metres.
     pub match_m: f64,
     /// Angle turned between matched scans, in radians.
     pub match_rad: f64,
-    /// Travelled distance between scans that are entered into the map, in metres.
+    /// Distance travelled between scans that are entered into the map, in metres.
     pub enter_m: f64,
     /// Angle turned between scans that are entered into the map, in radians.
     pub enter_rad: f64,
-    /// Number of scans after which a stationary robot adds another to the map, so that people who have left disappear from it.
+    /// Number of scans after which a stationary robot enters another one, so that people who have left disappear from the map.
     pub enter_scans: u32,
 }
 

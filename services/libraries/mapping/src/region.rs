@@ -5,7 +5,7 @@
 /// Number of bits in a word.
 const WORD: usize = 64;
 
-/// A set of cells of a rectangle. Rows run along x, and row 0 is the lowest.
+/// A set of cells in a rectangle. Rows run along x, and row 0 is the lowest.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Region {
     width: usize,
@@ -14,7 +14,7 @@ pub struct Region {
     words: Vec<u64>,
 }
 
-/// Adjacent cells in a row. `end` is the column after the last one.
+/// A run of adjacent cells in a row. `end` is the column after the last one.
 #[derive(Debug, Clone, Copy)]
 struct Stretch {
     row: usize,
@@ -193,7 +193,7 @@ impl Region {
         largest
     }
 
-    /// Removes the cells connected to `seed`, stretch by stretch.
+    /// Removes the cells connected to `seed`, and passes each stretch of them to `taken`.
     fn take_stretches(&mut self, seed: usize, waiting: &mut Vec<usize>, mut taken: impl FnMut(Stretch)) {
         waiting.clear();
         waiting.extend(Some(seed).filter(|seed| *seed < self.cells()));
@@ -223,7 +223,7 @@ impl Region {
         }
     }
 
-    /// Returns the first column of the stretch that a contained cell belongs to.
+    /// Returns the first column of the stretch that contains the given cell.
     fn first_of(&self, column: usize, row: usize) -> usize {
         let words = &self.words[row * self.stride()..][..self.stride()];
         let mut word = column / WORD;
@@ -235,7 +235,7 @@ impl Region {
         if free == 0 { 0 } else { (word + 1) * WORD - free.leading_zeros() as usize }
     }
 
-    /// Returns the column after the last one of the stretch that a contained cell belongs to.
+    /// Returns the column after the last one of the stretch that contains the given cell.
     fn end_of(&self, column: usize, row: usize) -> usize {
         let words = &self.words[row * self.stride()..][..self.stride()];
         let mut word = column / WORD;
@@ -291,8 +291,8 @@ impl Region {
         self.clear_beside();
     }
 
-    /// Removes every cell within `radius` columns and rows of a cell that is not contained. Cells outside the rectangle count as
-    /// contained.
+    /// Removes every cell within `radius` columns and rows of a cell that is not in the region. Cells outside the rectangle count
+    /// as part of the region.
     pub fn shrink(&mut self, radius: usize) {
         self.invert();
         self.grow(radius);
@@ -398,7 +398,7 @@ fn bits(mut word: u64) -> impl Iterator<Item = usize> {
     })
 }
 
-/// Returns a mask of the bits of a row's word that are columns from `first` up to but excluding `end`.
+/// Returns a mask of those bits of a row's word whose columns are in the range from `first` up to but excluding `end`.
 fn mask(word: usize, first: usize, end: usize) -> u64 {
     let low = first.saturating_sub(word * WORD).min(WORD);
     let high = end.saturating_sub(word * WORD).min(WORD);
@@ -423,7 +423,7 @@ mod tests {
         assert_eq!(region.border(), [[1, 1], [2, 1], [3, 1], [2, 2], [1, 2]]);
     }
 
-    /// The walk follows a spur along both sides and does not end at its start.
+    /// The trace goes along both sides of the spur, so the cells in its middle appear twice.
     #[test]
     fn the_border_follows_both_sides_of_a_spur_one_cell_wide() {
         let region = drawn(&["......", ".####.", ".#....", "......"]);
@@ -458,7 +458,7 @@ mod tests {
         assert_eq!(region, drawn(&[frame, frame, "..#####..", "..#####..", frame, frame]));
     }
 
-    /// Computes an operation cell by cell, which is too simple to be wrong.
+    /// Computes an operation cell by cell. This is too simple to be wrong.
     fn plain(region: &Region, holds: impl Fn([i64; 2]) -> bool) -> Region {
         Region::of(region.width(), region.height(), |k| holds(region.at(k)))
     }
@@ -499,7 +499,7 @@ mod tests {
             prop_assert_eq!(region.count(), cells.len());
         }
 
-        /// Compares connected parts with a flood fill from cell to cell.
+        /// Compares connected components with those found by a flood fill from cell to cell.
         #[test]
         fn connected_components_agree_with_a_flood_fill(
             width in 1..150_usize, height in 1..9_usize, held in 4..8_u32, seed: u64, at: prop::sample::Index,

@@ -5,10 +5,10 @@ use sketchnav_schemas::message::{LaserScan, MAX_BEAMS};
 
 use crate::Error;
 
-/// A sweep of a laser, from right to left.
+/// A sweep of a laser, from right to left, with the laser's pose on the robot.
 #[derive(Debug, Clone, Copy)]
 pub struct Scan<'a> {
-    /// Ranges in metres. A range of `range_max_m` or more, such as +∞, means that nothing returned. NaN and ranges below
+    /// Ranges in metres. A range of `range_max_m` or more, such as +∞, means that there was no return. NaN and ranges below
     /// `range_min_m` are invalid (REP 117).
     pub ranges_m: &'a [f32],
     /// Direction of beam 0 in the laser's frame, in radians counter-clockwise from its forward axis.
@@ -28,14 +28,14 @@ pub struct Scan<'a> {
 pub(crate) enum Beam {
     /// The beam ended at this range, in metres.
     Hit(f64),
-    /// Nothing returned up to the laser's maximum range.
+    /// There was no return up to the laser's maximum range.
     Open,
     /// The reading is invalid and is ignored.
     Invalid,
 }
 
 impl<'a> Scan<'a> {
-    /// Creates a scan from a message of a laser that is mounted on the robot at the given pose.
+    /// Creates a scan from the message of a laser that is mounted on the robot at the given pose.
     pub fn of_message(message: &'a LaserScan, base_from_laser: Pose<Base>) -> Self {
         Self {
             ranges_m: message.ranges(),

@@ -6,11 +6,11 @@ use crate::occupancy::Occupancy;
 use crate::outline::Place;
 use crate::region::Region;
 
-/// Number of stretches of free cells yet to be visited for which memory is reserved.
+/// Number of waiting stretches of a flood fill for which memory is reserved.
 const WAITING: usize = 1 << 14;
 
-/// Maximum distance, in metres, of a robot from the free part of its own map. Its laser does not see the floor that it stands on,
-/// so the nearest free cells may be some way off.
+/// Maximum distance, in metres, of a robot from the free part of its own map. Since a laser does not see the floor that the robot
+/// stands on, the nearest free cells may be some distance away.
 pub const OFF_FREE_M: f64 = 0.6;
 
 /// The map as a grid, and the free space connected to the robot's position.
@@ -18,13 +18,13 @@ pub const OFF_FREE_M: f64 = 0.6;
 pub struct Survey {
     grid: CellGrid,
     free: Region,
-    /// Working memory.
+    /// Working memory for closing slits in the free space.
     closed: Region,
     waiting: Vec<usize>,
 }
 
 impl Survey {
-    /// Creates an empty survey with capacity for any map with the given parameters, so that [`Self::take`] does not allocate.
+    /// Creates an empty survey with room for any map with the given parameters, so that [`Self::take`] does not allocate.
     pub fn with_room(parameters: &Parameters) -> Self {
         let side = parameters.cells_per_side();
         let region = || Region::with_room(side, side);
@@ -32,7 +32,7 @@ impl Survey {
         Self { grid, free: region(), closed: region(), waiting: Vec::with_capacity(WAITING) }
     }
 
-    /// Surveys a grid for a robot that is at most `within_m` away from free cells. If it is farther away, no
+    /// Surveys a grid around a robot, which must be at most `within_m` away from the nearest free cell. If it is farther away, no
     /// cell counts as free.
     pub fn of(grid: CellGrid, robot: Place, within_m: f64) -> Self {
         let mut survey = Self { grid, ..Self::default() };
@@ -40,7 +40,8 @@ impl Survey {
         survey
     }
 
-    /// Surveys a map for a robot that is at most `within_m` away from free cells.
+    /// Replaces the survey by one of a map, around a robot that must be at most `within_m` away from the nearest free cell. If it
+    /// is farther away, no cell counts as free.
     pub fn take(&mut self, map: &Occupancy, robot: Place, within_m: f64) {
         map.write(&mut self.grid);
         self.look(robot, within_m);

@@ -1,5 +1,6 @@
-//! Runs local mapping on real logs and compares its errors with those of the odometry alone. Errors are of relative poses against
-//! the logs' corrected poses (the metric of Burgard et al. 2009). If the logs are missing, these tests are skipped with a notice.
+//! Runs local mapping on real logs and compares its errors with those of the odometry alone. Errors are those of relative poses,
+//! with respect to the logs' corrected poses (the metric of Burgard et al. 2009). If the logs are missing, these tests are skipped
+//! with a notice.
 
 mod support;
 
@@ -7,7 +8,7 @@ use sketchnav_mapping::{Mapper, Outcome, Parameters, Scan};
 use sketchnav_schemas::geometry::Pose;
 use support::carmen::{self, LogScan};
 
-/// A pose of any frame, as plain numbers.
+/// A pose in any frame, as plain numbers.
 type Plain = Pose<sketchnav_mapping::Map>;
 
 fn scan(of: &LogScan) -> Scan<'_> {
@@ -55,7 +56,7 @@ fn truth_off<F>(truth: &Pose<F>, found: &Pose<F>) -> (f64, f64) {
     (off.x.hypot(off.y), off.yaw_rad.abs().to_degrees())
 }
 
-/// Prints and returns the errors after 1, 5 and 20 m, each as those of the odometry and those of the mapper.
+/// Prints and returns the errors after 1, 5 and 20 m, first those of the odometry and then those of the mapper.
 fn errors(name: &str, scans: &[LogScan], parameters: Parameters) -> [[Errors; 2]; 3] {
     let mut mapper = Mapper::new(parameters).unwrap();
     let plain = |x: f64, y: f64, yaw: f64| Plain::new(x, y, yaw);
@@ -80,7 +81,7 @@ fn errors(name: &str, scans: &[LogScan], parameters: Parameters) -> [[Errors; 2]
     })
 }
 
-/// Asserts that the mapper's errors are below these, and below those of the odometry.
+/// Asserts that the mapper's errors are below the given bounds, and below those of the odometry.
 fn is_as_good(errors: &[[Errors; 2]; 3], most_m: [f64; 3]) {
     for ([by_wheels, by_map], most_m) in errors.iter().zip(most_m) {
         assert!(by_map.m < most_m && by_map.m < by_wheels.m && by_map.deg < by_wheels.deg, "{by_map:?}");

@@ -5,7 +5,7 @@ use sketchnav_schemas::geometry::{Odom, Pose};
 
 const BEAMS: usize = 181;
 
-/// Returns the ranges of a laser in a room of 6 × 4 m with a pillar, from `at` in the room's frame.
+/// Returns the ranges of a laser in a room of 6 × 4 m with a pillar, seen from the pose `at`.
 fn ranges(at: &Pose<Map>) -> Vec<f32> {
     let ray = |i: usize| {
         let angle = at.yaw_rad - std::f64::consts::FRAC_PI_2 + (i as f64).to_radians();
@@ -36,7 +36,7 @@ fn scan(ranges_m: &[f32]) -> Scan<'_> {
     }
 }
 
-/// Returns a drive in an arc through the room, as true poses and as odometry that is 5 % too long and turns too far.
+/// Returns a drive along an arc through the room, as true poses and as odometry that is 5 % too long and turns too far.
 fn drive() -> Vec<(Pose<Map>, Pose<Odom>)> {
     let at = |k: usize| {
         let share = k as f64 / 60.0;

@@ -16,7 +16,7 @@ use sketchnav_schemas::mission::Task;
 use sketchnav_schemas::run::{Pace, Pad, RunConfig};
 use sketchnav_stage::{Denied, Incoming, Outbox, Remains, StageError};
 
-/// Progress of a mission.
+/// Phase of a mission.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Phase {
     /// The mission has not begun, or the next task waits to begin.
@@ -30,7 +30,7 @@ pub enum Phase {
     Over,
 }
 
-/// The reason why the robot is held although there are tasks left.
+/// Why the robot is held although there are tasks left.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Hold {
     /// A person stopped the robot.
@@ -76,7 +76,7 @@ impl From<&Task> for TaskInfo {
     }
 }
 
-/// The action due in a step.
+/// What the planner has to do in a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Due {
     /// Begin [`Agenda::task`], and drive.
@@ -134,8 +134,7 @@ pub struct Agenda {
 }
 
 impl Agenda {
-    /// Creates the agenda of a mission. The effect of some orders depends on whether people take part in the
-    /// run.
+    /// Creates the agenda of a mission. Some orders have different effects if people take part in the run.
     pub fn new(run: &RunConfig) -> Self {
         Self { tasks: run.mission.task.iter().map(TaskInfo::from).collect(), ..Self::empty(run) }
     }
@@ -162,13 +161,13 @@ impl Agenda {
         self.now
     }
 
-    /// Restores the progress stored in a checkpoint.
+    /// Restores progress from a checkpoint.
     pub fn restore(&mut self, standing: Standing) {
         self.now = standing;
     }
 
-    /// Resumes without a checkpoint, at the task of the last status sent before the restart. A pause or an
-    /// abort by a person stays in force until the order to resume arrives.
+    /// Resumes without a checkpoint, at the task of the last status sent before the restart. If a person had paused or aborted the
+    /// mission, it stays paused or aborted until the order to resume arrives.
     pub fn recover(&mut self, remains: &dyn Remains) {
         let Some(last) = remains.of(STATUS) else { return };
         let state = TaskState::from_code(last.state);
@@ -182,9 +181,9 @@ impl Agenda {
         self.now.reached = last.reached_count;
     }
 
-    /// Returns true if the planner can take a step. In lockstep this requires its instructions, reported by `has_instructions`, and
-    /// the order to start. In real time a planner always takes its steps, and the robot remains stationary until everything has
-    /// arrived.
+    /// Returns true if the planner can take a step. In lockstep, this requires its instructions, as reported by `has_instructions`,
+    /// and the order to start. In real time, a planner always takes its steps, and the robot remains stationary until everything
+    /// has arrived.
     pub fn is_ready(&self, has_instructions: bool) -> bool {
         self.now.ordered && has_instructions || !self.waits_for_order
     }
@@ -209,7 +208,7 @@ impl Agenda {
         self.now.ordered
     }
 
-    /// Returns true if the robot is driving or about to.
+    /// Returns true if the robot is driving or about to drive.
     pub fn is_driving(&self) -> bool {
         self.now.ordered && self.now.held.is_none() && self.now.phase != Phase::Over
     }
@@ -243,8 +242,8 @@ impl Agenda {
         Ok(Some(order))
     }
 
-    /// Switches from the task under way to another one, and releases a robot that is held. Has no effect if the mission is over for
-    /// good.
+    /// Switches from the current task to another one, and releases the robot if it is held. Has no effect if the mission is over
+    /// for good.
     pub fn go_to(&mut self, task: usize) {
         if !self.is_last() {
             self.wait_for(task);
@@ -276,7 +275,7 @@ impl Agenda {
             Order::Pause => self.hold(Hold::Paused),
             Order::Unattended => self.hold(Hold::Unattended),
             Order::Resume => self.now.held = None,
-            // A task that does not exist, or a place or the robot's position, which the navigator handles itself.
+            // The navigator itself handles goals that are not tasks, and positions of the robot.
             Order::Goal | Order::Here => {}
         }
     }
@@ -289,8 +288,8 @@ impl Agenda {
         }
     }
 
-    /// Records the time and the motion of a step and returns the time since the last step, in seconds. At the first step, this is
-    /// the nominal time between two ticks.
+    /// Records the time and the motion of a step. Returns the time since the last step, in seconds. For the first step, this is the
+    /// nominal time between two ticks.
     pub fn begin_step<'a>(&mut self, stamp_ns: u64, motion: impl Into<Motion<'a>>) -> f64 {
         let since = self.now.last_stamp_ns.map(|last| stamp_ns.saturating_sub(last) as f64 * 1e-9);
         let dt_s = since.unwrap_or(self.nominal_dt_s);
@@ -309,7 +308,7 @@ impl Agenda {
         dt_s
     }
 
-    /// Records the odometry and returns the distance travelled since the last one, in metres.
+    /// Records the odometry and returns the distance travelled since the previous odometry, in metres.
     fn way_to(&mut self, odometry: &Odometry) -> f64 {
         let robot = odometry.pose();
         self.now.speed_mps = odometry.twist.vx_mps.hypot(odometry.twist.vy_mps);
@@ -360,7 +359,7 @@ impl Agenda {
         Due::Stand
     }
 
-    /// Returns true if the robot is held. In that case, the status gives the reason.
+    /// Returns true if the robot is held. The status then gives the reason.
     fn is_held(&mut self) -> bool {
         let Some(hold) = self.now.held else { return false };
         if let Some((state, reason)) = hold.status() {
@@ -475,7 +474,7 @@ mod tests {
         agenda
     }
 
-    /// An agenda that was paused and then aborted used to stay paused, and its system ran forever.
+    /// An agenda that was paused and then aborted used to remain paused, and its system ran forever.
     #[test]
     fn aborting_a_paused_mission_ends_it() {
         for hold in [Order::Pause, Order::Unattended] {
@@ -542,8 +541,8 @@ mod tests {
         assert_eq!((agenda.now.phase, agenda.now.task, agenda.is_driving()), (Phase::Waiting, 0, true));
     }
 
-    /// The planner reads the pad's messages before the supervisor's. With a mission from a file, it used to forget an abort that
-    /// came before the supervisor's order to start, and drove off.
+    /// The planner reads the pad's messages before those of the supervisor. With a mission from a file, it used to forget an abort
+    /// that came before the supervisor's order to start, and drove off.
     #[test]
     fn a_mission_from_a_file_can_be_aborted_before_it_starts() {
         let mut agenda = waiting(Pad::Watches);

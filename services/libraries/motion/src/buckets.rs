@@ -104,7 +104,7 @@ mod tests {
     use super::*;
 
     proptest! {
-        /// Every cell that is put in, possibly again at a lower cost, comes out once, cheapest bucket first.
+        /// Every cell that is put in, possibly again at a lower cost, is popped once, cheapest bucket first.
         #[test]
         fn cells_are_popped_in_order_of_cost(puts in prop::collection::vec((0usize..40, 0.0f32..5000.0), 1..120)) {
             let mut buckets = Buckets::new(40);

@@ -14,7 +14,7 @@ use super::weighted_grid::{Frontier, Weights, chamfer};
 
 /// Maximum number of points on a local path.
 pub const MAX_PATH: usize = 512;
-/// Maximum cost of a path, in metres on open, seen floor. The search goes no further.
+/// Maximum cost of a path, in metres on open floor that the laser has seen. The search goes no further.
 const MOST_COST_M: f32 = 30.0;
 /// Extra cost of an unseen cell, per unit of length.
 const UNSEEN: f32 = 0.5;
@@ -43,15 +43,16 @@ pub struct LocalPlanner {
     frontier: Frontier,
 }
 
-/// State that is kept from one plan to the next, as read back from a checkpoint: the cells where the robot fits.
+/// State of a local planner that is kept from one plan to the next: the weights, which tell where the robot fits. Read back from a
+/// checkpoint.
 #[derive(Debug, Clone, Deserialize)]
 pub struct State {
     corner: Cell,
     weight: Vec<f32>,
 }
 
-/// A [`State`] by reference, which is written without a copy. It has the same fields in the same order, so it serializes
-/// identically.
+/// A [`State`] by reference, which is written to a checkpoint without copying. It has the same fields in the same order, so it
+/// serializes identically.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct StateView<'a> {
     corner: Cell,
@@ -76,7 +77,7 @@ impl LocalPlanner {
         StateView { corner: self.corner, weight: &self.weight }
     }
 
-    /// Restores the state of another planner. Paths must be searched for again.
+    /// Restores a state from a checkpoint. Paths must be searched for again.
     pub fn restore(&mut self, state: State) {
         self.corner = state.corner;
         for (weight, remembered) in self.weight.iter_mut().zip(state.weight) {
@@ -186,8 +187,8 @@ impl LocalPlanner {
         }
     }
 
-    /// Makes nearby cells passable for a robot that stands too close to an obstacle, provided that their clearance exceeds
-    /// `least_m`, which is about its current clearance.
+    /// If the robot stands too close to an obstacle, makes nearby cells passable whose clearance exceeds `least_m`, which is about
+    /// the robot's current clearance.
     fn let_escape(&mut self, robot: Point<Odom>, room: Room, least_m: f64) {
         for index in (1..SIDE - 1).flat_map(|row| row * SIDE + 1..(row + 1) * SIDE - 1) {
             let clearance = self.beside_m(index);

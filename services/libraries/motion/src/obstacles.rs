@@ -1,13 +1,13 @@
-//! A rolling grid, in the odometry frame, of the obstacles that the laser saw recently.
+//! A rolling grid, in the odometry frame, of the obstacles that the laser has seen recently.
 //!
 //! This is the local grid map of the scaled scan of Boniardi et al. 2015, but in metres and with a memory.
 //! Without the memory, a robot whose laser does not look backwards would forget a table just before turning
 //! into it. The end of a beam marks a cell as occupied, and the cells along the beam are cleared. Obstacles
 //! that have not been seen for some time are forgotten, because odometry drifts.
 //!
-//! The grid is fixed in the odometry frame, and a window onto it moves with the robot. Cell (x, y) is stored
-//! in slot (x mod [`SIDE`], y mod [`SIDE`]), so moving the window never moves any data. Because planning
-//! queries thousands of cells per step, the occupied cells of the window are tabulated once per scan.
+//! The grid is fixed in the odometry frame, and a window onto it moves with the robot. Cell (x, y) is stored in slot (x mod
+//! [`SIDE`], y mod [`SIDE`]), so moving the window does not move any data. Because planning queries thousands of cells per step,
+//! the occupied cells of the window are tabulated once per scan.
 
 use std::ops::Range;
 
@@ -23,11 +23,11 @@ pub const CELL_M: f64 = 0.055;
 pub const REACH_M: f64 = (SIDE / 2 - 2) as f64 * CELL_M;
 
 const MASK: i32 = SIDE as i32 - 1;
-/// Maximum gap, in metres, across which the ends of neighbouring beams are joined. Smaller than a door.
+/// Maximum gap, in metres, across which the endpoints of neighbouring beams are joined to a wall. Narrower than a door.
 const JOIN_M: f64 = 0.5;
-/// Cosine of the maximum bend in a wall between the endpoints of neighbouring beams that are joined.
+/// Cosine of the maximum bend at an endpoint for neighbouring beams to be joined.
 const STRAIGHT_COS: f64 = 0.97;
-/// Evidence about a cell. Zero means that nothing is known, one means free, and more means that an obstacle was seen there.
+/// Evidence about a cell: 0 if nothing is known, 1 if it is free, and more if an obstacle was seen there.
 const FREE: u8 = 1;
 const OCCUPIED: u8 = 3;
 const HIT: u8 = 3;
@@ -54,7 +54,7 @@ impl Cell {
     }
 }
 
-/// Marks of a scan on a cell that beams pass through, and on one where they end.
+/// Mark for a cell that beams of a scan pass through, and for one in which they end.
 const PASSED: u8 = 1;
 const ENDED: u8 = 2;
 
@@ -158,7 +158,7 @@ impl Obstacles {
             return cap_m;
         }
         let in_reach = u128::MAX << columns.start & u128::MAX >> (SIDE as i32 - columns.end);
-        // Within a row, only the first occupied cell to either side can be the nearest.
+        // In each row, only the first occupied cell on either side can be the nearest.
         let ahead = u128::MAX.checked_shl(own.x.saturating_sub(self.corner.x).max(0) as u32).unwrap_or(0);
         let mut nearest = cap_m;
         for row in rows {
@@ -177,9 +177,9 @@ impl Obstacles {
         nearest
     }
 
-    /// Adds a scan made at `sensor` by a robot at `robot`, whose footprint of radius `footprint_m` is certainly free. Invalid
-    /// readings, which are NaN or below the sensor's minimum range, are ignored. An infinite reading clears cells up to the
-    /// sensor's maximum range.
+    /// Adds a scan taken at `sensor` by a robot at `robot`, whose footprint of radius `footprint_m` is certainly free. Invalid
+    /// readings (NaN or below the sensor's minimum range) are ignored. An infinite reading clears cells up to the sensor's maximum
+    /// range.
     pub fn observe(&mut self, robot: &Pose<Odom>, footprint_m: f64, sensor: &Pose<Odom>, scan: &LaserScan) {
         self.now_ms = (scan.header.stamp_ns / 1_000_000) as u32;
         self.follow(robot);
@@ -318,8 +318,8 @@ impl Obstacles {
     }
 }
 
-/// Returns true if the ends of three neighbouring beams lie on one straight wall. The space between the last two ends is then part
-/// of the wall, too.
+/// Returns true if the endpoints of three neighbouring beams lie on one straight wall. In that case, the gap between the last two
+/// endpoints is part of the wall, too.
 fn is_one_wall(first: Point<Odom>, second: Point<Odom>, third: Point<Odom>) -> bool {
     let (a, b) = (second.coords() - first.coords(), third.coords() - second.coords());
     b.norm() <= JOIN_M && a.dot(&b) >= STRAIGHT_COS * a.norm() * b.norm()
@@ -345,8 +345,8 @@ fn passed(from: [i64; 2], by: [i64; 2]) -> Option<usize> {
     is_within.then(|| along(from[0], by[0]).min(along(from[1], by[1])) as usize)
 }
 
-/// Updates the evidence of some cells from the marks of a scan. However many beams pass through a cell or end in it, they count
-/// once, and ends are applied last.
+/// Updates the evidence of some cells from the marks of a scan. Each scan counts once per cell, however many beams pass through it
+/// or end in it, and endpoints are applied last.
 fn take(evidence: &mut [u8], marks: &[u8]) {
     for (evidence, mark) in evidence.iter_mut().zip(marks) {
         let missed = evidence.saturating_sub(1).max(FREE);
@@ -357,7 +357,7 @@ fn take(evidence: &mut [u8], marks: &[u8]) {
 }
 
 /// Determines which of some cells are known and which are occupied. A cell is occupied if its evidence suffices and its last mark
-/// is no older than `oldest_ms`.
+/// is not older than `oldest_ms`.
 fn judge(evidence: &[u8], marked_ms: &[u32], oldest_ms: u32, known: &mut [bool], occupied: &mut [bool]) {
     let cells = known.iter_mut().zip(occupied).zip(evidence).zip(marked_ms);
     for (((known, occupied), &evidence), &marked_ms) in cells {
@@ -430,7 +430,7 @@ mod tests {
         obstacles.observe(&robot, 0.2, &robot, &scan(stamp_s, ranges));
     }
 
-    /// With one beam per degree, a laser that looks along a wall only has a return every half metre. The planner used to find a
+    /// With one beam per degree, a laser that looks along a wall has a return only every half metre. The planner used to find a
     /// path through the wall, between the returns, and the robot turned back and forth in the door.
     #[test]
     fn a_wall_seen_along_its_length_has_no_holes() {

@@ -1,6 +1,6 @@
 //! The progress checker detects that the robot is stuck, and counts how often this happens.
 //!
-//! A robot is stuck if it has not moved, if it keeps driving around in one place, or if it drives around without getting closer to
+//! A robot is stuck if it does not move, if it keeps driving around in one place, or if it drives around without getting closer to
 //! its goal.
 
 use serde::{Deserialize, Serialize};
@@ -10,7 +10,7 @@ use sketchnav_schemas::geometry::{Odom, Point};
 const JUMP_M: f64 = 1.0;
 /// Minimum decrease of the cost-to-go, in metres, that counts as progress.
 const NEARER_M: f64 = 0.1;
-/// Minimum distance, in metres, from all earlier places for a stuck robot to count as stuck at a new place.
+/// Minimum distance, in metres, from all earlier positions for a stuck robot to count as stuck at a new place.
 const ELSEWHERE_M: f64 = 2.0;
 /// The time limits assume this speed limit, in m/s. A robot with a lower limit needs longer for the same distance and gets
 /// proportionally more time.
@@ -38,7 +38,7 @@ pub struct ProgressParameters {
     pub recoveries_per_task: u32,
 }
 
-/// A position that the robot has not left, and its arrival time there.
+/// A position near which the robot has stayed, and when it arrived there.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Anchor {
     place: Point<Odom>,
@@ -46,8 +46,8 @@ struct Anchor {
 }
 
 impl Anchor {
-    /// Returns for how long, in seconds, the robot has stayed within `radius_m` of the anchor, and moves the anchor to `robot` if
-    /// it has left.
+    /// Returns how long, in seconds, the robot has stayed within `radius_m` of the anchor. If it has left, moves the anchor to
+    /// `robot`.
     fn time_about_s(&mut self, now_s: f64, robot: Point<Odom>, radius_m: f64) -> f64 {
         if robot.distance(&self.place) > radius_m {
             *self = Self { place: robot, since_s: now_s };
@@ -118,7 +118,7 @@ pub struct StuckCounter {
 }
 
 impl StuckCounter {
-    /// Counts that the robot is stuck at `robot`. Returns false if it has been stuck too often.
+    /// Records that the robot is stuck at `robot`. Returns false if it has been stuck too often.
     pub fn count(&mut self, robot: Point<Odom>, parameters: &ProgressParameters) -> bool {
         let newest = self.total as usize % REMEMBERED;
         self.places[newest] = Some(robot);
@@ -131,7 +131,7 @@ impl StuckCounter {
     fn joined_with(&self, first: usize) -> u32 {
         let mut joined = [false; REMEMBERED];
         joined[first] = true;
-        // Each round reaches places connected through one more place in between.
+        // Each round reaches places that are one more link away.
         for _ in 0..REMEMBERED {
             for place in 0..REMEMBERED {
                 joined[place] |= (0..REMEMBERED).any(|other| joined[other] && self.are_near(place, other));
@@ -222,7 +222,7 @@ mod tests {
         assert_eq!(counted, [true, true, true, false]);
     }
 
-    /// A robot that got stuck at two places in turn used to never give up.
+    /// A robot that got stuck at two places in turn used to go on forever.
     #[test]
     fn being_stuck_at_two_places_in_turn_counts_at_each() {
         let mut counter = StuckCounter::default();

@@ -11,11 +11,11 @@ use sketchnav_schemas::robot::{Drive, Limits};
 
 use super::obstacles::Obstacles;
 
-/// Look-ahead distance, in metres, within which the robot heads for the farthest point of the path.
+/// Look-ahead distance, in metres. The robot heads for the farthest point of the path within it.
 const LOOK_AHEAD_M: f64 = 0.7;
-/// Look-ahead distance, in metres, after obstacles have slowed the last command. It is short to keep the robot on the path.
+/// Look-ahead distance, in metres, if obstacles slowed the last command. It is short, to keep the robot on the path.
 const SHORT_AHEAD_M: f64 = 0.15;
-/// Free space beyond the robot's radius, in metres, that a shortcut to a point of the path needs.
+/// Free space beyond the robot's radius, in metres, that a shortcut to a point on the path requires.
 const SHORTCUT_M: f64 = 0.06;
 /// Turn rate per radian of heading error, in 1/s.
 const TURN_GAIN: f64 = 2.0;
@@ -25,13 +25,13 @@ const TURN_FROM_RAD: f64 = 1.0;
 const TURN_UNTIL_RAD: f64 = 0.35;
 /// Heading error, in radians, above which an omnidirectional drive waits until its laser faces the direction of travel.
 const BLIND_RAD: f64 = 1.7;
-/// Minimum share of the top speed, next to obstacles.
+/// Minimum speed next to obstacles, as a share of the top speed.
 const SLOWEST: f64 = 0.3;
 /// Free space beyond the robot's radius required for full speed, in metres.
 const WIDE_M: f64 = 0.4;
 /// Free space beyond the robot's radius, in metres, that no command may use up.
 const SAFETY_M: f64 = 0.02;
-/// Time from a command to its effect, in seconds.
+/// Time from a command until it takes effect, in seconds.
 const LATENCY_S: f64 = 0.2;
 
 /// The properties of a robot that matter for following a path.
@@ -184,7 +184,7 @@ impl Pursuit {
         }
     }
 
-    /// Slows `wish` down to the highest speed at which the robot can still stop before every known obstacle. Turning on the spot is
+    /// Slows `wish` down to the highest speed at which the robot can still stop before any known obstacle. Turning on the spot is
     /// always safe, because the footprint is round.
     fn safe(&self, wish: Twist, robot: &Pose<Odom>, obstacles: &Obstacles) -> Twist {
         let slowed = |share: f64| Twist {

@@ -1,6 +1,5 @@
-//! Recovery behaviours, which a stuck robot runs before it tries again.
-//!
-//! The robot backs up, discards earlier laser data, turns, and looks again.
+//! Recovery behaviours, which a stuck robot runs before it tries again: it backs up, discards earlier laser data, turns, and looks
+//! again.
 
 use std::f64::consts::TAU;
 
@@ -26,21 +25,21 @@ pub enum Recovery {
     BackUp {
         /// Position at which backing up began.
         from: Point<Odom>,
-        /// Latest time to stop, in seconds.
+        /// Time at which to stop at the latest, in seconds.
         until_s: f64,
     },
     /// Turn on the spot.
     Spin {
-        /// Angle still to turn, in radians, counter-clockwise.
+        /// Remaining angle, in radians, counter-clockwise.
         left_rad: f64,
         /// Heading at the last step, in radians.
         yaw_rad: f64,
-        /// Latest time to stop, in seconds.
+        /// Time at which to stop at the latest, in seconds.
         until_s: f64,
     },
 }
 
-/// The next action of a recovery behaviour.
+/// What the robot does next during a recovery.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Next {
     /// Drive with this velocity.

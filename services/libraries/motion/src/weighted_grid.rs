@@ -31,7 +31,7 @@ impl Frontier {
         &self.length
     }
 
-    /// Lowers the cell's cost to `cost`, the cost of a path of this length, unless the cell has a better path already.
+    /// Lowers the cost of a cell to that of a new path, unless the cell already has a better one.
     #[inline(always)]
     fn lower(&mut self, cell: usize, cost: f32, length: f32) {
         let before = self.cost[cell];
@@ -54,7 +54,7 @@ pub struct Weights<'a> {
     pub weight: &'a [f32],
     /// Number of cells per row.
     pub stride: usize,
-    /// Length of a cell's side, in the unit of lengths.
+    /// Side length of a cell, in the unit of lengths.
     pub cell_length: f32,
 }
 
@@ -80,8 +80,8 @@ impl Weights<'_> {
         ]
     }
 
-    /// Finds the cost of the cheapest path from `seed` to every cell. The search may end once all cells as close as `stop` are
-    /// settled, or all cells up to the cost `limit`. The seed must not lie on the border.
+    /// Finds the cost of the cheapest path from `seed` to every cell. The search may end once all cells as close as `stop`, or all
+    /// cells up to the cost `limit`, are settled. The seed must not lie on the border.
     pub fn flood(&self, frontier: &mut Frontier, seed: usize, stop: Option<usize>, limit: f32) {
         let [least, most] = self.steps();
         frontier.cost.fill(f32::INFINITY);
@@ -98,7 +98,7 @@ impl Weights<'_> {
         }
     }
 
-    /// Lowers the costs of a cell's neighbours if the path through the cell is cheaper, straight neighbours first.
+    /// Lowers the costs of a cell's neighbours where the path through the cell is cheaper, straight neighbours first.
     #[inline(always)]
     fn relax(&self, frontier: &mut Frontier, cell: usize) {
         let (half, quarter) = (self.cell_length / 2.0, self.cell_length * std::f32::consts::SQRT_2 / 4.0);
@@ -143,9 +143,9 @@ impl Weights<'_> {
     }
 }
 
-/// Computes the distance, from centre to centre, of every cell to the nearest solid cell, but at most `cap`. Two passes of the
-/// chamfer (0.955, 1.369) (G. Borgefors, 1986) give an error of at most 4.5 %. Cells on the border are not updated: theirs is zero
-/// if they are solid, and `cap` if not.
+/// Computes the distance, from centre to centre, of every cell to the nearest solid cell, capped at `cap`. Two passes of the
+/// chamfer (0.955, 1.369) (G. Borgefors, 1986) give an error of at most 4.5 %. Cells on the border are not updated: their distance
+/// is zero if they are solid, and `cap` otherwise.
 pub fn chamfer(solid: impl Fn(usize) -> bool, stride: usize, cell_length: f32, cap: f32, out: &mut [f32]) {
     for (cell, distance) in out.iter_mut().enumerate() {
         *distance = if solid(cell) { 0.0 } else { cap };
@@ -193,7 +193,7 @@ fn is_passed(beside: &[f32], cells: &[f32], side: f32) -> bool {
     beside.iter().zip(cells).fold(false, |any, (beside, cell)| any | (beside + side < *cell))
 }
 
-/// Returns the lesser of two numbers. Unlike [`f32::min`], this does not check for NaN.
+/// Returns the lesser of two numbers. Unlike [`f32::min`], this does not handle NaN.
 #[inline(always)]
 fn lesser(a: f32, b: f32) -> f32 {
     if b < a { b } else { a }

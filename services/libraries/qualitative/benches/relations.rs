@@ -1,5 +1,5 @@
-//! Measures relations per second. As a yardstick, the same run measures the distances between the same points, since
-//! computing each of these relations takes at least as much.
+//! Measures relations per second. As a yardstick, the same run measures the distances between the same points, because computing
+//! any of these relations takes at least as long.
 
 use std::f64::consts::TAU;
 use std::hint::black_box;
@@ -59,10 +59,10 @@ fn relations(criterion: &mut Criterion) {
     run(criterion, "RCC8", Regions::<Rcc8>::default(), rects);
 }
 
-/// Computes the histogram, in 180 directions, of a robot's box and an object with twelve corners, at two distances. This
-/// includes everything that a navigator does in a step: preparing the objects and finding the best of sixteen directions.
-/// Nothing is allocated. As a yardstick, the same run measures the position of all corners across each of the 180
-/// directions, since any division into strips begins with that.
+/// Measures the histogram, in 180 directions, of a robot's box and an object with twelve corners, at two distances. This includes
+/// everything that a navigator does in a step: preparing the objects and finding the best of sixteen directions. Nothing is
+/// allocated. As a yardstick, the same run computes the positions of all corners across each of the 180 directions, since any
+/// division into strips begins with that.
 fn robot(criterion: &mut Criterion) {
     let at = |x, y| Point::new(x, y).expect("finite");
     let robot = Polygon::new([at(-10.0, -10.0), at(10.0, -10.0), at(10.0, 10.0), at(-10.0, 10.0)]);
@@ -99,8 +99,8 @@ fn robot(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Computes the histogram, in 180 directions, of two polygons with 12 and 8 corners. The yardstick is the distances of all
-/// pairs of points of two rasters of 32 × 32, which a sum over points would need at least.
+/// Measures the histogram, in 180 directions, of two polygons with 12 and 8 corners. The yardstick is to compute the distances of
+/// all pairs of points of two 32 × 32 rasters, which is the least that a sum over points would need.
 fn forces(criterion: &mut Criterion) {
     let ring = |x: f64, corners: u32| {
         let corners = (0..corners).map(|i| f64::from(i) / f64::from(corners) * TAU);

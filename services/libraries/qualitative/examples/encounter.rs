@@ -5,7 +5,7 @@
 use sketchnav_qualitative::argd::{Bound, Scale};
 use sketchnav_qualitative::{Calculus, Error, Options, Point, Quantisation, Stream, qtc, series};
 
-/// One person walks east and around the other, who walks west.
+/// One person walks east and sidesteps the other, who walks west.
 fn scene(time_s: f64) -> Result<[Point; 2], Error> {
     let x = -4.0 + 1.2 * time_s;
     let sidestep = 0.6 * (-x * x).exp();

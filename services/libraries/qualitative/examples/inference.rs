@@ -1,4 +1,4 @@
-//! Infers what follows from two relations by composition and converse.
+//! Infers new relations from two given ones, by composition and converse.
 //!
 //! `cargo run -p sketchnav-qualitative --example inference -- rcc8 ntpp ec`
 
@@ -9,7 +9,7 @@ use sketchnav_qualitative::cardinal::Direction;
 use sketchnav_qualitative::rcc::{Rcc5, Rcc8};
 use sketchnav_qualitative::{Compose, Converse, Relation};
 
-/// Returns the composition of two relations as text.
+/// Returns the composition of two relations, and its converse, as text.
 fn composed<R: Relation + Compose + Converse + FromStr>(first: &str, next: &str) -> Result<String, R::Err> {
     let (first, next): (R, R) = (first.parse()?, next.parse()?);
     let follows = first.compose(next);

@@ -35,7 +35,7 @@ pub trait Relation: Copy + Eq + fmt::Debug + fmt::Display + FromStr<Err = Error>
     /// no relation limits to itself.
     fn limits_to(self, instant: Self) -> bool;
 
-    /// Returns all base relations in index order.
+    /// Returns all base relations, in index order.
     fn all() -> impl Iterator<Item = Self> {
         (0..Self::COUNT).filter_map(Self::from_index)
     }
@@ -70,11 +70,11 @@ pub trait Converse: Relation {
 
 /// Base relations with a known composition.
 pub trait Compose: Relation {
-    /// Returns every relation that a may have to c, given `self` as the relation of a to b and `next` as that of b to c.
+    /// Returns all relations that a may have to c, given `self` as the relation of a to b and `next` as that of b to c.
     fn compose(self, next: Self) -> RelationSet<Self>;
 }
 
-/// A set of base relations, for when it isn't known which of them holds.
+/// A set of base relations, used when it is not known which of them holds.
 pub struct RelationSet<R> {
     words: [u64; WORDS],
     relation: PhantomData<R>,
@@ -89,7 +89,7 @@ impl<R: Relation> RelationSet<R> {
         R::all().collect()
     }
 
-    /// Returns the set of those of the first 128 relations whose bits are set.
+    /// Returns the set of relations given by a bit mask over the first 128 relations.
     pub(crate) fn from_bits(bits: u128) -> Self {
         let mut words = [0; WORDS];
         (words[0], words[1]) = (bits as u64, (bits >> 64) as u64);

@@ -54,7 +54,7 @@ impl Rank {
 }
 
 impl Scale {
-    /// Creates a scale from labels and their thresholds, given in any order.
+    /// Creates a scale from labels and their thresholds, in any order.
     ///
     /// # Errors
     /// [`Error::Thresholds`] if there are no thresholds or more than [`MAX_THRESHOLDS`]; [`Error::Threshold`] if a threshold is
@@ -119,7 +119,7 @@ impl Scale {
         })
     }
 
-    /// Returns the infimum and supremum of the distances with the given rank.
+    /// Returns the infimum and the supremum of the distances with the given rank.
     pub fn distances(&self, rank: Rank) -> [f64; 2] {
         let place = rank.place().min(self.len() - 1);
         let (below, above) = match self.bound {
@@ -149,7 +149,7 @@ impl Scale {
         lowest..=highest
     }
 
-    /// Returns the table for reasoning over networks of distances on this scale.
+    /// Returns the table for reasoning about networks of distances on this scale.
     pub fn table(&self) -> Table<Rank> {
         let within = |ranks: RangeInclusive<Rank>| {
             Rank::all().filter(|rank| ranks.contains(rank)).collect::<RelationSet<_>>()
@@ -171,8 +171,8 @@ impl Relation for Rank {
         (index < MAX_THRESHOLDS).then_some(Self(index as u8))
     }
 
-    /// Follows the reading of upper bounds, where the distance at the threshold belongs to the nearer label. Neighbours are the
-    /// same by either reading.
+    /// Uses the reading of upper bounds, in which a distance at the threshold has the nearer label. Neighbours are the same for
+    /// both readings.
     fn limits_to(self, instant: Self) -> bool {
         self.0 == instant.0 + 1
     }

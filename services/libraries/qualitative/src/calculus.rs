@@ -1,4 +1,4 @@
-//! The trait of a calculus with its parameters, which derives relations from scenes.
+//! The trait of a calculus together with its parameters, which derives relations from scenes.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,24 +6,23 @@ use crate::algebra::Relation;
 use crate::error::Error;
 use crate::geometry::not_negative;
 
-/// The preceding scene and the number of seconds since then, if there is a preceding scene.
+/// The preceding scene and the time since then, in seconds, or `None` for the first scene.
 pub type Before<'a, S> = Option<(&'a S, f64)>;
 
-/// A calculus with its parameters.
+/// A calculus together with its parameters.
 pub trait Calculus {
-    /// The objects at one time, in the order of the arguments of the relation.
+    /// The objects at one time, in the order in which the relation takes them.
     type Scene: Copy;
     /// The base relations of the calculus.
     type Relation: Relation;
-    /// True if a relation describes the motion between two times. Otherwise it describes a single time, and `before` is
-    /// ignored.
+    /// Whether a relation describes the motion between two times. If not, it describes a single time, and `before` is ignored.
     const OF_MOTION: bool;
 
-    /// Returns the relation that holds, or `None` if the calculus needs two scenes and there is only one.
+    /// Returns the relation that holds, or `None` if the calculus needs two scenes and only one is given.
     fn relate(&self, before: Before<'_, Self::Scene>, now: &Self::Scene) -> Option<Self::Relation>;
 }
 
-/// The smallest motion between two samples that still counts as motion.
+/// Threshold above which a change of position between two samples counts as motion.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Unchecked", into = "Unchecked")]
 pub struct Quantisation(Unchecked);

@@ -38,7 +38,7 @@ const LETTERS: usize = 7;
 
 type Letters = [FlipFlop; 4];
 
-/// The letters of each relation.
+/// The letters of each relation, parsed from [`WORDS`].
 const RELATIONS: [Letters; FINE] = {
     let mut relations = [[FlipFlop::Left; 4]; FINE];
     let mut at = 0;
@@ -58,7 +58,7 @@ const RELATIONS: [Letters; FINE] = {
     relations
 };
 
-/// The index of the relation with these letters, by their number in base [`LETTERS`], or [`FINE`] if there is none.
+/// The index of the relation with the given letters, read as a number in base [`LETTERS`], or [`FINE`] if there is none.
 const PLACES: [u8; LETTERS.pow(4)] = {
     let mut places = [FINE as u8; LETTERS.pow(4)];
     let mut at = 0;
@@ -126,15 +126,15 @@ impl From<Dipole> for [Point; 2] {
 #[serde(try_from = "String", into = "String")]
 pub struct Dra<const N: usize>(u8);
 
-/// A relation of the coarse calculus.
+/// A relation of the coarse calculus, with 24 relations.
 pub type DraC = Dra<COARSE>;
-/// A relation of the fine-grained calculus.
+/// A relation of the fine-grained calculus, with 72 relations.
 pub type DraF = Dra<FINE>;
 
 impl<const N: usize> Dra<N> {
-    /// Returns the relation of a to b, or `None` if the calculus has none. Points within `tolerance` of each other count as
-    /// coincident, and points within 0.866 times the tolerance of a line count as on it, unless no dipoles would have these
-    /// letters.
+    /// Returns the relation of a to b, or `None` if the calculus has none for them. Points within `tolerance` of each other count
+    /// as coincident, and points within 0.866 times the tolerance of a line count as on the line, unless no two dipoles can have
+    /// the resulting letters.
     pub fn of(a: Dipole, b: Dipole, tolerance: f64) -> Option<Self> {
         let place = place(Self::letters_of(a, b, tolerance)).or_else(|| place(Self::letters_of(a, b, 0.0)));
         place.and_then(Self::from_index)
@@ -155,7 +155,7 @@ impl<const N: usize> Dra<N> {
         place(letters).and_then(Self::from_index)
     }
 
-    /// Returns the relation in a mirror image, where left and right are swapped.
+    /// Returns the relation in a mirror image, which swaps left and right.
     #[must_use]
     pub fn mirrored(self) -> Self {
         Self::from_letters(self.letters().map(FlipFlop::mirrored)).expect("relations have mirror images")
@@ -264,7 +264,7 @@ static LIMITS: LazyLock<[u128; FINE]> = LazyLock::new(|| {
         if std::mem::replace(&mut is_known[instant], true) {
             continue;
         }
-        // The same with the dipoles exchanged, since whole steps of one reach the line of the other, but not the reverse.
+        // Move the dipoles in exchanged roles as well, because whole steps of one reach the line of the other, but not the reverse.
         let converse = |place: usize| Dra::<FINE>(place as u8).converse().index();
         for around in steps().flat_map(|start| steps().map(move |end| moved([start, end]))) {
             limits[around] |= u128::from(around != instant) << instant;
@@ -275,11 +275,11 @@ static LIMITS: LazyLock<[u128; FINE]> = LazyLock::new(|| {
     limits
 });
 
-/// A line, given by a point and a direction, along which the places of a dipole are counted.
+/// A line, given by a point and a direction. Positions of dipole ends are counted along it.
 type Line = [[i32; 2]; 2];
 
-/// The arrangements of three lines, each with the places to try: two in each part of a line between crossings, and as many as there
-/// are ends on lines that coincide.
+/// The arrangements of three lines, each with the positions to try: two in each part of a line between crossings and, on lines that
+/// coincide, as many as there are ends.
 const ARRANGEMENTS: [([Line; 3], std::ops::RangeInclusive<i32>); 7] = {
     const X: Line = [[0, 0], [1, 0]];
     const Y: Line = [[0, 0], [0, 1]];
@@ -294,7 +294,7 @@ const ARRANGEMENTS: [([Line; 3], std::ops::RangeInclusive<i32>); 7] = {
     ]
 };
 
-/// The composition table, as bits.
+/// The composition table, as bit masks.
 static COMPOSITION: LazyLock<[[u128; FINE]; FINE]> = LazyLock::new(|| {
     let mut table = [[0; FINE]; FINE];
     for (lines, places) in ARRANGEMENTS {
@@ -317,7 +317,7 @@ static COMPOSITION: LazyLock<[[u128; FINE]; FINE]> = LazyLock::new(|| {
     table
 });
 
-/// Returns all dipoles between places on a line.
+/// Returns all dipoles between the given positions on a line.
 fn dipoles([[x, y], [dx, dy]]: Line, places: std::ops::RangeInclusive<i32>) -> Vec<Dipole> {
     let at = |place: i32| point([x + place * dx, y + place * dy]);
     let pairs = places.clone().flat_map(|start| places.clone().map(move |end| [start, end]));

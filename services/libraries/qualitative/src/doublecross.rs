@@ -95,7 +95,7 @@ impl DoubleCross {
         Self::ALL[ZONES * side + zone]
     }
 
-    /// Returns the side, from the left, and the zone, from the front, or `None` if a and b coincide.
+    /// Returns the side, counted from the left, and the zone, counted from the front, or `None` if a and b coincide.
     fn place(self) -> Option<(usize, usize)> {
         (self.index() < 3 * ZONES).then(|| (self.index() / ZONES, self.index() % ZONES))
     }
@@ -106,26 +106,26 @@ impl DoubleCross {
                 let is_line = to_zone % 2 == 1 && zone.abs_diff(to_zone) == 1;
                 (to_side == side || to_side == 1) && (to_zone == zone || is_line)
             }
-            // Between a and b, or at one of them, a point meets both.
+            // A point between a and b, or at one of them, meets both when they meet.
             (Some(_), None) => instant == Self::Tri || !matches!(self, Self::If | Self::Sc | Self::Ib),
             (None, None) => instant == Self::Tri,
             (None, Some(_)) => false,
         }
     }
 
-    /// Returns the relation in a mirror image, where left and right are swapped.
+    /// Returns the relation in a mirror image, which swaps left and right.
     #[must_use]
     pub fn mirrored(self) -> Self {
         self.place().map_or(self, |(side, zone)| Self::ALL[ZONES * (2 - side) + zone])
     }
 
-    /// Returns every relation that the same three points may have in another order.
+    /// Returns all relations that the same three points may have in another order.
     pub fn permuted(self, by: Permutation) -> RelationSet<Self> {
         let at = Permutation::ALL.iter().position(|other| *other == by);
         at.map_or(RelationSet::EMPTY, |at| TABLES.permuted[at][self.index()])
     }
 
-    /// Returns every relation that a, b and d may have, given `self` as that of a, b and c, and `next` as that of b, c and d.
+    /// Returns all relations that a, b and d may have, given `self` as that of a, b and c, and `next` as that of b, c and d.
     pub fn compose(self, next: Self) -> RelationSet<Self> {
         TABLES.composition[self.index()][next.index()]
     }

@@ -3,7 +3,7 @@
 /// Why input was rejected. Each variant gives what was expected and what was found.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Error {
-    /// A word names no relation of the calculus.
+    /// A word does not name a relation of the calculus.
     #[error("{calculus}: expected one of {expected}, found {found:?}")]
     UnknownRelation {
         /// Identifier of the calculus.
@@ -69,7 +69,7 @@ pub enum Error {
         /// Time of the rejected sample, in seconds.
         found_s: f64,
     },
-    /// A name belongs to none of the objects.
+    /// A name does not belong to any of the objects.
     #[error("expected one of the objects {expected}, found {found:?}")]
     Object {
         /// The names of all objects.
@@ -77,7 +77,7 @@ pub enum Error {
         /// The rejected name.
         found: String,
     },
-    /// A pair of objects of a network does not exist.
+    /// A network does not have such a pair of objects.
     #[error("expected two different objects from 0 to below {objects}, found {first} and {second}")]
     Pair {
         /// Number of objects in the network.

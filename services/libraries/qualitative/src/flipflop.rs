@@ -23,7 +23,7 @@ words! {
         Front = "f",
         /// At b, the end.
         End = "e",
-        /// On the line, inside: between a and b.
+        /// On the line, inside the way: between a and b.
         Inside = "i",
         /// At a, the start.
         Start = "s",
@@ -80,7 +80,7 @@ impl FlipFlop {
         }
     }
 
-    /// Returns a configuration with this relation, which represents all of them.
+    /// Returns a configuration of points that represents this relation.
     fn points(self) -> [Point; 3] {
         let (a, b, left) = ([0.0, 0.0], [2.0, 0.0], [0.0, 2.0]);
         let points = match self {
@@ -97,14 +97,14 @@ impl FlipFlop {
         points.map(|at| Point::try_from(at).expect("a small number"))
     }
 
-    /// Returns the relation of the same points in another order.
+    /// Returns the relation of the same points taken in another order.
     #[must_use]
     pub fn permuted(self, by: Permutation) -> Self {
         let [a, b, c] = by.apply(self.points());
         Self::of(a, b, c, 0.0)
     }
 
-    /// Returns the relation in a mirror image, where left and right are swapped.
+    /// Returns the relation in a mirror image, which swaps left and right.
     #[must_use]
     pub const fn mirrored(self) -> Self {
         match self {
@@ -114,14 +114,14 @@ impl FlipFlop {
         }
     }
 
-    /// Returns every relation that a, b and d may have, given `self` as that of a, b and c, and `next` as that of b, c and d.
+    /// Returns all relations that a, b and d may have, given `self` as that of a, b and c, and `next` as that of b, c and d.
     pub fn compose(self, next: Self) -> RelationSet<Self> {
         COMPOSITION[self.index()][next.index()]
     }
 }
 
-/// The composition table. The possible relations of a fourth point depend on the lines through a, b and through b, c, and on these
-/// points, so places on a grid around them cover all cases.
+/// The composition table. The possible relations of a fourth point depend only on the lines through a and b and through b and c,
+/// and on these points, so the points of a grid around them cover all cases.
 static COMPOSITION: LazyLock<[[RelationSet<FlipFlop>; COUNT]; COUNT]> = LazyLock::new(|| {
     let mut table = [[RelationSet::EMPTY; COUNT]; COUNT];
     let steps = || (-12..=12).map(|half| f64::from(half) / 2.0);

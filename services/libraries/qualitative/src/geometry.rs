@@ -89,7 +89,7 @@ impl Vector {
         self.x * other.x + self.y * other.y
     }
 
-    /// Returns the third component of the vector product. It is above 0 if `other` points to the left of `self`.
+    /// Returns the third component of the cross product. It is positive if `other` points to the left of `self`.
     pub fn cross(self, other: Self) -> f64 {
         self.x * other.y - self.y * other.x
     }
@@ -116,8 +116,7 @@ impl Oriented {
         Ok(Self { position, heading_rad: coordinate("heading_rad", heading_rad)? })
     }
 
-    /// Returns the later of two positions with the direction of motion as its heading, or `None` if both positions are the
-    /// same.
+    /// Returns the later of two positions with the direction of motion as its heading, or `None` if the positions are equal.
     pub fn from_motion(before: Point, now: Point) -> Option<Self> {
         let moved = now - before;
         (moved.length() > 0.0).then(|| Self { position: now, heading_rad: moved.y.atan2(moved.x) })

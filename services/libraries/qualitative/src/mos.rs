@@ -5,7 +5,7 @@ use crate::calculus::{Before, Calculus, Quantisation};
 use crate::geometry::Point;
 
 words! {
-    /// Says whether an object moved.
+    /// Whether an object moved.
     Motion, "mos", limits = |_, instant| instant == Motion::Stationary, {
         /// The object moved farther than the quantisation.
         Moving = "m",
@@ -24,7 +24,7 @@ impl Motion {
 /// [`Motion`] of one point.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Motions {
-    /// The smallest motion that counts.
+    /// Threshold above which a change of position counts as motion.
     pub quantisation: Quantisation,
 }
 

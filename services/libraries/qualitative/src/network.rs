@@ -1,4 +1,4 @@
-//! Reasoning over networks of relations: algebraic closure (path consistency), scenarios and minimal networks.
+//! Reasoning about networks of relations: algebraic closure (path consistency), scenarios and minimal networks.
 //!
 //! A [`Network`] has a set of possible relations for each ordered pair of objects. A [`Table`] contains the converses and the
 //! compositions of a calculus. Closure removes from R(i, k) every relation that is not in R(i, j) ∘ R(j, k), until nothing
@@ -20,7 +20,7 @@ use crate::error::Error;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Network<R: Relation> {
     objects: usize,
-    /// The relations of object i to object j at i · objects + j. The diagonal is not used.
+    /// The relations of object i to object j, at index i · objects + j. The diagonal is not used.
     relations: Vec<RelationSet<R>>,
 }
 
@@ -37,7 +37,7 @@ pub enum Inconsistent {
         /// The second object.
         second: usize,
     },
-    /// No relation is left that agrees with the relations to a third object.
+    /// No relation is left that is consistent with the relations to a third object.
     #[error("expected a relation of object {first} to object {second}, found none that object {via} permits")]
     Triangle {
         /// The first object.
@@ -53,7 +53,7 @@ pub enum Inconsistent {
 }
 
 impl<R: Relation> Network<R> {
-    /// Creates a network without any knowledge about pairs of objects.
+    /// Creates a network in which nothing is known about any pair of objects.
     pub fn new(objects: usize) -> Self {
         Self { objects, relations: vec![RelationSet::universal(); objects * objects] }
     }
@@ -106,7 +106,7 @@ impl<R: Relation> Network<R> {
         (0..objects).flat_map(move |first| (first + 1..objects).map(move |second| (first, second)))
     }
 
-    /// Returns the pair with the fewest relations among those with more than one.
+    /// Returns the pair with the fewest possible relations among the pairs with more than one.
     fn undecided(&self) -> Option<(usize, usize)> {
         let open = self.pairs().filter(|(first, second)| self.at(*first, *second).len() > 1);
         open.min_by_key(|(first, second)| self.at(*first, *second).len())
@@ -118,7 +118,7 @@ impl<R: Relation> Network<R> {
 pub struct Table<R: Relation> {
     universal: RelationSet<R>,
     converses: Vec<RelationSet<R>>,
-    /// The composition of relations a and b at a · [`Relation::COUNT`] + b.
+    /// The composition of relations a and b, at index a · [`Relation::COUNT`] + b.
     compositions: Vec<RelationSet<R>>,
 }
 
@@ -129,8 +129,8 @@ impl<R: Compose + Converse> Default for Table<R> {
 }
 
 impl<R: Relation> Table<R> {
-    /// Creates a table of a calculus whose converses are sets, or whose composition depends on parameters. `universal` contains all
-    /// base relations that exist.
+    /// Creates the table of a calculus whose converses are sets, or whose composition depends on parameters. `universal` contains
+    /// all base relations that exist.
     pub fn from_fn(
         universal: RelationSet<R>,
         converses: impl Fn(R) -> RelationSet<R>,
@@ -150,12 +150,12 @@ impl<R: Relation> Table<R> {
         }
     }
 
-    /// Returns every relation that b may have to a, given those of a to b.
+    /// Returns all relations that b may have to a, given those of a to b.
     pub fn converse(&self, relations: RelationSet<R>) -> RelationSet<R> {
         relations.indices().fold(RelationSet::EMPTY, |found, i| found.union(self.converses[i]))
     }
 
-    /// Returns every relation that a may have to c, given those of a to b and of b to c.
+    /// Returns all relations that a may have to c, given those of a to b and of b to c.
     pub fn compose(&self, first: RelationSet<R>, next: RelationSet<R>) -> RelationSet<R> {
         if first == self.universal && next == self.universal {
             return self.universal;
@@ -199,7 +199,7 @@ impl<R: Relation> Table<R> {
         is_possible.then_some(narrowed != there || narrowed_back != back)
     }
 
-    /// Visits the triangles of the pairs in the queue, and those of all pairs that change.
+    /// Visits the triangles of the pairs in the queue, and those of all pairs that change on the way.
     fn propagate(
         &self,
         network: &mut Network<R>,
@@ -249,8 +249,8 @@ impl<R: Relation> Table<R> {
         Some(network)
     }
 
-    /// Returns the minimal network, which has exactly the relations that occur in some scenario. This takes a search for each
-    /// relation in question.
+    /// Returns the minimal network, which contains exactly the relations that occur in some scenario. This takes one search for
+    /// each relation in question.
     ///
     /// # Errors
     /// [`Inconsistent`] if the network has no scenario.

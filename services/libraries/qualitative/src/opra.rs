@@ -31,14 +31,14 @@ pub struct Opra<const M: usize>(Segments);
 pub enum Segments {
     /// The points are in different positions.
     Apart {
-        /// The segment of a with the position of b.
+        /// The segment of a that contains the position of b.
         of_a: usize,
-        /// The segment of b with the position of a.
+        /// The segment of b that contains the position of a.
         of_b: usize,
     },
     /// The points are in the same position.
     Same {
-        /// The segment of a with the heading of b.
+        /// The segment of a that contains the heading of b.
         heading: usize,
     },
 }
@@ -81,7 +81,7 @@ impl Angles {
         off == 0 || off < self.slack
     }
 
-    /// Returns the ranges of these angles that lie strictly between 0 and half a circle. Ranges of different ends are open.
+    /// Returns the ranges of these angles that lie strictly between 0 and half a circle. Ranges with different ends are open.
     fn inside(self, circle: i32) -> impl Iterator<Item = [i32; 2]> + Clone {
         let middle = self.middle.rem_euclid(circle);
         [middle - circle, middle, middle + circle].into_iter().filter_map(move |middle| {
@@ -159,7 +159,7 @@ impl<const M: usize> Opra<M> {
         (Self::SEGMENTS - segment) % Self::SEGMENTS
     }
 
-    /// Returns the relation in a mirror image, where left and right are swapped.
+    /// Returns the relation in a mirror image, which swaps left and right.
     #[must_use]
     pub fn mirrored(self) -> Self {
         Self(match self.0 {
@@ -168,7 +168,7 @@ impl<const M: usize> Opra<M> {
         })
     }
 
-    /// Returns true if there are three oriented points a, b and c of which a has the first relation to b, b the second to c, and a
+    /// Returns true if there are three oriented points a, b and c such that a has the first relation to b, b the second to c, and a
     /// the third to c.
     fn exist([first, next, last]: [Self; 3]) -> bool {
         let angles = Angles::of_segment;
@@ -197,7 +197,7 @@ impl<const M: usize> Opra<M> {
         }
     }
 
-    /// Returns true if a direction in the first segment may reach the second one, or stay there.
+    /// Returns true if a direction in the first segment can reach the second segment, or stay there, within an instant.
     fn turns(from: usize, to: usize) -> bool {
         let off = Angles::of_segment(from).off_middle(to as i32, Self::CIRCLE);
         off == 0 || (off == 1 && to.is_multiple_of(2))

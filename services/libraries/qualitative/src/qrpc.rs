@@ -168,22 +168,22 @@ impl Qrpc {
         self.disposition
     }
 
-    /// Returns i's side of the projection of j.
+    /// Returns the side of the projection of j on which i is.
     pub const fn side(self) -> Sign {
         self.side
     }
 
-    /// Returns the signs for whether C is in front of i, and of j.
+    /// Returns the signs that say whether C is in front of i and of j.
     pub const fn crossing(self) -> [Sign; 2] {
         [self.i_ahead, self.j_ahead]
     }
 
-    /// Returns the sign for whether i is in front of j on one line.
+    /// Returns the sign that says whether i is in front of j on one line.
     pub const fn ahead(self) -> Sign {
         self.ahead
     }
 
-    /// Returns every relation that j may have to i.
+    /// Returns all relations that j may have to i.
     pub fn converses(self) -> RelationSet<Self> {
         let crossing = [self.j_ahead, self.i_ahead];
         let with = |side, ahead| Self::new(self.disposition, side, crossing, ahead);
@@ -204,13 +204,13 @@ impl Qrpc {
         found.into_iter().flatten().collect()
     }
 
-    /// Returns the relation in a mirror image, where left and right are swapped.
+    /// Returns the relation in a mirror image, which swaps left and right.
     #[must_use]
     pub const fn mirrored(self) -> Self {
         Self { side: self.side.inverted(), ..self }
     }
 
-    /// Returns true if the order of i and j may be `ahead` at the instant at which both come to be on one line in the same
+    /// Returns true if the order of i and j may be `ahead` at the instant at which the two come to lie on one line, in the same
     /// direction.
     fn comes_in_line(self, ahead: Sign) -> bool {
         let apart = sum(self.j_ahead, self.i_ahead.inverted());
@@ -222,7 +222,7 @@ const SIGNS: [Sign; 3] = [Minus, Zero, Plus];
 /// Number of combinations of the five parts.
 const COMBINATIONS: usize = Disposition::COUNT * 81;
 
-/// The existing relations among all combinations of the five parts, and the index of each combination among them.
+/// The relations that exist among all combinations of the five parts, and the index of each combination among them.
 struct Existing {
     relations: [Option<Qrpc>; Qrpc::COUNT],
     indices: [usize; COMBINATIONS],
@@ -244,7 +244,7 @@ static EXISTING: LazyLock<Existing> = LazyLock::new(|| {
 });
 
 impl Qrpc {
-    /// Returns the number of the combination of parts.
+    /// Returns the number of this combination of parts.
     fn code(self) -> usize {
         let signs = [self.side, self.i_ahead, self.j_ahead, self.ahead];
         signs.iter().fold(self.disposition.index(), |code, sign| 3 * code + *sign as usize)

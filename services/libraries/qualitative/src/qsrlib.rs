@@ -94,7 +94,7 @@ pub struct Parameters {
     pub distance_threshold: f64,
     /// `qsr_relations_and_values`, for distances.
     pub scale: Option<Scale>,
-    /// `qsrs_for`, the objects to relate, in the order of the relation. `None` relates all permutations.
+    /// `qsrs_for`, the objects to relate, in the order in which the relation takes them. `None` relates all permutations.
     pub qsrs_for: Option<Vec<Vec<String>>>,
 }
 
@@ -166,7 +166,7 @@ impl fmt::Display for At {
     }
 }
 
-/// Returns every relation of a world, ordered by objects and then by time.
+/// Returns all relations of a world, ordered by objects and then by time.
 ///
 /// # Errors
 /// [`Error::Object`] if an entry of `qsrs_for` names an unknown object, or too few or too many objects;
@@ -186,7 +186,7 @@ pub fn request(which: Which, world: &World, parameters: &Parameters) -> Result<V
     Ok(answers)
 }
 
-/// Returns the indices of each tuple of objects to relate.
+/// Returns the tuples of objects to relate, as indices.
 fn tuples(which: Which, world: &World, parameters: &Parameters) -> Result<Vec<Vec<usize>>, Error> {
     let Some(asked) = &parameters.qsrs_for else {
         return Ok(permutations(world.names.len(), which.arity()));
@@ -295,7 +295,7 @@ fn qtc_c(k: [Point; 2], l: [Point; 2], quantisation: f64) -> QtcC {
     if is_cross { QtcC::of(k, l, quantisation) } else { QtcC::from_signs([qtc::Sign::Zero; 4]) }
 }
 
-/// Returns the series with the states that QSRlib inserts.
+/// Returns the series, including the states that QSRlib inserts.
 fn validated(states: &[QtcBc]) -> Vec<QtcBc> {
     let mut found = Vec::with_capacity(states.len());
     for (i, state) in states.iter().enumerate() {

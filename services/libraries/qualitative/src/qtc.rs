@@ -149,7 +149,7 @@ impl QtcC {
         QtcB { k: self.k, l: self.l }
     }
 
-    /// Returns the signs in order.
+    /// Returns the signs, in order.
     pub const fn signs(self) -> [Sign; 4] {
         [self.k, self.l, self.k_side, self.l_side]
     }
@@ -159,7 +159,7 @@ impl QtcC {
         Self { k, l, k_side, l_side }
     }
 
-    /// Returns the relation in a mirror image, where left and right are swapped.
+    /// Returns the relation in a mirror image, which swaps left and right.
     #[must_use]
     pub const fn mirrored(self) -> Self {
         Self { k_side: self.k_side.inverted(), l_side: self.l_side.inverted(), ..self }
@@ -172,7 +172,7 @@ impl QtcB {
         QtcC::of(k, l, threshold).basic()
     }
 
-    /// Returns the signs in order.
+    /// Returns the signs, in order.
     pub const fn signs(self) -> [Sign; 2] {
         [self.k, self.l]
     }
@@ -198,7 +198,7 @@ impl QtcBc {
         }
     }
 
-    /// Returns the relation in a mirror image, where left and right are swapped.
+    /// Returns the relation in a mirror image, which swaps left and right.
     #[must_use]
     pub const fn mirrored(self) -> Self {
         match self {
@@ -350,7 +350,7 @@ impl Relation for QtcBc {
         }
     }
 
-    /// Follows QTC_B and QTC_C. When the distance passes the threshold, the relation in between is one of QTC_C, because the
+    /// Same as for QTC_B and QTC_C. If the distance passes the threshold, the relation in between is one of QTC_C, because the
     /// distance counts as near at that instant.
     fn between(self, next: Self) -> Option<Self> {
         if self.is_neighbour(next) {
@@ -389,27 +389,27 @@ impl FromStr for QtcBc {
 /// [`QtcB`] of two points.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Basic {
-    /// The smallest motion that counts.
+    /// Threshold above which a change of position counts as motion.
     pub quantisation: Quantisation,
 }
 
 /// [`QtcC`] of two points.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct DoubleCross {
-    /// The smallest motion that counts.
+    /// Threshold above which a change of position counts as motion.
     pub quantisation: Quantisation,
 }
 
 /// [`QtcBc`] of two points.
 #[derive(Debug, Clone, Copy)]
 pub struct Switching {
-    /// The smallest motion that counts.
+    /// Threshold above which a change of position counts as motion.
     pub quantisation: Quantisation,
     near: f64,
 }
 
-/// Maximum distance, in metres, at which QSRlib's QTC_BC includes the signs of the sides. It is the limit of personal space of
-/// Hall 1966.
+/// Maximum distance, in metres, at which QSRlib's QTC_BC includes the signs of the sides. It is the limit of personal space
+/// according to Hall 1966.
 pub const PERSONAL_SPACE_M: f64 = 1.22;
 
 impl Switching {

@@ -88,8 +88,8 @@ words! {
 }
 
 impl Rcc8 {
-    /// Returns the relation of two rectangles. Sides that differ by no more than `tolerance` count as in line, so rectangles
-    /// with a gap or an overlap of no more than `tolerance` touch.
+    /// Returns the relation of two rectangles. Sides that differ by no more than `tolerance` count as aligned, so rectangles with a
+    /// gap or an overlap of no more than `tolerance` touch.
     pub fn of(a: Rect, b: Rect, tolerance: f64) -> Self {
         Rectangular::of(a, b, tolerance).into()
     }
@@ -199,12 +199,12 @@ impl Converse for Rcc5 {
 }
 
 impl Rcc4 {
-    /// Returns every relation that b may have to a, given `self` as the relation of a to b.
+    /// Returns all relations that b may have to a, given `self` as the relation of a to b.
     pub fn converses(self) -> RelationSet<Self> {
         refined(self).map(|fine| fine.converse().into()).collect()
     }
 
-    /// Returns the table for reasoning over networks.
+    /// Returns the table for reasoning about networks.
     pub fn table() -> Table<Self> {
         Table::from_fn(RelationSet::universal(), Self::converses, Self::compose)
     }
@@ -269,7 +269,7 @@ pub struct Regions<R = Rcc8> {
 }
 
 impl<R> Regions<R> {
-    /// Creates the calculus where sides that differ by no more than `tolerance` are in line.
+    /// Creates the calculus where sides that differ by no more than `tolerance` are aligned.
     ///
     /// # Errors
     /// [`Error::Parameter`] if the tolerance is negative or not finite.

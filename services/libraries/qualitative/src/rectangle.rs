@@ -22,7 +22,7 @@ pub struct Rectangular {
 }
 
 impl Rectangular {
-    /// Returns the relation of two rectangles. Sides that differ by no more than `tolerance` count as in line.
+    /// Returns the relation of two rectangles. Sides that differ by no more than `tolerance` count as aligned.
     pub fn of(a: Rect, b: Rect, tolerance: f64) -> Self {
         Self { x: Allen::of(a.x(), b.x(), tolerance), y: Allen::of(a.y(), b.y(), tolerance) }
     }
@@ -88,7 +88,7 @@ pub struct Rectangles {
 }
 
 impl Rectangles {
-    /// Creates the calculus where sides that differ by no more than `tolerance` are in line.
+    /// Creates the calculus where sides that differ by no more than `tolerance` are aligned.
     ///
     /// # Errors
     /// [`Error::Parameter`] if the tolerance is negative or not finite.

@@ -1,4 +1,4 @@
-//! Turns samples in time into series of relations, each with the period when it held.
+//! Turns samples over time into series of relations, each with the period during which it held.
 //!
 //! A [`Stream`] takes one sample at a time. It keeps only the last one and does not allocate. [`series`] does the same for
 //! a whole recording.
@@ -34,7 +34,7 @@ impl Default for Options {
     }
 }
 
-/// Classifies how a relation follows the preceding one.
+/// How a relation follows the preceding one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Change {
     /// The relation is the first in the series or the first after a gap.
@@ -49,7 +49,7 @@ pub enum Change {
     Inserted,
 }
 
-/// A relation with the period when it held.
+/// A relation with the period during which it held.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Timed<R> {
     /// The relation.
@@ -134,18 +134,18 @@ impl<C: Calculus> Stream<C> {
         self.state
     }
 
-    /// Returns the calculus with its parameters.
+    /// Returns the calculus together with its parameters.
     pub fn calculus(&self) -> &C {
         &self.calculus
     }
 
-    /// Returns the relation in the last sample and since when it has held, or `None` in a gap.
+    /// Returns the relation in the last sample and the time since when it has held, or `None` in a gap.
     pub fn current(&self) -> Option<Timed<C::Relation>> {
         let ((relation, from_s), to_s) = (self.state.last?, self.state.time_s?);
         Some(Timed { relation, from_s, to_s, change: Change::Same })
     }
 
-    /// Takes the scene at a time, or `None` if not all of the objects were seen.
+    /// Takes the scene at a time, or `None` if not all objects were seen.
     ///
     /// # Errors
     /// [`Error::Time`] if the time is not a finite number later than that of the preceding sample. The stream is then left

@@ -121,7 +121,7 @@ impl Tpcc {
         if left > 0.0 { on_left } else { AROUND - on_left }
     }
 
-    /// Returns every relation that the same three points may have in another order.
+    /// Returns all relations that the same three points may have in another order.
     ///
     /// The set is found by trial. The borders of all relations are lines and circles in the plane of the referent, and the
     /// relations are the same throughout each piece of the plane between them. Note that this takes a few microseconds and
@@ -169,7 +169,7 @@ impl Tpcc {
         turns && (is_distant == to_distant || is_distant)
     }
 
-    /// Returns the relation in a mirror image, where left and right are swapped.
+    /// Returns the relation in a mirror image, which swaps left and right.
     #[must_use]
     pub fn mirrored(self) -> Self {
         let Some((at, is_distant)) = self.polar() else { return self };
@@ -228,7 +228,7 @@ enum Curve {
 }
 
 impl Curve {
-    /// Returns the point at a parameter, which is a length or an angle.
+    /// Returns the point at a parameter, which is a length on a line and an angle on a circle.
     fn at(self, t: f64) -> [f64; 2] {
         match self {
             Self::Line([x, y], [dx, dy]) => [x + t * dx, y + t * dy],

@@ -1,6 +1,6 @@
 //! Checks that `qsrlib` reproduces all of QSRlib's own expected results, from strands_qsr_lib 0.4.1.
 //!
-//! The data is not part of the project. Without `data/qsr`, these tests only print a notice.
+//! The data is not part of the project. If `data/qsr` is missing, these tests only print a notice.
 
 #![expect(clippy::disallowed_methods, reason = "tests read the conformance data")]
 
@@ -31,7 +31,7 @@ fn unpacked(path: &Path) -> String {
     text
 }
 
-/// Reads a table with a name, x, y and optionally width and length for each object. The times are 1, 2, 3 and so on.
+/// Reads a table that lists the name, x, y and optionally width and length of each object. The times are 1, 2, 3 and so on.
 fn world(path: &Path, columns: usize) -> World {
     let mut world = World::default();
     for (i, line) in unpacked(path).lines().skip(1).enumerate() {
@@ -126,7 +126,7 @@ fn every_expected_file_of_one_calculus_is_reproduced() {
     assert!(count >= 79, "{count} files");
 }
 
-/// Splits a line of a file with several calculi into its time and objects, and its relations without `argprobd`.
+/// Splits a line of a file with several calculi into its time and objects, and its relations except `argprobd`.
 fn combined(line: &str) -> (String, BTreeSet<String>) {
     let (key, list) = line.split_once(",[").unwrap();
     let words = list.trim_end_matches(']').split(", ").map(|word| word.trim_matches('\'').to_owned());

@@ -26,7 +26,7 @@ fn total(a: &Polygon, b: &Polygon, r: f64, directions: usize) -> f64 {
     forces.iter().map(|force| force.finite().unwrap()).sum::<f64>() / directions as f64 * TAU
 }
 
-/// F_0, F_1 and F_2 by degrees for two unit squares that are one unit apart. Before this test was written, they were
+/// F_0, F_1 and F_2 by direction, in degrees, for two unit squares that are one unit apart. Before this test was written, they were
 /// computed in two other ways.
 const PUBLISHED: [(f64, [f64; 3]); 4] = [
     (0.0, [1.0, 0.523_248_144, 0.287_682_072]),
@@ -53,7 +53,7 @@ fn two_unit_squares_have_the_known_forces() {
     assert_eq!(force(&a, &b, 0.0, FRAC_PI_2), Force::Finite(0.0));
 }
 
-/// Returns the rectangle between two opposite corners.
+/// Returns the rectangle with the given opposite corners.
 fn rectangle([x, y]: [f64; 2], [to_x, to_y]: [f64; 2]) -> Polygon {
     polygon(&[[x, y], [to_x, y], [to_x, to_y], [x, to_y]])
 }

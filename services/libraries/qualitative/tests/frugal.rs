@@ -1,4 +1,4 @@
-//! Checks that a steady stream does not allocate.
+//! Checks that a stream in steady state does not allocate.
 
 use sketchnav_qualitative::argd::{Bound, Scale};
 use sketchnav_qualitative::cardinal::Directions;
@@ -15,7 +15,7 @@ use sketchnav_runtime::{CountingAllocator, allocations_of_this_thread};
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
-/// Returns a position on a walk that turns, jumps and rests, in whole numbers.
+/// Returns a position on a walk through whole numbers that turns, jumps and rests.
 fn walk(i: u32, salt: u32) -> [f64; 2] {
     let hash = |of: u32| f64::from(of.wrapping_mul(2_654_435_761).rotate_left(salt) % 7);
     [hash(i / 3), hash(i / 2 + 17 * salt)]

@@ -10,8 +10,7 @@ pub struct Access {
     kind: String,
 }
 
-/// The error for receiving from a channel that never delivers to a stage, or sending on one that it does not
-/// write.
+/// Why a stage may not use a channel: it receives from one that never delivers to it, or sends on one that it does not write.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Denied {
     /// The process does not read the channel.
@@ -141,7 +140,7 @@ mod tests {
         assert_eq!(newest(KIND, PLACE), Ok(false));
     }
 
-    /// The navigator used to wait forever.
+    /// Regression test: instead of reporting an error, the navigator used to wait forever.
     #[test]
     fn a_channel_that_the_table_does_not_grant_is_an_error() {
         assert_eq!(

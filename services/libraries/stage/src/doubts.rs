@@ -1,4 +1,4 @@
-//! Doubts to raise with a person before a robot starts.
+//! Doubts about a mission, to be raised with a person before the robot starts.
 
 use serde::Serialize;
 use sketchnav_schemas::channels::ChannelSpec;
@@ -13,19 +13,23 @@ pub struct Doubts {
     /// Parts of the files that will be ignored.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub left_out: Vec<String>,
+    /// Goals that the mission describes instead of naming them, each with the place that was found. They are not doubtful, but shown
+    /// so that a person can check them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub resolved: Vec<String>,
 }
 
-/// Shows the plan that the navigator makes before the start, and finds doubts about it.
+/// The plan that a navigator makes before the start, and the doubts about it.
 #[derive(Debug, Clone, Copy)]
 pub struct Planned {
     /// The channel of the sketcher's plan.
     pub on: &'static ChannelSpec,
     /// Returns the doubts about a message of that channel.
     pub doubts: fn(&RunConfig, &[u8]) -> Vec<String>,
-    /// Returns the reason why the robot should not start on the plan in a message of that channel, unless a person insists. `None`
-    /// if it may start.
+    /// Returns why the robot should not start on the plan in a message of that channel, unless a person insists, or `None` if it
+    /// may start.
     pub objection: fn(&RunConfig, &[u8]) -> Option<String>,
-    /// The channel of the plan as text for people, which is sent before that message. A plan may have no text.
+    /// The channel of the plan as text for people, which is sent before that message. A plan may come without text.
     pub text: &'static ChannelSpec,
 }
 

@@ -11,42 +11,57 @@ use sketchnav_schemas::run::RunConfig;
 use crate::lookout::Walls;
 use crate::{Files, StageError};
 
-/// Code of a cell of the drawing where a robot has seen nothing.
+/// Code of a cell of the drawing in which the robot has seen nothing.
 pub const UNSEEN: u8 = 255;
 
-/// Passes on the messages of the planner's channels and the drawings, in order: the channel, the message, and what follows it.
+/// Passes the messages of the planner's channels and the drawings to a [`See`], in order.
 pub type Replay<'a> = dyn FnMut(&mut See<'_>) -> Result<(), StageError> + 'a;
-/// Processes a message.
+/// Processes a message, given its channel, its bytes and the cells that follow it.
 pub type See<'a> = dyn FnMut(&ChannelSpec, &[u8], &[u8]) + 'a;
-/// Learns from a drive, and returns the content of a file.
-pub type Learn = fn(&RunConfig, &Files<'_>, &mut Replay<'_>) -> Result<Vec<u8>, StageError>;
-/// Shows a drawing and the map learned by it.
+/// Begins to learn from the drives of a run.
+pub type Begin = fn(&RunConfig, &Files<'_>) -> Result<Box<dyn Learning>, StageError>;
+/// Shows the map that was learned by a drawing, given the drawing and the file with the map.
 pub type Show = fn(&RunConfig, &[u8], &[u8]) -> Result<Lesson, StageError>;
 
 /// Functions for learning from drives by a drawing.
 #[derive(Debug, Clone, Copy)]
 pub struct Lessons {
-    /// Learns from a drive, and returns the content of a file for the next drive to start from. Sent after its drawing, it takes
-    /// the place of the drawing.
-    pub learn: Learn,
-    /// Shows what such a file contains. The drawing comes first, then the file.
+    /// Begins to learn from the drives of a run.
+    pub begin: Begin,
+    /// Shows what a file with a learned map contains, given the drawing and the file.
     pub show: Show,
 }
 
-/// The learned map, converted to the drawing.
+/// Learns from the drives of a run, message by message.
+pub trait Learning: Debug + Send {
+    /// Processes a message of the planner's channels or a drawing. Messages must arrive in order.
+    fn see(&mut self, spec: &ChannelSpec, message: &[u8], cells: &[u8]);
+
+    /// Returns what was learned so far: the content of a file for the next drive to start from, and how to show it. If the file
+    /// is sent after its drawing, it replaces the drawing.
+    ///
+    /// # Errors
+    /// If nothing can be learned from the drives so far.
+    fn learned(&self) -> Result<(Vec<u8>, Lesson), StageError>;
+}
+
+/// A learned map, converted to the drawing that it was learned by.
 #[derive(Debug, Clone)]
 pub struct Lesson {
     /// The map as cells of the drawing's grid: walls, free cells, or [`UNSEEN`].
     pub seen: Walls,
-    /// The positions of the sketch's places, if the robot drives in a learned map.
+    /// Converts positions between the sketch and the drawing, if the robot drives in a learned map.
     pub frame: Arc<dyn Frame>,
+    /// The drawing, corrected by what was seen, as SVG: what was seen in its true proportions, and the rest as drawn and lighter.
+    pub corrected: Vec<u8>,
 }
 
-/// Converts between a sketch that is not the drawing itself and the drawing, in pixels of its file (column, row).
+/// Converts positions between a drawing and a sketch that was not read from it. Positions in the drawing are pixels of its file
+/// (column, row).
 pub trait Frame: Debug + Send + Sync {
-    /// Returns the place in the drawing.
+    /// Converts a position from the sketch to the drawing.
     fn to_drawing(&self, sketch_px: [f64; 2]) -> [f64; 2];
-    /// Returns the place in the sketch.
+    /// Converts a position from the drawing to the sketch.
     fn to_sketch(&self, image_px: [f64; 2]) -> [f64; 2];
 }
 
@@ -68,7 +83,7 @@ pub struct Drawn {
 pub struct Kept<'a> {
     /// File that contains the drawing.
     pub drawing: &'a str,
-    /// File with the map learned by the drawing, if the robot should drive in it.
+    /// File with the map learned by the drawing, if the robot should drive in that map.
     pub learned: Option<&'a str>,
     /// Width and height of the grid made from the drawing, in pixels.
     pub size_px: [u32; 2],

@@ -74,7 +74,7 @@ pub trait Stage {
     }
 }
 
-/// The reason why [`Hosted::save`] did not write the state.
+/// Why [`Hosted::save`] did not write the state.
 #[derive(Debug, thiserror::Error)]
 pub enum SaveError {
     /// The state does not fit.
@@ -126,9 +126,9 @@ pub trait Hosted {
     fn recover(&mut self, remains: &dyn Remains) -> Result<(), StageError>;
 }
 
-/// The error of a step that did not send exactly one message on each channel with which its process responds to an instant. The other
-/// processes would wait for a missing one forever. Only before its first response may a stage remain silent, because it may lack a
-/// reading.
+/// The error for a step that did not send exactly one message on each channel with which its process responds to an instant. If one
+/// were missing, the other processes would wait for it forever. Only before its first response may a stage remain silent, because
+/// it may still lack a reading.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{process}, tick {tick}: expected one message on channel {channel:?}, found {found}")]
 pub struct Unanswered {
@@ -142,7 +142,7 @@ pub struct Unanswered {
     pub found: u32,
 }
 
-/// Lets a stage take the step of an instant. Hosts call this instead of [`Hosted::step`].
+/// Lets a stage take the step of an instant, and checks its responses. Hosts call this instead of [`Hosted::step`].
 ///
 /// # Errors
 /// Any error of the stage, and [`Unanswered`] if the stage did not respond as the other processes expect.

@@ -12,8 +12,8 @@ pub trait Tap {
     fn see(&mut self, spec: &'static ChannelSpec, message: &[u8], cells: &[u8]);
 }
 
-/// The latest message of each channel that a process writes or reads. Each message of a channel reuses the memory of an earlier
-/// one. A stage can send its messages here.
+/// The latest message of each channel that a process writes or reads. A new message of a channel reuses the memory of an earlier
+/// one. Stages can send their messages here.
 #[derive(Debug, Clone, Default)]
 pub struct InProcess {
     slots: Vec<Slot>,

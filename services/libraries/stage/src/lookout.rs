@@ -35,14 +35,13 @@ pub trait Lookout {
         None
     }
 
-    /// Returns true if the robot may set off. A robot that has to be localized first is not ready before
-    /// that.
+    /// Returns true if the robot may set off. A robot that must first be localized is not ready until then.
     fn is_ready(&self) -> bool {
         true
     }
 
-    /// Returns the candidate positions of the robot for a person to choose from, the most likely first. The list is empty if the
-    /// robot may be anywhere. Returns `None` if there is no question.
+    /// Returns the positions where the robot may be, for a person to choose from, most likely first. The list is empty if the robot
+    /// may be anywhere. Returns `None` if there is no question.
     fn question(&self) -> Option<Vec<[f64; 2]>> {
         None
     }
@@ -64,7 +63,7 @@ pub enum Sheet {
 /// A picture at one moment.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Picture {
-    /// Shapes, the lowest first.
+    /// Shapes, from bottom to top.
     pub shapes: Vec<Shape>,
     /// Shapes that are drawn below the others and seldom change. Once given, they stay until replaced.
     pub lasting: Option<Vec<Shape>>,
@@ -97,7 +96,7 @@ pub struct Whereabouts {
     pub radius: f64,
     /// How confident the robot is of its position.
     pub tracking: Tracking,
-    /// Support for this estimate, from 0 to 1, such as a share of the particles.
+    /// Support for this estimate, from 0 to 1, such as the share of particles that agree with it.
     pub effective: f64,
 }
 

@@ -33,13 +33,22 @@ pub type Doubt = fn(&RunConfig, &Files<'_>) -> Result<Doubts, StageError>;
 /// Finds the drawing that the robot is localized in, if the run has one.
 pub type FindCanvas = fn(&RunConfig, &Files<'_>) -> Result<Option<Canvas>, StageError>;
 
-/// Finds a place by the name that a person gives it, in a run that is under way.
-pub type FindPlace = fn(&RunConfig, &Files<'_>, &str) -> Result<NamedPlace, StageError>;
+/// Finds the place that a person refers to in words, in a run that is under way.
+pub type FindPlace = fn(&RunConfig, &Files<'_>, &str) -> Result<FoundPlace, StageError>;
+
+/// A place that a person refers to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FoundPlace {
+    /// The place.
+    pub place: NamedPlace,
+    /// Which place the person's words refer to, for them to check. `None` if they are its name.
+    pub resolved: Option<String>,
+}
 
 /// Checks a mission against the markers of its floor.
 pub type CheckMarkers = fn(&Mission, &[Marker]) -> Result<(), StageError>;
 
-/// Returns the parameters of a run's stages.
+/// Returns the value of every parameter of a run's stages.
 pub type InForce = fn(&RunConfig, &Files<'_>) -> Result<Parameters, StageError>;
 
 /// Three stages under the name that a mission selects them with, plus the functions for displaying and reporting on them.
@@ -60,7 +69,7 @@ pub type InForce = fn(&RunConfig, &Files<'_>) -> Result<Parameters, StageError>;
 pub struct Navigator {
     /// Name of the navigator in a mission, as in `[navigator] kind = "sketch"`.
     pub kind: &'static str,
-    /// A sentence that describes a person's input and how the robot navigates by it.
+    /// Describes what a person provides and how the robot navigates by it, in one sentence.
     pub about: &'static str,
     /// Possible values of `[navigator] method`, the default first. Empty if there is no choice.
     pub methods: &'static [&'static str],

@@ -6,7 +6,7 @@ use sketchnav_schemas::message::{Header, Message};
 
 use crate::{Denied, StageError};
 
-/// Fills a message and its cells.
+/// Fills in a message and its cells.
 pub type Fill<'a> = dyn FnMut(&mut [u8], &mut [u8]) -> Result<(), StageError> + 'a;
 
 /// A message to be sent.
@@ -21,7 +21,7 @@ pub struct Put<'a> {
     pub fill: &'a mut Fill<'a>,
 }
 
-/// The roles of messages that respond to an instant.
+/// The roles of those messages that respond to an instant.
 pub(crate) const RESPONSES: [Role; 3] = [Role::Situation, Role::Command, Role::Status];
 
 /// The destination of a stage's messages, implemented by hosts.
@@ -46,7 +46,7 @@ pub struct Outbox<'a> {
     sink: &'a mut dyn Sink,
     header: Header,
     is_resuming: bool,
-    /// Number of messages of each role of [`RESPONSES`] that were sent.
+    /// Number of messages sent so far for each role in [`RESPONSES`].
     pub(crate) responses: [u32; RESPONSES.len()],
 }
 

@@ -1,11 +1,11 @@
-//! What a stage sends: messages whose fill function fails, and responses that are missing or sent twice.
+//! Tests what a stage sends: messages whose fill function fails, and responses that are missing or sent twice.
 
 use serde::Serialize;
 use sketchnav_schemas::channels::{COMMAND, STATUS};
 use sketchnav_schemas::codes::Process;
 use sketchnav_stage::{Access, InProcess, Instant, Outbox, Stage, StageError, Unanswered, step};
 
-/// The latest message used to be overwritten, and the failed one was counted.
+/// The failed message used to overwrite the latest one, and was counted.
 #[test]
 fn a_message_whose_filling_fails_is_not_sent() {
     let mut memory = InProcess::of_writer(Process::Planner, "sketch");
@@ -27,7 +27,7 @@ fn a_message_whose_filling_fails_is_not_sent() {
     assert_eq!(command(&memory), (2, 8, 0.1, 0.0), "all zero before it was filled");
 }
 
-/// A planner that sends this many commands and statuses.
+/// A planner that sends the given numbers of commands and statuses.
 struct Planner {
     commands: u32,
     statuses: u32,
@@ -54,8 +54,8 @@ impl Stage for Planner {
     }
 }
 
-/// The other processes used to wait for a missing response until the mission was reported as stuck, without naming the process. A
-/// second response went unnoticed.
+/// If a response was missing, the other processes used to wait for it until the mission was reported as stuck, without naming the
+/// process. A second response went unnoticed.
 #[test]
 fn a_step_sends_exactly_one_message_on_each_channel_that_responds_to_the_instant() {
     let (inputs, access) =

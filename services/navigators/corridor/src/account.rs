@@ -1,12 +1,11 @@
-//! Summarizes a run along corridors, with the pair of markers and the number of markers that the robot
-//! remembered.
+//! Summarizes a drive along corridors: the pair of markers, and the number of markers that the robot remembered.
 
 use sketchnav_stage::account::{self, Curve, Summary};
 use sketchnav_stage::{Denied, Incoming};
 
 use crate::messages::{PairedMarker, RELATIONS, Relations, Trend};
 
-/// The relations published during a run.
+/// The relations that were published during a run.
 #[derive(Default)]
 pub struct Account(Vec<Relations>);
 

@@ -1,4 +1,4 @@
-//! Finds a way ahead through free space, by this project's own method.
+//! Finds a way ahead through free space. This is our own method.
 //!
 //! A rolling grid contains everything that is known about the walls. It is filled from laser scans or, if the robot has no laser,
 //! from remembered markers, each of which represents a piece of the wall it hangs on. On this grid, the robot looks for the
@@ -44,9 +44,9 @@ const HALF_WIDTH_M: f64 = 0.8;
 const WALL_M: f64 = 1.9;
 /// The direction of the corridor is corrected only towards points that are farther away than this, in metres.
 const FAR_M: f64 = 2.0;
-/// Share of the direction's error that is corrected in a step.
+/// Share of the error in the estimated direction of the corridor that is corrected in a step.
 const ALIGN: f64 = 0.06;
-/// Maximum error of the direction that is taken into account in a step, in radians.
+/// Maximum error of that direction that is taken into account in a step, in radians.
 const ALIGN_MOST_RAD: f64 = 0.35;
 /// Time for which the robot waits at a closed junction for the requested side to open, in seconds. After that it takes the open
 /// side that reaches farther.
@@ -102,7 +102,7 @@ struct Guide {
     last: Point<Odom>,
     /// Distance covered, not counting dead ends.
     way: Way,
-    /// Distance covered and time passed since the last progress, in metres and in seconds.
+    /// Distance covered (in metres) and time passed (in seconds) since the last progress.
     fresh_m: f64,
     stale_s: f64,
     /// Time for which the corridor ahead has been blocked, in seconds.
@@ -134,7 +134,7 @@ pub struct StateView<'a> {
     pursuit: &'a Pursuit,
 }
 
-/// Drives a robot along a corridor.
+/// Drives a robot along a corridor through free space.
 #[derive(Debug)]
 pub struct Course {
     room: Room,
@@ -145,7 +145,7 @@ pub struct Course {
     pursuit: Pursuit,
     local: LocalPlanner,
     path: Vec<Point<Odom>>,
-    /// The scan that is synthesized from markers.
+    /// The scan that is synthesized from remembered markers.
     markers: Box<LaserScan>,
 }
 
@@ -220,7 +220,7 @@ impl Course {
                 .sin_cos();
             let nearest =
                 markers.iter().filter_map(|marker| range(marker, [cos, sin])).fold(f64::INFINITY, f64::min);
-            // A direction without a marker is unknown, not free.
+            // A direction without a marker is unknown rather than free.
             *range_m = if nearest < f64::from(MARKER_REACH_M) { nearest as f32 } else { f32::NAN };
         }
         self.obstacles.observe(robot, self.footprint_m, robot, &self.markers);
@@ -231,12 +231,12 @@ impl Course {
         self.guide = Guide { half_width_m: self.guide.half_width_m, ..Guide::new(robot) };
     }
 
-    /// Distance covered along the corridor since the task began.
+    /// Returns the distance covered along the corridor since the task began.
     pub fn way(&self) -> &Way {
         &self.guide.way
     }
 
-    /// Direction of the corridor, in radians in the odometry frame.
+    /// Returns the direction of the corridor, in radians in the odometry frame.
     pub fn way_rad(&self) -> f64 {
         self.guide.way_rad
     }
@@ -310,7 +310,7 @@ impl Course {
         }
     }
 
-    /// Decides how to continue, given the free distances ahead, to the left and to the right.
+    /// Decides how to continue, given how far the robot can drive ahead, to the left and to the right, in metres.
     fn choose(&mut self, ahead_m: f64, sides_m: [f64; 2], turns: &[Turn], dt_s: f64) -> Reason {
         let guide = &mut self.guide;
         let is_open = sides_m.map(|reach_m| reach_m > guide.half_width_m + OPENING_M);
@@ -322,7 +322,7 @@ impl Course {
             Some(Turn::Right) if is_open[1] => Some(Turn::Right),
             _ => None,
         };
-        // The opening of the turn just taken is not the next junction.
+        // The opening of the last turn is not the next junction.
         if let Some(side) = side.filter(|_| !guide.is_junction) {
             guide.turns += 1;
             guide.turn(side);
@@ -380,7 +380,7 @@ impl Course {
         !(-4..=4).any(is_open)
     }
 
-    /// Returns the distance that the robot can drive, in metres, in a direction relative to that of the corridor.
+    /// Returns how far the robot can drive, in metres, in a direction relative to that of the corridor.
     fn reach_m(&self, here: Point<Odom>, from_way_rad: f64) -> f64 {
         self.farthest(here, self.guide.way_rad + from_way_rad).map_or(0.0, |(_, along_m)| along_m)
     }
@@ -408,7 +408,7 @@ impl Course {
             self.stop(dt_s);
             return;
         };
-        // While the robot rounds a bend, the path does not show the direction of a corridor.
+        // While the robot rounds a bend, its path does not show the direction of a corridor.
         let is_rounding = matches!(self.guide.changed, Some(Turn::Left | Turn::Right));
         if along_m > FAR_M && !is_rounding {
             let bearing_rad = (place.y - robot.y).atan2(place.x - robot.x);

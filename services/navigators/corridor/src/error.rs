@@ -4,7 +4,7 @@ use sketchnav_schemas::mission::MissionError;
 use sketchnav_schemas::robot::RobotError;
 use sketchnav_schemas::toml_text::TomlError;
 
-/// The reason why a rule file is rejected.
+/// Why a rule file is rejected.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RulesError {
     /// The text is not TOML, or has an unknown key or a value of the wrong type.
@@ -49,7 +49,7 @@ pub enum RulesError {
     Empty,
 }
 
-/// The reason why a corridor mission cannot be driven.
+/// Why a `corridor` mission cannot be driven.
 #[derive(Debug, thiserror::Error)]
 pub enum CorridorError {
     /// A key of the mission is invalid.
@@ -71,7 +71,7 @@ pub enum CorridorError {
     File {
         /// Name of the rule file.
         file: String,
-        /// The reason why reading failed.
+        /// Why reading failed.
         reason: String,
     },
     /// The camera or the tick is too slow to see the motion of a marker.

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::messages::Trend;
 
-/// Sums for computing the line. Times are relative to the latest distance.
+/// Sums from which the line is computed. Times are relative to the latest distance.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Line {
     weight: f64,

@@ -1,4 +1,4 @@
-//! The localizer stage for corridors, which publishes the robot's relations with the markers once per tick.
+//! The localizer stage of `corridor`, which publishes the robot's relations with the markers once per tick.
 
 use serde::Serialize;
 use sketchnav_qualitative::argd::Scale;

@@ -1,4 +1,4 @@
-//! Draws the markers that the robot remembers, and the pair that it is using, for a page.
+//! Draws the markers that the robot remembers for a page, and the pair that it drives by.
 
 use sketchnav_schemas::robot::Robot;
 use sketchnav_stage::lookout::{self, Around, Color, Picture, Shape, polar};
@@ -11,7 +11,7 @@ const FACING_M: f64 = 0.25;
 /// Positions of the two lines of text that describe the pair, as shares of the visible distance ahead.
 const ROWS: [f64; 2] = [0.94, 0.88];
 
-/// The latest relations, ready to be drawn.
+/// Draws the latest relations.
 pub struct Lookout {
     around: Around,
     relations: Option<Box<Relations>>,
@@ -86,7 +86,7 @@ mod tests {
         Robot::parse(include_str!("../../../../sim/robots/youbot.toml")).unwrap()
     }
 
-    /// A marker beyond the edge of the canvas would be drawn over its neighbours.
+    /// A marker beyond the edge of the canvas used to be drawn over its neighbours.
     #[test]
     fn a_pair_is_described_and_a_far_marker_is_omitted() {
         let mut relations = Relations::zeroed();

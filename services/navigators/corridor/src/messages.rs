@@ -59,13 +59,13 @@ messages! {
 }
 
 parts! {
-    /// A marker of a pair, as it was last seen, in the robot's own frame.
+    /// A marker of a pair as it was last seen, in the robot's own frame.
     pub struct PairedMarker {
         /// Number of the marker.
         pub id: u32,
-        /// How the marker moves as seen from the robot: a value of [`Trend`].
+        /// Motion of the marker as seen from the robot: a value of [`Trend`].
         pub marker_trend: u32,
-        /// How the robot moves in its own frame: a value of [`Trend`]. Stable as soon as the marker's trend is known.
+        /// Motion of the robot in its own frame: a value of [`Trend`]. Stable as soon as the marker's trend is known.
         pub robot_trend: u32,
         /// Class of the marker's distance: 0 for near, 1 for medium, 2 for far.
         pub distance_class: u32,
@@ -95,24 +95,24 @@ parts! {
 }
 
 impl Relations {
-    /// Pose of the robot by odometry, to which the rest of the message refers.
+    /// Returns the pose of the robot by odometry, to which the rest of the message refers.
     pub fn odometry(&self) -> Pose<Odom> {
         self.odometry.pose()
     }
 
-    /// The markers that the robot remembers.
+    /// Returns the markers that the robot remembers.
     pub fn markers(&self) -> &[KnownMarker] {
         &self.markers[..(self.marker_count as usize).min(MAX_KNOWN_MARKERS)]
     }
 }
 
 impl PairedMarker {
-    /// How the marker moves, as seen from the robot.
+    /// Returns how the marker moves, as seen from the robot.
     pub fn marker_trend(&self) -> Trend {
         Trend::from_code(self.marker_trend).unwrap_or(Trend::Unknown)
     }
 
-    /// How the robot moves in its own frame.
+    /// Returns how the robot moves in its own frame.
     pub fn robot_trend(&self) -> Trend {
         Trend::from_code(self.robot_trend).unwrap_or(Trend::Unknown)
     }
@@ -120,13 +120,13 @@ impl PairedMarker {
 
 channels! {
     of KIND;
-    /// The rules for a corridor.
+    /// The rules by which a corridor is driven.
     RULES: Instruction Rules = "rules", Sketcher => [Planner], behind it up to MAX_RULE_BYTES;
     /// Relations of the robot with the markers of a corridor.
     RELATIONS: Situation Relations = "relations", Localizer => [Planner, Pad];
 }
 
-/// Checks the pose, the pair, and as many markers as the message counts.
+/// Checks the pose, the pair, and the counted markers.
 fn relations(relations: &Relations) -> Checked {
     count("marker_count", relations.marker_count, MAX_KNOWN_MARKERS)?;
     metres("odometry", &relations.odometry)?;

@@ -48,7 +48,7 @@ impl Method {
     }
 }
 
-/// Directions to take at a junction.
+/// Which way to go at a junction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Turn {
@@ -60,7 +60,7 @@ pub enum Turn {
     Straight,
 }
 
-/// Conditions that end a task.
+/// Condition that ends a task.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Goal {
     /// Drive this far along the corridor, in metres.

@@ -1,5 +1,4 @@
-//! The navigator that a mission selects, with its stages and everything that is shown and reported about
-//! them.
+//! The navigator that a mission selects by `kind`: its stages, and what is shown and reported about them.
 
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::mission::Parameters;

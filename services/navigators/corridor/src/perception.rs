@@ -1,5 +1,4 @@
-//! Interprets markers: which ones to remember, which two form a pair, how they move, and how far away they
-//! are.
+//! Interprets markers: which of them to remember, which two form a pair, how they move, and how far away they are.
 //!
 //! A pair is the nearest marker on the left and the nearest on the right, seen within 0.1 s of each other (Patil 2019, 3.2.2
 //! and 3.2.3). "The marker's ID number is stored until the robot has moved past that particular set of markers" (3.2.2): with
@@ -68,12 +67,12 @@ impl Default for Parameters {
     }
 }
 
-/// Settings for computing relations.
+/// How relations are computed.
 #[derive(Debug, Clone)]
 pub struct Terms {
     /// The mission's parameters.
     pub parameters: Parameters,
-    /// Scale of distances according to these parameters.
+    /// Scale of distances that follows from these parameters.
     pub scale: argd::Scale,
     /// Whether trends are computed over many sightings instead of two.
     pub is_steady: bool,
@@ -104,14 +103,14 @@ struct Known {
     /// Position at the previous sighting, in metres in the robot's frame at that time, or `None` if it was
     /// too long ago for a trend.
     before_m: Option<[f64; 2]>,
-    /// Recent distances of the marker from the camera.
+    /// Line through the marker's recent distances from the camera.
     line: Line,
 }
 
 /// The markers that a robot has seen.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Perception {
-    /// Sorted by number.
+    /// The remembered markers, sorted by number.
     known: Vec<Known>,
     pairs: u64,
     /// Time at which the last pair was seen or, before the first pair, time of the first step.
@@ -173,7 +172,7 @@ impl Perception {
         is_due
     }
 
-    /// Returns the left and the right marker that are seen together, if any. While a pair is held, no other markers form one.
+    /// Returns the left and the right marker that are seen together, if any. While a pair is held, no other markers can form one.
     fn pair(&mut self, stamp_ns: u64, hold_s: f64) -> Option<[Known; 2]> {
         let age_ns = |known: &Known| stamp_ns.saturating_sub(known.seen_ns);
         if hold_s > 0.0
@@ -299,7 +298,7 @@ impl Member {
     }
 }
 
-/// Returns true if the marker is on that side and has just been seen.
+/// Returns true if the marker is on the given side and has just been seen.
 fn is_seen(known: &Known, side: f64, stamp_ns: u64) -> bool {
     known.now_m[1] * side > 0.0 && stamp_ns.saturating_sub(known.seen_ns) <= PAIRED_NS
 }
@@ -373,7 +372,7 @@ mod tests {
         assert_eq!(said(&perception, &moved, 0).marker_count, 0);
     }
 
-    /// A marker that came back into view after a minute used to be compared with its position a minute before.
+    /// A marker that came back into view after a minute used to be compared with its position from a minute before.
     #[test]
     fn a_marker_that_reappears_has_no_trend() {
         let (terms, mut perception) = (terms(Parameters::default()), Perception::default());

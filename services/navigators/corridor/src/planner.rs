@@ -1,4 +1,4 @@
-//! The planner stage for corridors, which drives by rules or finds a way ahead through free space.
+//! The planner stage of `corridor`, which drives by rules or finds a way ahead through free space.
 //!
 //! The planner responds to each message of relations with one command and one status. Rules apply while a
 //! pair of markers is in view. Between two pairs, the last command stays in force (Patil 2019, 3.2).
@@ -24,7 +24,7 @@ use crate::mission::{CorridorMission, CorridorTask, Goal, Method, Turn};
 use crate::perception::LEAST_HZ;
 use crate::rules::Rules;
 
-/// A marker that is farther away than this does not count as passed, in metres.
+/// Maximum distance at which a marker can count as passed, in metres.
 const PASSED_M: f64 = 4.0;
 /// Minimum distance, in metres, at which a marker counts as ahead, because the estimated direction of a corridor varies by a few
 /// degrees.
@@ -34,7 +34,7 @@ const AHEAD_M: f64 = 0.3;
 const ABOUT_RADPS: f64 = 0.5;
 /// Turn rate per radian that remains to be turned, in 1/s.
 const ABOUT_PER_S: f64 = 2.0;
-/// Turning around is complete at this remaining angle, in radians.
+/// Remaining angle at which turning around is complete, in radians.
 const ABOUT_RAD: f64 = 0.01;
 
 /// Parameters that a mission can set in its table `parameters.planner`.
@@ -188,7 +188,7 @@ pub fn parameters(mission: &Mission) -> Result<Parameters, MissionError> {
 }
 
 impl Planner {
-    /// Creates the planner of a run from its robot, its tasks and the parameters of its mission.
+    /// Creates the planner of a run for its robot and its tasks, with the parameters of its mission.
     ///
     /// # Errors
     /// [`CorridorError`], which names the key or the sensor, if [`check`] fails.
@@ -237,7 +237,7 @@ impl Planner {
         self.course.begin(robot);
     }
 
-    /// Turns around on the spot. Returns true while the robot is still turning.
+    /// Continues to turn around on the spot. Returns true while the robot is still turning.
     fn turns_about(&mut self, relations: &Relations, robot: &Pose<Odom>) -> bool {
         let Some(about_rad) = self.attempt.about_rad else { return false };
         let left_rad = wrap_angle(about_rad - robot.yaw_rad);
@@ -351,7 +351,7 @@ impl Planner {
     }
 }
 
-/// Display text of the robot's current activity.
+/// What the robot is doing, as display text.
 struct Words(Reason);
 
 impl std::fmt::Display for Words {
@@ -366,7 +366,7 @@ impl std::fmt::Display for Words {
     }
 }
 
-/// Display text of a pair of markers.
+/// A pair of markers, as display text.
 struct Pair<'a>(&'a Relations);
 
 impl std::fmt::Display for Pair<'_> {

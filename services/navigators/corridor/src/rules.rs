@@ -1,4 +1,4 @@
-//! Rule files, which define what to do for each relation of a pair of markers (Patil 2019, 3.1.3).
+//! Rule files, which define how to move for each relation of a pair of markers (Patil 2019, 3.1.3).
 //!
 //! A file defines named moves and one or more rule sets. A set has a calculus, and exactly one rule for each
 //! combination of relations. Sets are consulted in order until one calls for a sideways move. If none does,
@@ -70,13 +70,13 @@ pub struct Rules {
 
 #[derive(Debug, Clone, PartialEq)]
 enum Set {
-    /// Moves by the signs of marker and robot, once for a marker on the left and once for one on the right.
+    /// Moves by the signs of the marker and of the robot, one for a marker on the left and one for a marker on the right.
     QtcB { plus: Plus, answers: [[Move; 2]; 9] },
     /// Moves by the distance classes of the left and the right marker.
     Argd { answers: [Move; 9] },
 }
 
-/// A rule file as written, before it is checked.
+/// A rule file as written by a person, before it is checked.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
@@ -192,7 +192,7 @@ fn qtc_index(marker: usize, robot: usize) -> usize {
     marker * SIGNS.len() + robot
 }
 
-/// Reads a rule set and checks that it is complete.
+/// Reads a rule set and checks that it covers every combination.
 struct Reader<'a> {
     /// Number of the set, from 1.
     set: usize,
@@ -238,7 +238,7 @@ impl Reader<'_> {
         Ok(Set::Argd { answers: self.whole(answers, "argd", name)? })
     }
 
-    /// Returns all answers, or an error if one is missing.
+    /// Returns all moves, or an error if one is missing.
     fn whole<T: Copy + Default>(
         &self,
         answers: [Option<T>; 9],

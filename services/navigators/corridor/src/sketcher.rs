@@ -1,4 +1,4 @@
-//! The sketcher stage for corridors, which reads and checks the rules of a mission and sends them once.
+//! The sketcher stage of `corridor`, which reads and checks the rules of a mission and sends them once.
 
 use serde::Serialize;
 use sketchnav_schemas::mission::Mission;

@@ -17,7 +17,7 @@ const PAST_M: f64 = 2.0;
 /// Maximum distance, in metres, at which a turn on the way back is matched with a remembered bend.
 const NEAR_M: f64 = 3.0;
 
-/// A change of direction along the way.
+/// A change of direction on the way.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Bend {
     at_m: f64,
@@ -115,7 +115,7 @@ fn opposite(turn: Turn) -> Turn {
 mod tests {
     use super::*;
 
-    /// Returns the distance after several stretches, each with the turn at its end.
+    /// Returns the way after driving several stretches, each with the turn at its end.
     fn after(stretches: &[(f64, Option<Turn>)]) -> Way {
         let mut way = Way::default();
         for (metres, turn) in stretches {
@@ -134,19 +134,19 @@ mod tests {
         is(&after(&[(5.0, Some(Turn::Left)), (4.0, Some(Turn::Right)), (3.0, None)]), 12.0);
         let there = [(5.0, Some(Turn::Left)), (4.0, Some(Turn::Straight))];
         is(&after(&[&there[..], &[(3.0, None)]].concat()), 6.0);
-        // Around the same bend, which is to the right on the way back.
+        // The robot turns around the same bend, which is to the right on the way back.
         is(&after(&[&there[..], &[(4.0, Some(Turn::Right)), (2.0, None)]].concat()), 3.0);
-        // Past the start, the robot covers new ground in the other direction.
+        // Beyond the start, the robot covers new ground in the other direction.
         is(&after(&[(2.0, Some(Turn::Straight)), (5.0, None)]), 3.0);
     }
 
-    /// A robot drove out of the short arm of a T and straight on into the other arm, and that distance was deducted as if the
-    /// robot had turned back.
+    /// Regression test: when a robot drove out of the short arm of a T and straight on into the other arm, that distance was
+    /// deducted as if the robot had turned back.
     #[test]
     fn beyond_the_junction_the_distance_counts_again() {
         let arm = [(6.5, Some(Turn::Left)), (3.0, Some(Turn::Straight))];
         is(&after(&[&arm[..], &[(3.0 + 8.5, None)]].concat()), 15.0);
-        // Back from there and into the stem, which is a turn to the left.
+        // The robot drives back from there and turns left into the stem.
         let other =
             [&arm[..], &[(3.0 + 8.5, Some(Turn::Straight)), (8.5, Some(Turn::Left)), (2.0, None)]].concat();
         is(&after(&other), 4.5);
@@ -154,7 +154,8 @@ mod tests {
         is(&after(&[(6.0, Some(Turn::Straight)), (2.0, Some(Turn::Left)), (3.0, None)]), 7.0);
     }
 
-    /// A robot turns before it has reached the middle of the new corridor, so two metres per bend were not counted.
+    /// Regression test: a robot turns before it has reached the middle of the new corridor, so two metres per bend were not
+    /// counted.
     #[test]
     fn a_bend_counts_along_both_centre_lines() {
         let mut way = after(&[(4.5, Some(Turn::Left))]);
@@ -162,7 +163,7 @@ mod tests {
         is(&way, 8.5);
         way.drive(1.0);
         way.turn(Turn::Straight);
-        // Back past the junction, which is at 6.5 m, and three metres farther.
+        // The robot drives back past the junction, which is at 6.5 m, and three metres farther.
         (0..600).for_each(|_| way.drive(0.01));
         is(&way, 9.5);
     }

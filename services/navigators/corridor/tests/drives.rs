@@ -151,12 +151,12 @@ fn our_method_turns_corners_takes_junctions_and_leaves_dead_ends() {
     }
 }
 
-/// Without a laser, remembered markers represent the walls. Without a camera, the laser sees the walls.
+/// Without a laser, remembered markers represent the walls. Without a camera, the robot sees the walls with its laser.
 #[test]
 fn our_method_works_with_either_sensor() {
     let corridor = Corridor::new(Shape::Straight, 2.0);
     let mut way = corridor.drives().swap_remove(0);
-    // Next to the right wall, facing the left one.
+    // The robot starts next to the right wall, facing the left one.
     (way.start.y, way.start.yaw_rad) = (-0.4, 0.15);
     for robot in [Robot { laser: None, tick_hz: Some(10.0), ..youbot() }, Robot { camera: None, ..youbot() }]
     {
@@ -195,7 +195,7 @@ fn a_person_is_not_taken_for_the_end_of_the_corridor() {
     assert!(ended.off_m([13.0, 0.0]) < 2.0, "{}", ended.words());
 }
 
-/// The distance into a dead end and out of it again does not count, only what follows.
+/// The distance into a dead end and out of it again does not count. Only what follows does.
 #[test]
 fn metres_count_from_the_place_to_which_the_robot_returned() {
     let corridor = Corridor::new(Shape::L, 2.4);
@@ -217,7 +217,7 @@ fn only_a_marker_that_was_ahead_counts_as_passed() {
     assert!(ended.state() == TaskState::Reached && time_s > 40.0, "{}", ended.words());
 }
 
-/// With QTC's own meaning of +, which is away, the printed rules do not keep the robot off the wall.
+/// With QTC's own meaning of +, which is away, the printed rules do not keep the robot away from the wall.
 #[test]
 fn with_the_sign_of_qtc_the_published_rules_do_not_steer() {
     let corridor = Corridor::new(Shape::Straight, 1.6);
@@ -233,8 +233,8 @@ fn with_the_sign_of_qtc_the_published_rules_do_not_steer() {
     assert_ne!(ended.state(), TaskState::Reached, "{}", ended.words());
 }
 
-/// After a right turn at a junction, a marker that the robot had not reached yet was behind it. The marker counted as passed, from
-/// 3.5 m away.
+/// Regression test: after a right turn at a junction, a marker that the robot had not yet reached was behind it, and counted as
+/// passed from 3.5 m away.
 #[test]
 fn a_turn_passes_no_marker() {
     let corridor = Corridor::new(Shape::T, 2.4);
@@ -246,7 +246,7 @@ fn a_turn_passes_no_marker() {
     assert!(ended.state() != TaskState::Reached || marker_off_m < 2.0, "{}, {marker_off_m} m", ended.words());
 }
 
-/// Out of the closed left arm, the robot drives past the junction and into the right arm, which counts as distance along the
+/// The robot drives out of the closed left arm, past the junction and into the right arm, which counts as distance along the
 /// corridor.
 #[test]
 fn metres_count_in_the_other_arm_after_a_dead_end() {
@@ -270,7 +270,7 @@ fn metres_count_in_the_other_arm_after_a_dead_end() {
     assert!(ended.off_m([8.0, -8.5]) < 1.5, "{}", ended.words());
 }
 
-/// Driving there and back takes two tasks, between which the robot turns around. It used to take two runs with two starts.
+/// There and back are two tasks, and the robot turns around between them. This used to take two runs with two starts.
 #[test]
 fn a_robot_that_turns_around_returns_to_its_start() {
     let corridor = Corridor::new(Shape::Straight, 2.0);

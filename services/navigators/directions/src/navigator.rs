@@ -26,6 +26,7 @@ pub mod guide;
 pub mod heading;
 mod steps;
 pub mod tracks;
+pub mod view;
 
 use arrayvec::ArrayVec;
 use serde::{Deserialize, Serialize};
@@ -34,13 +35,13 @@ use crate::custom_map::CustomMap;
 use crate::description::{Descriptor, Vocabulary};
 use crate::error::Error;
 use crate::geometry::{Corner, Point, Window};
-use crate::markers::View;
 use crate::sides::Course;
 use crate::signature::Signature;
 use by_map::Progress;
 use guide::{Counts, Guide, Next};
 use heading::Heading;
 use tracks::Tracks;
+use view::View;
 
 /// Settings of a navigator. Lengths are in the plane's unit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -74,8 +75,20 @@ pub struct Settings {
     /// Standard deviation of the change of the heading error over a distance of 1, in radians. It grows with the square root of the
     /// distance. It is 0 for a window that never turns.
     pub heading_drift_rad: f64,
+    /// The turns of a robot that has to face where it drives, or `None` if it can drive in any direction.
+    pub turning: Option<Turning>,
     /// Whether the robot may face any direction at the start, so that it first finds its heading by the landmarks around it.
     pub heading_unknown: bool,
+}
+
+/// The turns of a robot with a differential drive.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Turning {
+    /// Maximum turn rate, in radians per second.
+    pub rate_radps: f64,
+    /// Standard deviation of the change of the heading error over a turn by 1 radian, in radians. It grows with the square root of
+    /// the angle.
+    pub drift_rad: f64,
 }
 
 /// The tolerance and the gate of a robot on land, as fractions of its range.
@@ -100,6 +113,7 @@ impl Settings {
             longest_entry_s: 120.0,
             heading_rad: 0.0,
             heading_drift_rad: 0.0,
+            turning: None,
             heading_unknown: false,
         };
         match window.land {
@@ -146,6 +160,14 @@ impl Settings {
         }
         if !(0.0..=1.0).contains(&self.heading_drift_rad) {
             return wrong("drift of the heading", "0 to 1 radians", self.heading_drift_rad);
+        }
+        if let Some(Turning { rate_radps, drift_rad }) = self.turning {
+            if !(rate_radps > 0.0 && rate_radps.is_finite()) {
+                return wrong("turn rate", "a number above 0", rate_radps);
+            }
+            if !(0.0..=1.0).contains(&drift_rad) {
+                return wrong("drift of the heading in turns", "0 to 1 radians", drift_rad);
+            }
         }
         if !(self.weight > 0.0 && self.weight <= 1.0) {
             return wrong("weight", "a number above 0, at most 1", self.weight);
@@ -253,6 +275,8 @@ pub struct State<M = Progress> {
     velocity: Point,
     /// The estimated heading. All positions in the state are in the map's axes according to this estimate.
     heading: Heading,
+    /// Direction of the last movement in the window's own axes, which a robot that has to turn faces.
+    faces: Point,
     reference: Option<Mark>,
     /// The direction of travel, by which landmarks are counted.
     course: Course,
@@ -333,6 +357,7 @@ impl<G: Guide> Navigator<G> {
             spent_s: 0.0,
             velocity: Point::default(),
             heading,
+            faces: Point::new(1.0, 0.0),
             reference: None,
             course: Course::default(),
             began: None,
@@ -352,7 +377,8 @@ impl<G: Guide> Navigator<G> {
     pub fn start_after(&self, last: &State<G::Memory>) -> State<G::Memory> {
         let arrived = (last.outcome() == Some(Outcome::Arrived)).then_some(&last.memory);
         let start = self.start_with(self.guide.begin_after(arrived));
-        State { heading: last.heading, phase: self.begins(&start.memory, last.heading), ..start }
+        let phase = self.begins(&start.memory, last.heading);
+        State { heading: last.heading, faces: last.faces, phase, ..start }
     }
 
     /// Returns the first phase of a journey.

@@ -15,17 +15,19 @@ use crate::custom_map::CustomMap;
 use crate::error::Error;
 use crate::generate;
 use crate::geometry::{Point, Window};
-use crate::markers::Seen;
 use crate::navigator::guide::Guide;
-use crate::navigator::{Activity, Navigator, Outcome, Output};
+use crate::navigator::view::Seen;
+use crate::navigator::{Activity, Navigator, Outcome, Output, Turning};
 use crate::plane::{DotId, Plane};
-use crate::sight::{Eye, is_seen};
+use crate::sight::{Eye, bearing_rad, is_seen};
 use crate::walls::Walls;
 
 /// The time between two steps, in seconds.
 pub const STEP_S: f64 = 0.1;
 /// The time between two steps on land, in seconds. It is longer to save time, because a robot's journey takes minutes.
 pub const LAND_STEP_S: f64 = 0.5;
+/// Angle to its direction below which a robot with a differential drive stops turning on the spot, in radians.
+const FACING_RAD: f64 = 0.35;
 /// Angles at which a robot on land tries other directions if its own leads into a wall, in radians.
 const ASIDE_RAD: [f64; 7] = [0.0, 0.4, -0.4, 0.9, -0.9, 1.5, -1.5];
 
@@ -100,9 +102,16 @@ pub struct Helicopter {
     pub centre: Point,
     /// Angle by which the window has turned to the left, in radians.
     pub heading_rad: f64,
+    /// Direction that a robot on land faces, in radians to the left of the window's x axis.
+    pub faces_rad: f64,
 }
 
 impl Helicopter {
+    /// Creates a helicopter, or a robot that faces along the window's x axis.
+    pub fn new(centre: Point, heading_rad: f64) -> Self {
+        Self { centre, heading_rad, faces_rad: 0.0 }
+    }
+
     /// Returns the dots that the camera sees in `view`, relative to the window's centre and along its axes.
     pub fn look(&self, plane: &Plane, window: Window, noise: Noise, rng: &mut Pcg64Mcg, view: &mut Seen) {
         view.clear();
@@ -139,6 +148,21 @@ impl Helicopter {
                 self.centre + way.turned(self.heading_rad) + generate::error(rng, noise.translation * spread);
             self.heading_rad += turn * noise.rotation_rad * spread;
         }
+    }
+
+    /// Turns a robot with a differential drive towards the direction of a velocity, as far as it can in this time. Returns the
+    /// velocity at which it drives meanwhile, which is zero until it nearly faces that direction.
+    fn turn(&mut self, wish: Point, elapsed_s: f64, turning: Turning, rng: &mut Pcg64Mcg) -> Point {
+        let front = Point::new(1.0, 0.0).turned(self.faces_rad);
+        let (off_rad, most_rad) = (bearing_rad(front, wish), turning.rate_radps * elapsed_s);
+        let turn_rad = off_rad.clamp(-most_rad, most_rad);
+        let drawn: f64 = StandardNormal.sample(rng);
+        self.faces_rad += turn_rad;
+        self.heading_rad += drawn * turning.drift_rad * turn_rad.abs().sqrt();
+        let (sin, cos) = (off_rad - turn_rad).sin_cos();
+        let drives = cos > 0.0 && sin.abs() <= FACING_RAD.sin();
+        let speed = if drives { wish.norm() * cos } else { 0.0 };
+        front.turned(turn_rad) * speed
     }
 
     /// Returns the velocity closest to `wish` that doesn't lead into a wall, in the window's axes, or zero if every direction
@@ -277,7 +301,7 @@ impl<'a, G: Guide> Traversal<'a, G> {
             true => rng.random_range(-PI..PI),
             false => drawn * self.noise.heading_rad,
         };
-        let mut helicopter = Helicopter { centre: from, heading_rad };
+        let mut helicopter = Helicopter::new(from, heading_rad);
         let mut state = self.navigator.start();
         let mut view = Seen::default();
         let step_s = self.navigator.settings().window.land.map_or(STEP_S, |_| LAND_STEP_S);
@@ -309,6 +333,10 @@ impl<'a, G: Guide> Traversal<'a, G> {
                 return report;
             }
             let mut velocity = output.velocity;
+            if let Some(turning) = self.navigator.settings().turning {
+                velocity = helicopter.turn(velocity, step_s, turning, rng);
+                state.moves_by(velocity);
+            }
             if !self.plane.walls().is_empty() {
                 velocity = helicopter.guarded(velocity, step_s, self.plane.walls());
                 state.moves_by(velocity);

@@ -6,7 +6,7 @@ use sketchnav_directions::arrival::Pilot;
 use sketchnav_directions::belief::{Chart, Journey, navigator};
 use sketchnav_directions::generate::uniform;
 use sketchnav_directions::geometry::Window;
-use sketchnav_directions::markers::Seen;
+use sketchnav_directions::navigator::view::Seen;
 use sketchnav_directions::navigator::{Activity, Navigator, Settings};
 use sketchnav_directions::path::{Atlas, Measure, Objective, Start, best};
 use sketchnav_directions::plan::{Plan, Verify};
@@ -33,7 +33,7 @@ fn a_step_allocates_nothing() {
         let settings = Settings { looks: 3, ..Settings::new(window, noise.sigma) };
         let navigator = Navigator::new(settings, plan.map).unwrap();
         let (mut state, mut rng, mut view) = (navigator.start(), stream(seed, "journey"), Seen::default());
-        let mut helicopter = Helicopter { centre: start.centre, heading_rad: 0.0 };
+        let mut helicopter = Helicopter::new(start.centre, 0.0);
         while state.outcome().is_none() {
             helicopter.look(&atlas.plane, window, noise, &mut rng, &mut view);
             let before = allocations_of_this_thread();
@@ -65,7 +65,7 @@ fn a_step_with_a_belief_allocates_nothing() {
         let journey = Journey { start: plane.dot(0), goal: 60 };
         let navigator = navigator(&chart, &pilot, &model, journey).unwrap();
         let (mut state, mut rng, mut view) = (navigator.start(), stream(seed, "journey"), Seen::default());
-        let mut helicopter = Helicopter { centre: journey.start, heading_rad: 0.0 };
+        let mut helicopter = Helicopter::new(journey.start, 0.0);
         while state.outcome().is_none() {
             helicopter.look(&plane, window, noise, &mut rng, &mut view);
             let before = allocations_of_this_thread();

@@ -1,4 +1,4 @@
-//! Summarizes a run past landmarks, with the objects in view, the belief, and the progress along the route.
+//! Summarizes a drive past landmarks: the objects in view, the belief, and the progress along the route.
 
 use sketchnav_stage::account::{self, Curve, Summary};
 use sketchnav_stage::{Denied, Incoming};
@@ -6,7 +6,7 @@ use sketchnav_stage::{Denied, Incoming};
 use crate::instructions::Instructions;
 use crate::messages::{LANDMARK_PROGRESS, LANDMARK_ROUTE, LANDMARK_VIEW, LandmarkProgress, LandmarkView};
 
-/// Messages of a run, from which its summary is made.
+/// Messages of a run that its summary is computed from.
 #[derive(Default)]
 pub struct Account {
     is_sketched: bool,

@@ -1,9 +1,9 @@
-//! Places where a lost robot may be, for a person to choose from: this crossing, or the next one?
+//! Positions where a lost robot may be, offered to a person to choose from: is it at this crossing, or at the next one?
 //!
-//! When the observations no longer fit the sketch, the hypotheses of the [`crate::belief`] have usually gathered at one place, and
-//! it is the wrong one. What the robot remembers of its surroundings is therefore compared with the sketch at all places around
-//! the estimated one, using the likelihoods of the belief. The heading is kept, because odometry knows it far better than the
-//! position.
+//! When the observations no longer fit the sketch, the hypotheses of the [`crate::belief`] have usually gathered around one
+//! position, which is the wrong one. The robot's remembered surroundings are therefore compared with the sketch at all positions
+//! around the estimated one, using the likelihoods of the belief. The heading is kept, because odometry knows it far better than
+//! the position.
 
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
@@ -14,40 +14,40 @@ use crate::drawn::{Drawn, DrawnMetres};
 use crate::hypothesis::{Hypothesis, PROBE_M, Within};
 use crate::outlines::Outlines;
 
-/// Maximum number of places.
+/// Maximum number of positions that are offered.
 pub const MOST: usize = 4;
-/// Distance between the places that are compared, along each axis.
+/// Spacing of the positions that are compared, along each axis.
 const STEP: DrawnMetres = DrawnMetres(0.4);
-/// Minimum distance between two places that a person is offered.
+/// Minimum distance between two positions that are offered.
 const APART: DrawnMetres = DrawnMetres(2.0);
-/// Standard deviation of the robot's distance from the estimated position, as a share of the way along the route, and its limits.
-/// The upper one bounds the time that the comparison takes.
+/// Standard deviation of the robot's distance from the estimated position: as a share of the distance driven along the route, and
+/// its lower and upper limit. The upper limit bounds the time that the comparison takes.
 const ASTRAY_SHARE: f64 = 0.25;
 const ASTRAY: [DrawnMetres; 2] = [DrawnMetres(2.0), DrawnMetres(8.0)];
-/// Distance within which places are compared, in standard deviations.
+/// Maximum distance from the estimated position at which positions are compared, in standard deviations.
 const REACH: f64 = 2.5;
-/// Number of independent observations that a remembered echo counts as. Remembered echoes are of different spots, unlike those of
-/// successive steps, but several of them are of the same object.
+/// Number of independent observations that a remembered echo counts as. Unlike the echoes of successive steps, remembered echoes
+/// come from different spots, but several of them come from the same object.
 const INDEPENDENT: f64 = 0.3;
-/// As [`INDEPENDENT`], for a beam that passes where an object should be. Each beam is only compared once.
+/// Same as [`INDEPENDENT`], for a beam that passes where an object should be. Each beam is compared only once.
 const FREE: f64 = 1.0;
-/// Least likelihood of a place as a share of that of the likeliest one.
+/// Minimum likelihood of a position that is offered, as a share of the likelihood of the most likely one.
 const LEAST: f64 = 0.05;
 
-/// What a lost robot knows.
+/// What a lost robot knows about its surroundings.
 #[derive(Debug, Clone, Copy)]
 pub struct Surroundings<'a> {
     /// The estimated pose.
     pub estimate: Estimate,
     /// Position along the drawn route.
     pub along: DrawnMetres,
-    /// Remembered positions of obstacles.
+    /// Positions of obstacles that the robot remembers.
     pub echoes: &'a [Point<Base>],
-    /// The latest measurements, which also show where nothing is.
+    /// The latest beams, which also show where there are no obstacles.
     pub beams: &'a [Beam],
 }
 
-/// Returns the places where the robot may be, the likeliest first, at most [`MOST`]. There are none if it remembers nothing.
+/// Returns the positions where the robot may be, most likely first, at most [`MOST`]. Empty if it remembers no echoes.
 pub fn places(outlines: &Outlines, settings: &Believing, known: &Surroundings<'_>) -> Vec<Point<Drawn>> {
     if known.echoes.is_empty() {
         return Vec::new();
@@ -76,11 +76,11 @@ pub fn places(outlines: &Outlines, settings: &Believing, known: &Surroundings<'_
     places
 }
 
-/// Returns the logarithm of the likelihood of what the robot sees and remembers, if it is at this place.
+/// Returns the logarithm of the likelihood of everything that the robot sees and remembers, given that it is at `at`.
 fn log_likelihood(within: &Within<'_>, known: &Surroundings<'_>, at: Point<Drawn>) -> f64 {
     let Estimate { heading_rad, stretch, .. } = known.estimate;
     let mut one = Hypothesis::at(at, heading_rad, stretch);
-    // The same generator for every place, so that equal surroundings are equally likely.
+    // Every position uses the same random numbers, so that equal surroundings are equally likely.
     let mut chance = Pcg64Mcg::seed_from_u64(0);
     let turn = heading_rad.sin_cos();
     let free = known.beams.iter().map(|beam| {
@@ -113,7 +113,7 @@ mod tests {
         Landmark { name: String::new(), outline }
     }
 
-    /// Returns a street along x, with four equal blocks on each side. The middles of its crossings are at 6.5, 12.5 and 18.5 m.
+    /// Returns a street along x, with four equal blocks on each side. The centres of its crossings are at 6.5, 12.5 and 18.5 m.
     fn street() -> Sketch {
         let both = |i: usize| [1.5, -4.5].map(|y| block(2.0 + BLOCK_M * i as f64, y));
         let route = plane::resample(&[Point::new(0.0, 0.0), Point::new(24.0, 0.0)], 0.5);
@@ -129,8 +129,8 @@ mod tests {
         if nearest < FAR_M { nearest } else { f64::INFINITY }
     }
 
-    /// Returns the places offered by a robot that stands at one point of a sketch and whose estimate is at another, after it has
-    /// driven 3 m along x.
+    /// Returns the positions offered to a robot that stands at `stands_at` and believes it is at `believed`, after it has driven
+    /// 3 m along x.
     fn of_a_robot(sketch: &Sketch, stands_at: Point<Drawn>, believed: Point<Drawn>) -> Vec<Point<Drawn>> {
         let beams: [Beam; 16] = std::array::from_fn(|i| {
             let angle_rad = FRAC_PI_8 * i as f64;
@@ -165,7 +165,7 @@ mod tests {
     #[test]
     fn a_crossing_that_looks_like_what_the_robot_sees_comes_first() {
         let mut sketch = street();
-        // The last crossing has nothing on its far side.
+        // Beyond the last crossing, there are no blocks.
         sketch.landmarks.truncate(6);
         let [before, last] = [Point::new(12.5, 0.0), Point::new(18.5, 0.0)];
         let places = of_a_robot(&sketch, last, before);

@@ -1,5 +1,5 @@
-//! Estimates the robot's pose in the drawing. This is our own method, which the navigator uses by default
-//! instead of exact matches.
+//! Estimates the robot's pose in the drawing. This is our own method, which the navigator uses by default instead of matching
+//! landmark states exactly.
 //!
 //! The hidden state consists of a pose in the drawing, the local stretch of the drawing along each axis, and the true position of
 //! each drawn object. It is tracked by a Rao-Blackwellised particle filter (Montemerlo, Thrun, Koller and Wegbreit 2002):
@@ -8,13 +8,13 @@
 //! one of two objects, or from one that was not drawn, is assigned to each of them in some hypotheses. Once an object's place is
 //! known, the echoes of its neighbour no longer fit it.
 //!
-//! People differ in how carefully they draw. Each hypothesis therefore also has a care, a factor on how far objects and route
-//! are out of place, and those whose care fits the sketch prevail.
+//! People differ in how carefully they draw. Each hypothesis therefore also has a *care*, a factor on how far objects and route are
+//! out of position, and hypotheses whose care fits the sketch prevail.
 //!
-//! A beam that passes where an object should be speaks against a hypothesis. Occluded objects have no cost, because a beam ends
-//! where it returns.
+//! A beam that passes where an object should be counts against a hypothesis. Occluded objects cost nothing, because a beam ends at
+//! its return.
 //!
-//! An update does not allocate. The random generator is part of the state.
+//! Updates do not allocate. The state includes the random number generator.
 
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -39,11 +39,11 @@ pub struct Believing {
     pub shift_sd_m: DrawnMetres,
     /// Standard deviation of the logarithm of an object's size, for an average care.
     pub size_sd: f64,
-    /// Standard deviation of an object's turn, in radians, for an average care.
+    /// Standard deviation of the angle by which an object is turned, in radians, for an average care.
     pub turn_sd: f64,
     /// Standard deviation of the logarithm of the care.
     pub care_sd: f64,
-    /// Standard deviation of an echo from the outline of an object whose place is known.
+    /// Standard deviation of an echo's distance from the outline of an object whose position is known.
     pub echo_sd_m: DrawnMetres,
     /// Error of an echo perpendicular to its direction, as a share of its distance. This models the cone of a sonar.
     pub cone: f64,
@@ -55,16 +55,16 @@ pub struct Believing {
     pub missed: f64,
     /// Probability that a marker is on a different object than stated.
     pub mistaken: f64,
-    /// Distance or angle, in metres and radians, after which the belief is updated.
+    /// Motion after which the belief is updated: the distance in metres plus the angle in radians.
     pub step: f64,
     /// Number of independent observations that an echo counts as. It is small because successive echoes of the same spot repeat
     /// their errors.
     pub independent: f64,
-    /// As `independent`, but for the information of an echo about the shift of its object.
+    /// Same as `independent`, for what an echo says about the shift of its object.
     pub learned: f64,
-    /// As `independent`, for a marker.
+    /// Same as `independent`, for a marker.
     pub marked: f64,
-    /// As `independent`, for a beam that passes where an object should be.
+    /// Same as `independent`, for a beam that passes where an object should be.
     pub free: f64,
     /// Standard deviation of the position after one driven metre, in drawn metres, for an average care. It grows with the square
     /// root of the distance.
@@ -169,14 +169,14 @@ impl Believing {
 pub struct Beam {
     /// Direction from the heading, in radians, positive to the left.
     pub angle_rad: f64,
-    /// Distance from the robot's centre at which it returned, or infinity.
+    /// Range from the robot's centre, in metres, or infinity if there is no return.
     pub range_m: f64,
 }
 
-/// A robot's view at an update.
+/// What the robot sees at an update.
 #[derive(Debug, Clone, Copy)]
 pub struct Sight<'a> {
-    /// Beams of its range sensor, at most [`BEAMS`].
+    /// Beams of the robot's range sensor, at most [`BEAMS`].
     pub beams: &'a [Beam],
     /// Markers, each with the index of its object.
     pub marked: &'a [(usize, Point<Base>)],
@@ -202,12 +202,12 @@ pub struct Estimate {
 pub struct Belief {
     settings: Believing,
     hypotheses: Vec<Hypothesis>,
-    /// Buffer for resampling.
+    /// Spare buffer for resampling.
     #[serde(skip)]
     spare: Vec<Hypothesis>,
     chance: Pcg64Mcg,
     fit: f64,
-    /// Distance and angle by which the robot has moved and turned since the last update, in metres and radians.
+    /// Motion since the last update: the distance in metres plus the angle in radians.
     since: f64,
 }
 
@@ -221,9 +221,8 @@ impl Belief {
         Self { settings, spare: Vec::with_capacity(count), hypotheses, chance, fit: 1.0, since: 0.0 }
     }
 
-    /// Places the robot where a person says it is. The hypotheses are sampled again with the same uncertainty
-    /// as at the start. If no heading is given, the estimated heading is kept. The estimated stretch is
-    /// always kept.
+    /// Moves the belief to where a person says the robot is. The hypotheses are sampled again, with the same uncertainty as at the
+    /// start. If no heading is given, the estimated heading is kept. The estimated stretch is always kept.
     pub fn place(&mut self, at: Point<Drawn>, heading_rad: Option<f64>) {
         let heading_rad = heading_rad.unwrap_or(self.estimate().heading_rad);
         let stretch =
@@ -231,7 +230,7 @@ impl Belief {
         self.draw(at, heading_rad, stretch);
     }
 
-    /// Returns to an earlier estimate. The hypotheses are sampled again with the same uncertainty as at the start.
+    /// Moves the belief back to an earlier estimate. The hypotheses are sampled again, with the same uncertainty as at the start.
     pub fn return_to(&mut self, before: &Estimate) {
         self.draw(before.at, before.heading_rad, [before.stretch.0; 2]);
     }
@@ -243,13 +242,13 @@ impl Belief {
         self.fit = 1.0;
     }
 
-    /// Reserves the memory that updates need. Call this after reading a belief from a checkpoint, which
-    /// stores values but no capacity.
+    /// Reserves the memory that updates need. Call this after reading a belief from a checkpoint, which stores values but no spare
+    /// capacity.
     pub fn reserve(&mut self) {
         self.spare.reserve_exact(self.hypotheses.len());
     }
 
-    /// Moves the hypotheses by the robot's motion, in real metres and radians.
+    /// Moves the hypotheses by a motion of the robot, in real metres and radians.
     pub fn moved(&mut self, moved_m: f64, turned_rad: f64) {
         let settings = self.settings;
         let way = moved_m.abs();
@@ -261,7 +260,7 @@ impl Belief {
             one.stretch.iter_mut().for_each(|stretch| *stretch *= grown);
             let turn = (one.heading_rad - turned_rad / 2.0).sin_cos();
             let [x, y] = one.drawn(turn, Point::new(moved_m, 0.0));
-            // A drawing's errors accumulate along the whole route. Those of single metres add up like random steps.
+            // A drawing's errors accumulate along the whole route, and the errors of single metres add up like a random walk.
             let sd = settings.way_sd * one.care * way.sqrt();
             one.at.x += x + sd * normal();
             one.at.y += y + sd * normal();
@@ -273,7 +272,7 @@ impl Belief {
         self.since >= self.settings.step
     }
 
-    /// Weights the hypotheses by the robot's view, and resamples them if necessary.
+    /// Weights the hypotheses by what the robot sees, and resamples them if necessary.
     pub fn seen(&mut self, sight: &Sight<'_>, outlines: &Outlines) {
         self.since = 0.0;
         let within = Within { outlines: outlines.all(), settings: self.settings };
@@ -380,7 +379,7 @@ mod tests {
 
     const SQUARES: [[f64; 2]; 2] = [[3.0, 1.0], [6.0, -2.5]];
 
-    /// Returns a robot's view of a scene that is larger by the factor `stretch`, from a pose in the scene's own unit.
+    /// Returns what a robot sees of a scene that is larger by the factor `stretch`, from a pose in the scene's own unit.
     fn see(scene: &Sketch, from: Point<Drawn>, heading_rad: f64, stretch: f64) -> [Beam; 16] {
         std::array::from_fn(|i| {
             let angle_rad = i as f64 * FRAC_PI_8;
@@ -392,7 +391,7 @@ mod tests {
         })
     }
 
-    /// A robot that drives along x in a scene, and its belief by a sketch.
+    /// A robot that drives along x in a scene, and its belief in a sketch of the scene.
     struct Robot {
         scene: Sketch,
         outlines: Outlines,
@@ -418,7 +417,7 @@ mod tests {
             }
         }
 
-        /// Returns the mean estimate of the place of an object.
+        /// Returns the mean estimate of an object's position.
         fn middle(&self, object: usize) -> Point<Drawn> {
             let outline = &self.outlines.all()[object];
             let of = |axis: usize| {
@@ -453,8 +452,8 @@ mod tests {
         assert!((found.stretch.0 - 1.2).abs() < 0.15 && found.at.distance(&robot.at) < 0.5, "{found:?}");
     }
 
-    /// An object was drawn half a metre from its place between others that were drawn well. The robot used to believe that it was
-    /// itself that was out of place.
+    /// One object was drawn half a metre out of position among others that were drawn well. The robot used to conclude that it was
+    /// itself out of position.
     #[test]
     fn an_object_out_of_place_is_known_to_be() {
         let scene = [[1.0, 1.0], [1.0, -2.0], [3.0, -2.0], [4.0, 1.0], [5.0, -2.0]];
@@ -466,7 +465,7 @@ mod tests {
         assert!(robot.belief.estimate().at.distance(&robot.at) < 0.3, "{:?}", robot.belief.estimate());
     }
 
-    /// Two objects look the same to a sonar, and the robot stands in front of the one that it does not believe to be there.
+    /// Two objects look the same to a sonar, and the robot stands in front of the one that it believes to be elsewhere.
     #[test]
     fn a_marker_tells_two_objects_apart() {
         let outlines = Outlines::of(&sketch(&SQUARES));

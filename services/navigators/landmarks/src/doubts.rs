@@ -17,29 +17,29 @@ use crate::plane;
 use crate::route::{Route, State};
 use crate::sketch::Sketch;
 
-/// Length of the route before and after a place over which it is seen to turn.
+/// Length of the route before and after a position that is used to measure how far the route turns there.
 const BEND: DrawnMetres = DrawnMetres(1.0);
-/// Least angle of a turn, in radians.
+/// Minimum angle of a turn, in radians.
 const TURN_RAD: f64 = FRAC_PI_4;
 /// Number of directions in which views are compared.
 const DIRECTIONS: usize = 36;
 /// Average difference between the views from two places below which they look alike, as a share of the range.
 const ALIKE: f64 = 0.06;
-/// Least part of the directions in which something is seen from a place that is compared.
+/// Minimum share of the directions in which a robot must see something for its view to be compared.
 const SEEN: f64 = 0.25;
-/// Places are confused with others that are at most this far along the route, as a share of the way to them, because the robot's
-/// odometry and the scale of the sketch are no better.
+/// Two positions can be confused if they are at most this far apart along the route, as a share of the distance from the start,
+/// because neither the robot's odometry nor the scale of the sketch is more accurate.
 const UNSURE: f64 = 0.5;
-/// Distance between places that are compared.
+/// Minimum distance along the route between two positions that are compared.
 const APART: DrawnMetres = DrawnMetres(2.0);
-/// Number of states that a smoother route has to save before it is proposed.
+/// Number of states that a smoother route must save before it is proposed.
 const SAVED: usize = 2;
 /// Number of times that each point of a route moves halfway to the middle of its neighbours when it is smoothed.
 const SMOOTHINGS: usize = 12;
 /// Distance that a smoothed route keeps from objects, unless the drawn one was nearer.
 const BESIDE: DrawnMetres = DrawnMetres(0.5);
 
-/// A doubt. Positions are in pixels of the canvas, with x to the right and y up, and states are numbered from 1.
+/// A doubt about a sketch. Positions are in pixels of the canvas, with x to the right and y up, and states are numbered from 1.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Doubt {
     /// The route turns where no object is within reach of the sensors.
@@ -71,7 +71,7 @@ pub enum Doubt {
 }
 
 impl Doubt {
-    /// Returns the name of this kind of doubt, under which evaluations count it.
+    /// Returns the name of this kind of doubt, under which experiments count it.
     pub const fn kind(&self) -> &'static str {
         match self {
             Self::Bare { .. } => "turn without an object in reach",
@@ -110,7 +110,7 @@ impl fmt::Display for Doubt {
     }
 }
 
-/// Returns the doubts about instructions that were read for a mission.
+/// Returns the doubts about instructions that were read for a mission. With markers, no positions look alike.
 pub fn of(
     instructions: &Instructions,
     mission: &LandmarksMission,
@@ -131,7 +131,7 @@ pub fn of(
     }
 }
 
-/// Returns the doubts about a sketch that is driven by a belief, with sensors of the given range.
+/// Returns the doubts about a sketch that is driven by the method `belief`, with sensors of the given range.
 fn of_sketch(sketch: &Sketch, reach_m: f64) -> Vec<Doubt> {
     let line = Line::of(sketch);
     let turns = line.turns();
@@ -156,7 +156,7 @@ fn of_states(
     same.chain(winding.map(|smooth| Doubt::Winding { states, smooth })).collect()
 }
 
-/// Returns true if a robot that sees exactly what one state requires also sees what another one requires.
+/// Returns true if a robot that sees exactly what one state requires also sees what another state requires.
 fn holds(state: &State, where_this_holds: &State, features: Features) -> bool {
     let seen: Vec<_> = where_this_holds
         .relations
@@ -172,14 +172,14 @@ fn holds(state: &State, where_this_holds: &State, features: Features) -> bool {
     RecentMatches::default().matches(state, &seen, features)
 }
 
-/// Returns the turns that look like another place near enough on the route to be confused with it, each with the most similar one.
+/// Returns the turns that look like another position near enough to be confused with them, each with the most similar position.
 fn alike(sketch: &Sketch, line: &Line, turns: &[DrawnMetres], reach_m: f64) -> Vec<Doubt> {
     let views: Vec<_> = line
         .places()
         .map(|along| (along, view(sketch, line.at(along), line.heading(along), reach_m)))
         .collect();
     let of_turn = |turn: &DrawnMetres| {
-        // A robot that has yet to turn faces the way that it came.
+        // Before it turns, the robot still faces the way it came.
         let here = view(sketch, line.at(*turn), line.heading(*turn - BEND), reach_m);
         let is_seen = here.iter().filter(|range| **range < 1.0).count() as f64 >= SEEN * DIRECTIONS as f64;
         let reach = *turn * UNSURE;
@@ -200,7 +200,7 @@ fn alike(sketch: &Sketch, line: &Line, turns: &[DrawnMetres], reach_m: f64) -> V
     turns.iter().filter_map(of_turn).collect()
 }
 
-/// Returns the free distance that a robot at the given pose sees in each direction, from 0 to 1 for the range of its sensors.
+/// Returns the free distance that a robot at the given pose sees in each direction, as a share of the range of its sensors.
 fn view(sketch: &Sketch, at: Point<Drawn>, heading: f64, reach_m: f64) -> [f64; DIRECTIONS] {
     std::array::from_fn(|i| {
         let direction = heading + TAU * i as f64 / DIRECTIONS as f64;
@@ -211,7 +211,7 @@ fn view(sketch: &Sketch, at: Point<Drawn>, heading: f64, reach_m: f64) -> [f64; 
     })
 }
 
-/// The route as a line.
+/// The route of a sketch, with positions given by their distance from its start.
 struct Line<'a> {
     points: &'a [Point<Drawn>],
     length: DrawnMetres,
@@ -226,7 +226,7 @@ impl<'a> Line<'a> {
         plane::at_length(self.points, along.0)
     }
 
-    /// Returns the places that are compared, half a metre apart.
+    /// Returns the positions that are compared, half a metre apart.
     fn places(&self) -> impl Iterator<Item = DrawnMetres> {
         const STEP: DrawnMetres = DrawnMetres(0.5);
         (0..=(self.length.0 / STEP.0) as usize).map(|i| STEP * i as f64)
@@ -236,7 +236,7 @@ impl<'a> Line<'a> {
         self.at(along - BEND * 0.5).direction_rad(&self.at(along + BEND * 0.5))
     }
 
-    /// Returns the middles of the turns.
+    /// Returns the centres of the turns.
     fn turns(&self) -> Vec<DrawnMetres> {
         let turn = |along: DrawnMetres| {
             let [before, at, after] = [along - BEND, along, along + BEND].map(|along| self.at(along));
@@ -244,7 +244,7 @@ impl<'a> Line<'a> {
         };
         let inside = self.places().filter(|along| *along > BEND && *along + BEND < self.length);
         let turns: Vec<_> = inside.map(|along| (along, turn(along))).collect();
-        // Of equally sharp places near each other, the first one counts.
+        // Of equally sharp turns near each other, only the first one counts.
         let is_sharpest = |(along, angle): &&(DrawnMetres, f64)| {
             let near = turns.iter().filter(|(other, _)| (other.0 - along.0).abs() <= BEND.0);
             let exceeds =
@@ -255,7 +255,7 @@ impl<'a> Line<'a> {
     }
 }
 
-/// Returns the sketch with a smoother route, which begins and ends in the same places and passes each object on the same side.
+/// Returns the sketch with a smoother route, which has the same ends and passes each object on the same side.
 pub fn smoothed(sketch: &Sketch) -> Sketch {
     let mut route = sketch.route.clone();
     for _ in 0..SMOOTHINGS {
@@ -292,7 +292,7 @@ mod tests {
         Sketch { landmarks, route: plane::resample(route, 0.5), metres_per_pixel: 0.1 }
     }
 
-    /// A street that crosses three others, the second of which the route takes. Blocks have sides of 5 m.
+    /// A street that crosses three others. The route turns into the second one. Blocks have sides of 5 m.
     fn streets() -> Sketch {
         let corners = [-7.0, 0.0, 7.0, 14.0].into_iter().flat_map(|x| [[x, 1.0], [x, -6.0]]);
         let blocks = corners.map(|[x, y]| square(x, y, 5.0)).collect();
@@ -365,8 +365,8 @@ mod tests {
     }
 
     proptest! {
-        /// A route that a person accepts must not lead through an object, nor past it on the other side: each point moves
-        /// less than it is away from objects, so the line never sweeps over one.
+        /// A route that a person accepts must not lead through an object, nor past it on the other side. Each point moves by less
+        /// than its distance from the objects, so the line never sweeps over one.
         #[test]
         fn a_smoothed_route_keeps_its_ends_and_its_distance(
             corners in prop::collection::vec((0.0..20.0, -5.0..5.0), 2..8),

@@ -9,7 +9,7 @@ use crate::route::Command;
 /// A position in a drawing, in pixels of its canvas, with x to the right and y up.
 pub type Pixel = Point<geometry::Sketch>;
 
-/// The reason why input is rejected. Each message names the place of the fault, what was expected and what was found.
+/// Why input is rejected. Each message says where the fault is, what was expected and what was found.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Error {
     /// A number in a drawing or a parameter is out of range.
@@ -25,7 +25,7 @@ pub enum Error {
     /// The file does not contain strokes in JSON.
     #[error("expected strokes in JSON: {0}")]
     Json(String),
-    /// A label in a mission belongs to no object of the sketch or of the words, or to several.
+    /// A label in a mission matches no object of the sketch or of the route in words, or more than one.
     #[error("navigator.markers.{label}: expected one object with this label in the sketch or the words, found {found}{}", nearest.as_ref().map_or(String::new(), |word| format!("; did you mean {word:?}?")))]
     Label {
         /// The label in the mission.
@@ -61,7 +61,7 @@ pub enum Error {
         /// Start of the other stroke.
         at: Pixel,
     },
-    /// A drawing from the pad has goals in place of a route.
+    /// A drawing from the pad has goals instead of a route.
     #[error(
         "expected a path past the objects, found none and {found} goals; draw a path to the object at which to stop"
     )]
@@ -146,7 +146,7 @@ pub enum Error {
     },
 }
 
-/// Position in a line of a route in words.
+/// Position of a fault in a line of a route in words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum WordPlace {
     /// At the word with this number, from 1.
@@ -164,7 +164,7 @@ impl std::fmt::Display for WordPlace {
     }
 }
 
-/// The reason why a landmarks mission cannot be driven.
+/// Why a `landmarks` mission cannot be driven.
 #[derive(Debug, thiserror::Error)]
 pub enum LandmarksError {
     /// A key of the mission is invalid.
@@ -204,7 +204,7 @@ pub enum LandmarksError {
         key: &'static str,
         /// Name of the file.
         file: String,
-        /// The reason why reading failed.
+        /// Why reading failed.
         reason: String,
     },
     /// A sketch or a route in words is invalid.

@@ -1,8 +1,8 @@
 //! Turns a sketch into a route of landmark states (Chronis 2007, 4.3, 4.6.1, 4.6.2, figure 4.11).
 //!
-//! 1. [`track`] walks along the drawn route. At each step, it records the heading, the turning rate, the
-//!    command, and the place, distance and width of each object in view.
-//! 2. [`events`] uses fuzzy rules to rate what happens around each change of the command.
+//! 1. [`track`] walks along the drawn route. At each step, it records the heading, the turning rate, the command, and the position,
+//!    distance and width of each object in view.
+//! 2. [`events`] uses fuzzy rules to rate the significance of what happens around each change of the command.
 //! 3. [`states`] selects the events that define each state, and adds states in the middle of long turns.
 
 use serde::{Deserialize, Serialize};
@@ -22,8 +22,8 @@ pub mod track;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Parameters {
-    /// Maximum distance of an object in view, in metres: "the radius of the sensor range" (4.3), 255 inches (4.2). The 150
-    /// inches of figure 4.27 are those of the reactive controller: figure 4.29 has relations at 160 and at 295 inches.
+    /// Maximum distance of an object in view, in metres: "the radius of the sensor range" (4.3), 255 inches (4.2). The 150 inches
+    /// of figure 4.27 apply only to the reactive controller, since figure 4.29 has relations at 160 and at 295 inches.
     pub sensor_radius_m: f64,
     /// Side length of the box that represents the robot, in metres: the Nomad's diameter of 20 inches. It is
     /// taken from the robot rather than from a key of the mission.
@@ -31,30 +31,29 @@ pub struct Parameters {
     pub robot_m: f64,
     /// Tolerance of a proximity, in metres: 22 inches to either side (4.3.2).
     pub proximity_tolerance_m: f64,
-    /// Tolerance of a width to either side, on the scale up to 180 (4.3.3).
+    /// Tolerance of a width to either side, on the scale from 0 to 180 (4.3.3).
     pub width_tolerance: f64,
-    /// Conditions that a state imposes on its objects after the most significant one.
+    /// Conditions that a state imposes on its objects other than the most significant one.
     pub other_objects: OtherObjects,
     /// Turning rate above which the robot counts as turning, in degrees per [`Self::turn_unit_m`]. The thesis gives "0.7
     /// normalized units", but not their definition (4.3.4); see [`track`].
     pub turn_threshold: f64,
     /// Length by which turning rates are normalized, in metres: a pixel of the PDA, 5 inches.
     pub turn_unit_m: f64,
-    /// Minimum number of steps of a command. Shorter ones are spurious (4.3.4 filters them, but does not say how).
+    /// Minimum number of steps of a command. Shorter commands are spurious (4.3.4 filters them, but does not say how).
     pub least_steps: usize,
     /// Minimum angle of a turn, in radians. Smaller turns are spurious.
     pub least_turn_rad: f64,
-    /// Number of steps before and after a change of the command from which events belong to it (figure 4.9 is
-    /// lost).
+    /// Number of steps before and after a change of the command within which events count towards it (figure 4.9 is lost).
     pub event_steps: usize,
-    /// Minimum difference between a direction of consecutive states, in sixteenths of a turn: 45° (4.6.1).
+    /// Minimum difference between directions of consecutive states, in sixteenths of a turn: 45° (4.6.1).
     pub distinct_directions: u8,
     /// Whether states are added in the middle of turns of more than 90° and 180° (4.6.2).
     pub additional_states: bool,
 }
 
-/// Conditions that a state imposes on its objects after the most significant one. The thesis prints both
-/// variants. In both of them, every object has to match.
+/// Conditions that a state imposes on its objects other than the most significant one. The thesis prints both variants. In both,
+/// every object has to match.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum OtherObjects {

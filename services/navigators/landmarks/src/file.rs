@@ -7,10 +7,10 @@
 //!   "obstacles": [ { "polygon": [[20, 60], [30, 60], [30, 70]], "label": "table" } ] }
 //! ```
 //!
-//! All coordinates are pixels of the canvas: column and row, with row 0 at the top. `canvas` and `strokes`
-//! are required. A polygon in `obstacles` is read as a closed stroke with a label, and `route` as another
-//! stroke. Anything else that a pad writes (`start`, `goals`, the width of its pen) is ignored. What a stroke
-//! represents is determined by its shape (see [`crate::sketch::strokes`]). [`write()`] writes a sketch in the same form.
+//! All coordinates are pixels of the canvas: column and row, with row 0 at the top. `canvas` and `strokes` are required. A polygon
+//! in `obstacles` is read as a closed stroke with a label, and `route` as another stroke. Anything else that a pad writes (`start`,
+//! `goals`, the width of its pen) is ignored. The shape of a stroke determines what it represents (see [`crate::sketch::strokes`]).
+//! [`write()`] writes a sketch in the same form.
 
 use serde::Deserialize;
 use serde::de::IgnoredAny;
@@ -21,7 +21,7 @@ use crate::drawn::Drawn;
 use crate::error::{Error, Pixel};
 use crate::sketch::{Drawing, Label, Sketch, Stroke};
 
-/// Maximum number of strokes in a drawing (also that of labels), and of points in all its strokes together.
+/// Maximum number of strokes and of labels in a drawing, and maximum number of points in all its strokes together.
 const MOST_STROKES: usize = 500;
 const MOST_POINTS: usize = 50_000;
 
@@ -69,7 +69,7 @@ pub fn read(bytes: &[u8]) -> Result<Drawing, Error> {
     read_with_route(bytes, None)
 }
 
-/// Reads a sketch file as [`read`] does, but with the given route, whose points are columns and rows, in place of the file's own.
+/// Reads a sketch file as [`read`] does, but replaces the route in the file by the given one, whose points are columns and rows.
 ///
 /// # Errors
 /// Same as [`read`].

@@ -4,8 +4,8 @@
 //! - Rule 1: the first state is not matched. Its command is carried out at once.
 //! - Rule 2: the last state is not matched. Once all others are, the robot stops as soon as an object in front is nearer than
 //!   30 inches.
-//! - After it has begun a turn, the robot turns by 30° before it matches again. After a command to move
-//!   forward, it first drives 2 feet (five of the thesis's cycles).
+//! - After it has begun a turn, the robot turns by 30° before it matches the next state. After a command to move forward, it first
+//!   drives 2 feet (five of the thesis's cycles).
 //! - If the next state is not matched within twice the expected time, the robot is lost and stops.
 //!
 //! A step does not allocate. All state is kept in [`Progress`].
@@ -30,7 +30,7 @@ pub struct Following {
     pub control: Controlling,
     /// Time to wait for a state before the robot counts as lost.
     pub patience: Patience,
-    /// Rate of matching states, and the minimum motion between two matches.
+    /// Rate at which states are matched, and the minimum motion between two matches.
     pub rhythm: Rhythm,
 }
 
@@ -61,7 +61,7 @@ impl Following {
     }
 }
 
-/// Rate of matching states, and the minimum motion between two matches.
+/// Rate at which states are matched, and the minimum motion between two matches.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Rhythm {
@@ -297,7 +297,7 @@ mod tests {
         follower.step(&Viewed { seen, sectors: ranges, time_s, moved_m, turned_rad })
     }
 
-    /// Runs a cycle with objects in these directions at distances in inches. The robot turns by `degrees` and moves 5 inches.
+    /// Runs a cycle with objects at the given directions and distances in inches. The robot turns by `degrees` and moves 5 inches.
     fn cycle(follower: &mut Follower, inches: &[(usize, f64)], degrees: f64) -> (Drive, Option<Event>) {
         let mut ranges = [f64::INFINITY; 16];
         for (beam, range) in inches {
@@ -309,7 +309,7 @@ mod tests {
 
     #[test]
     fn the_first_command_is_carried_out_at_once() {
-        // Rule 1: the command is carried out although nothing of the first state is in view.
+        // Rule 1: the robot carries out the command although it sees nothing of the first state.
         let mut follower =
             follower("At the start, when a desk is behind, then turn left. When a box is ahead, then stop.");
         let (drive, event) = cycle(&mut follower, &[], 0.0);
@@ -349,7 +349,7 @@ mod tests {
 
     #[test]
     fn the_robot_is_lost_where_a_state_does_not_come_in_twice_the_time() {
-        // 2.54 m at 25 inches per second take 4 s. Twice that is 41 cycles and two thirds.
+        // At 25 inches per second, 2.54 m take 4 s. Twice that time is 41 cycles and two thirds.
         let mut follower = follower("After 2.54 m, when a box is left, then turn right.");
         for i in 1..=41 {
             assert_eq!(cycle(&mut follower, &[], 0.0).1, None, "{i}");

@@ -33,17 +33,17 @@ pub struct Guiding {
     pub turn_dps: f64,
     /// Factor by which avoidance is stronger than in formula 4.27.
     pub avoid: f64,
-    /// Distance from the end of the route within which an object in front counts as the goal.
+    /// Maximum distance from the end of the route at which an object in front counts as the goal.
     pub goal_m: DrawnMetres,
     /// Distance beyond the end of the route up to which the robot looks for its goal.
     pub beyond_m: DrawnMetres,
-    /// The robot is lost if the share of its observations that fit the drawing falls below this.
+    /// Minimum share of observations that fit the drawing. If the share falls below it, the robot is lost.
     pub least_fit: f64,
     /// Maximum ratio of the distance covered to the length of the drawn route. If it is exceeded, the robot
     /// is lost.
     pub most_way: f64,
-    /// Maximum number of times that a robot that would be lost drives back to a place where it was sure. With a pad, it asks the
-    /// person instead.
+    /// Maximum number of times that the robot drives back to a place where it was sure, instead of being lost. With a pad, it asks
+    /// the person instead.
     pub returns: u32,
 }
 
@@ -90,8 +90,7 @@ impl Guiding {
 pub enum Outcome {
     /// The robot has stopped in front of its goal.
     Arrived,
-    /// The robot has gone too far beyond the end of the drawn route, or too far in total, without reaching
-    /// its goal.
+    /// The robot has driven too far beyond the end of the drawn route, or too far in total, without reaching its goal.
     NoGoal,
     /// The observations do not fit the drawing.
     Lost,
@@ -110,7 +109,7 @@ pub struct State {
     /// Number of times that the robot has driven back, and the reason for the last time.
     returns: u32,
     why: Option<Outcome>,
-    /// Number of places where the robot was sure, as last heard.
+    /// Number of places where the robot was sure, as of the previous step.
     sure: u32,
 }
 
@@ -125,7 +124,7 @@ pub struct Guided<'a> {
     pub moved_m: f64,
     /// Angle turned since the last step according to odometry, in radians.
     pub turned_rad: f64,
-    /// Number of places where the robot was sure: see [`crate::sure`].
+    /// Number of places where the robot has been sure: see [`crate::sure`].
     pub sure: u32,
 }
 
@@ -169,8 +168,8 @@ impl Guide {
         self.state = state;
     }
 
-    /// Resumes driving after a person has taken the lost robot to a point on its route. The distance covered
-    /// on the way there does not count.
+    /// Resumes driving after a person has taken the lost robot to a point on its route. The distance covered on the way there is
+    /// not counted.
     pub fn look_again(&mut self) {
         if self.is_lost() {
             self.state.gone = self.state.along;
@@ -179,8 +178,8 @@ impl Guide {
         }
     }
 
-    /// Moves the guide to the point of the route that is nearest to `at`, where a person says the robot is.
-    /// If the robot was lost, it resumes driving.
+    /// Moves the guide to the point of the route nearest to `at`, where a person says the robot is. If the robot was lost, it
+    /// resumes driving.
     pub fn told(&mut self, at: Point<Drawn>) {
         self.state.along = DrawnMetres(plane::nearest_along(&self.route, at));
         self.state.trail.forget_way_back();
@@ -212,8 +211,8 @@ impl Guide {
         self.state.trail.is_going_back()
     }
 
-    /// Describes the route at the robot's position, for people. The route counts as turning if it bends by more than 20° within
-    /// the next drawn metre.
+    /// Describes what the robot does at its position along the route, for people. The route counts as turning if it bends by more
+    /// than 20° within the next drawn metre.
     pub fn command(&self) -> Command {
         if self.state.outcome.is_some() {
             return Command::Stop;
@@ -256,7 +255,7 @@ impl Guide {
         }
     }
 
-    /// Begins the way back. Returns false if the robot has gone back often enough, or has no place to go back to.
+    /// Begins the way back. Returns false if the robot has used up its returns, or has no place to drive back to.
     pub fn turn_back(&mut self) -> bool {
         let before = self.state.returns;
         let turns_back = before < self.settings.returns && self.state.trail.turn_back(before);
@@ -280,7 +279,7 @@ impl Guide {
         }
     }
 
-    /// Returns the point at a distance along the route. Beyond the end, the route continues straight on.
+    /// Returns the point at a distance along the route. Beyond its end, the route is extended in a straight line.
     fn place(&self, along: DrawnMetres) -> Point<Drawn> {
         let i = self.lengths.partition_point(|length| *length <= along).clamp(1, self.route.len() - 1);
         let part = (along - self.lengths[i - 1]).0 / (self.lengths[i] - self.lengths[i - 1]).0;
@@ -326,8 +325,8 @@ impl Guide {
         self.towards(off, sectors)
     }
 
-    /// Drives in a direction from the heading, in radians. The command is fused with the output of the reactive controller. A
-    /// robot that turns back does so on the spot.
+    /// Drives in a direction, given in radians from the heading, fused with the output of the reactive controller. On the way back,
+    /// the robot first turns on the spot if the direction is behind it.
     fn towards(&self, off: f64, sectors: &Sectors) -> Drive {
         const BEHIND_RAD: f64 = 2.0;
         let settings = &self.settings;
@@ -359,7 +358,7 @@ mod tests {
     use crate::reckoning::Reckoning;
     use crate::sketch::Landmark;
 
-    /// A robot that stands before nothing, in a drawing whose objects are in their places.
+    /// A robot that stands in front of nothing, in a drawing whose objects are where they were drawn.
     const STANDING: Guided<'_> = Guided {
         estimate: Estimate {
             at: Point::new(0.0, 0.0),
@@ -389,12 +388,12 @@ mod tests {
         }
     }
 
-    /// Returns a certain estimate at the given position, facing along x, in a drawing to scale.
+    /// Returns an estimate without spread at the given position, facing along x, in a drawing to scale.
     fn sure(at: Point<Drawn>) -> Estimate {
         Estimate { at, ..STANDING.estimate }
     }
 
-    /// A robot that is where it believes it is.
+    /// A robot whose estimate is exact.
     struct Robot {
         guide: Guide,
         at: Point<Drawn>,
@@ -405,7 +404,7 @@ mod tests {
     }
 
     impl Robot {
-        /// Moves 0.1 m at a distance from the wall that the front sensors see.
+        /// Moves the robot by 0.1 m, with a wall straight ahead at the distance `left_m`.
         fn step(&mut self, left_m: f64) -> (Drive, Option<Outcome>) {
             let mut sectors = [f64::INFINITY; 16];
             for x in [15, 0, 1] {
@@ -457,7 +456,7 @@ mod tests {
         );
     }
 
-    /// From 2.5 m on, nothing fits, however often the robot comes there. It was sure at the start and at 1 m.
+    /// From 2.5 m on, nothing fits, however often the robot gets there. It was sure at the start and at 1 m.
     #[test]
     fn a_lost_robot_goes_back_twice_before_it_gives_up() {
         let mut guide = start().guide;
@@ -534,8 +533,8 @@ mod tests {
         }
     }
 
-    /// A robot was pushed back by half a metre between two readings. The bounds of its position along the route were the wrong
-    /// way round, and the planner panicked.
+    /// Regression test: when a robot was pushed back by half a metre between two readings, the bounds of its position along the
+    /// route were swapped, and the planner panicked.
     #[test]
     fn a_robot_that_was_pushed_back_drives_on() {
         let mut robot = start();
@@ -566,8 +565,8 @@ mod tests {
             let estimate = Estimate { stretch: Stretch(stretch), ..sure(at(0.0, 0.0)) };
             guide.step(&Guided { estimate, sectors: &[f64::INFINITY; 16], ..STANDING }).0.yaw_rate_radps
         };
-        // Of the 2 m, one goes straight ahead and one to the left, which makes 45°. The position along the route is accurate to
-        // a few centimetres.
+        // Of the 2 m of look-ahead, 1 m leads straight ahead and 1 m to the left, which makes 45°. The position along the route is
+        // accurate to a few centimetres.
         for stretch in [0.5, 0.8, 1.0, 1.6, 2.0] {
             let off = turn(stretch) / 1.2;
             assert!((off - std::f64::consts::FRAC_PI_4).abs() < 0.04, "{stretch}: {off}");

@@ -13,12 +13,12 @@ use crate::memory::polar;
 use crate::outlines::Outline;
 use crate::shift::{Off, Prior, Shift};
 
-/// Number of objects near a hypothesis whose shifts it knows.
+/// Maximum number of objects whose shifts a hypothesis remembers: those nearest to it.
 const NEAR: usize = 8;
-/// Distance between the points of a beam at which it is compared with objects, in metres.
+/// Spacing of the points of a beam that are compared with objects, in metres.
 pub const PROBE_M: f64 = 0.3;
-/// Distance from an object beyond which an echo does not come from it, in drawn metres, and the square of that distance as a
-/// multiple of its variance.
+/// Maximum distance between an object and an echo assigned to it: in drawn metres, and as the square of the distance divided by its
+/// variance.
 const GATE_M: f32 = 1.5;
 const GATE_SQUARE: f32 = 16.0;
 /// Density of echoes from objects that were not drawn, per drawn metre.
@@ -26,7 +26,7 @@ const ANYWHERE: f32 = 0.25;
 /// Error of a marker's position, as a share of its distance.
 const MARKER_LATERAL: f64 = 0.05;
 
-/// The shift of an object near a hypothesis.
+/// The estimated shift of one object near a hypothesis.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Known {
     /// Number of the object, from 1, or 0 for none.
@@ -43,7 +43,7 @@ pub struct Hypothesis {
     pub heading_rad: f64,
     /// Stretch along each axis of the drawing.
     pub stretch: [f64; 2],
-    /// Factor on how far objects and route are out of place.
+    /// Care: factor on how far objects and route are out of position.
     pub care: f64,
     /// Weight among all hypotheses.
     pub weight: f64,
@@ -52,7 +52,7 @@ pub struct Hypothesis {
 }
 
 impl Hypothesis {
-    /// Returns a displacement in the drawing, of a displacement in the robot's frame, given the sine and cosine of the heading.
+    /// Converts a displacement from the robot's frame to the drawing, given the sine and cosine of the heading.
     pub fn drawn(&self, (sin, cos): (f64, f64), seen: Point<Base>) -> [f64; 2] {
         let [x, y] = [seen.x * cos - seen.y * sin, seen.x * sin + seen.y * cos];
         [x / self.stretch[0], y / self.stretch[1]]
@@ -83,7 +83,7 @@ impl Hypothesis {
         }
     }
 
-    /// Returns a single hypothesis of an average care that knows no shift yet.
+    /// Returns a hypothesis of average care that has not observed any shifts yet.
     pub fn at(at: Point<Drawn>, heading_rad: f64, stretch: Stretch) -> Self {
         let near = [Known::default(); NEAR];
         Self { at, heading_rad, stretch: [stretch.0; 2], care: 1.0, weight: 1.0, near }
@@ -100,7 +100,7 @@ impl Hypothesis {
         known.map_or_else(|| Shift::unseen(self.prior(settings)), |known| known.shift)
     }
 
-    /// Remembers the shift of an object, in place of that of the farthest object if there are too many.
+    /// Remembers the shift of an object. If there is no room left, it replaces that of the farthest object.
     fn know(&mut self, object: usize, shift: Shift, outlines: &[Outline]) {
         let number = object as u32 + 1;
         let distance = |known: &Known| match known.number {
@@ -121,13 +121,13 @@ impl Hypothesis {
     }
 }
 
-/// An object that an echo may come from.
+/// An object that an echo may have come from.
 #[derive(Clone, Copy)]
 struct Candidate {
     object: usize,
     shift: Shift,
     off: Off,
-    /// Variance of the echo's distance from the outline, if the object's place were known.
+    /// Variance of the echo's distance from the outline if the object's position were known.
     variance: f32,
     likelihood: f32,
 }
@@ -137,7 +137,7 @@ fn normal(square: f32, variance: f32) -> f32 {
     (-0.5 * square).exp() / (std::f32::consts::TAU * variance).sqrt()
 }
 
-/// The logarithm of the likelihood of an echo, and how well it fits, from 0 to 1.
+/// How likely an echo is, and how well it fits.
 pub struct Likely {
     /// Logarithm of the likelihood.
     pub log: f64,
@@ -145,16 +145,16 @@ pub struct Likely {
     pub fits: f64,
 }
 
-/// The objects that a hypothesis compares with the robot's view.
+/// What hypotheses compare the robot's view with.
 pub struct Within<'a> {
-    /// Outlines of all objects.
+    /// Outlines of all objects in the sketch.
     pub outlines: &'a [Outline],
-    /// Parameters.
+    /// Parameters of the belief.
     pub settings: Believing,
 }
 
 impl Within<'_> {
-    /// Returns the objects that an echo may come from.
+    /// Returns the objects that an echo may have come from.
     fn candidates(&self, one: &Hypothesis, from: [f64; 2]) -> [Option<Candidate>; 3] {
         let mut found = [None; 3];
         let mut count = 0;
@@ -189,7 +189,7 @@ impl Within<'_> {
         found
     }
 
-    /// Assigns an echo to an object, or to none, and updates the object's shift.
+    /// Assigns an echo to an object, or to none, and updates that object's shift.
     pub fn echo(&self, one: &mut Hypothesis, from: [f64; 2], chance: &mut Pcg64Mcg) -> Likely {
         let settings = &self.settings;
         let found = self.candidates(one, from);
@@ -211,7 +211,7 @@ impl Within<'_> {
         Likely { log, fits: f64::from(sum / (undrawn + sum).max(f32::MIN_POSITIVE)) }
     }
 
-    /// Compares a beam that went free for some metres with the objects that should be in its way.
+    /// Compares the free part of a beam with the objects that should be in its way. Returns the logarithm of the likelihood.
     pub fn free(&self, one: &Hypothesis, turn: (f64, f64), angle_rad: f64, free_m: f64) -> f64 {
         let settings = &self.settings;
         let sd = settings.echo_sd_m.0 as f32;
@@ -242,16 +242,16 @@ impl Within<'_> {
             }
             let Some(off) = deepest.filter(|off| off.distance < 0.0) else { continue };
             let total = sd * sd + shift.variance(&off);
-            // Abramowitz and Stegun: the normal distribution function as a logistic one.
+            // Approximates the normal distribution function by a logistic one (Abramowitz and Stegun).
             let inside = 1.0 / (1.0 + (1.702 * off.distance / total.sqrt()).exp());
-            // At a depth of 0, it is even whether the object is in the way.
+            // At a depth of 0, the object is as likely to be in the way as not.
             let inside = f64::from(2.0 * inside - 1.0);
             log += settings.free * (1.0 - (1.0 - settings.missed) * inside).max(f64::MIN_POSITIVE).ln();
         }
         log
     }
 
-    /// Compares a marker with the object that it is on.
+    /// Compares a marker with the object that it is on. Returns the logarithm of the likelihood.
     pub fn marker(&self, one: &mut Hypothesis, object: usize, from: [f64; 2]) -> f64 {
         let settings = &self.settings;
         let outline = &self.outlines[object];
@@ -301,7 +301,7 @@ mod tests {
 
     #[test]
     fn what_is_occluded_speaks_against_nothing() {
-        // The second square is hidden by the first one.
+        // The first square hides the second one.
         let outlines = squares(&[[2.0, -0.5], [4.0, -0.5]]);
         let settings = Believing::default();
         let (within, one) = (Within { outlines: outlines.all(), settings }, at_origin(&settings));
@@ -310,7 +310,7 @@ mod tests {
         assert!(log(2.9) < 0.0 && log(4.9) < log(2.9), "{} {}", log(2.9), log(4.9));
     }
 
-    /// Two objects are 0.8 m apart. The nearest of all outlines used to explain every echo.
+    /// Two objects are 0.8 m apart. Every echo used to be explained by the nearest of all outlines.
     #[test]
     fn an_object_whose_place_is_known_does_not_explain_its_neighbours_echoes() {
         let outlines = squares(&[[2.0, -0.5]]);

@@ -19,8 +19,7 @@ use crate::{file, plane};
 pub struct Instructions {
     /// The sketch, or `None` if the route was given in words.
     pub sketch: Option<Sketch>,
-    /// The landmark states in words. Empty if the sketch does not yield any and the method does not need
-    /// them.
+    /// The landmark states in words. Empty if the sketch does not yield any states and the method does not need them.
     pub words: String,
     /// Width and height of the canvas, in pixels, or `None` if the route was given in words.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -35,7 +34,7 @@ pub struct Instructions {
 pub struct Marked {
     /// Number of the marker.
     pub marker: u32,
-    /// Index of the landmark in the sketch or, if the route is in words, among the objects that they mention.
+    /// Index of the landmark in the sketch or, if the route is in words, among the objects that the words mention.
     pub landmark: usize,
 }
 
@@ -90,7 +89,7 @@ impl Instructions {
         serde_json::to_vec(self).map_err(|error| LandmarksError::Instructions(error.to_string()))
     }
 
-    /// Returns the landmark states, or `None` if there are none. Their relations name the landmarks that carry markers.
+    /// Returns the landmark states, or `None` if there are none. Their relations refer to the landmarks that carry markers.
     ///
     /// # Errors
     /// [`Error::Word`] and [`Error::States`], neither of which occurs for words written by
@@ -108,7 +107,7 @@ impl Instructions {
         Ok(Some(route))
     }
 
-    /// Returns the index of the landmark that is this object of the route, or `None` if it carries no markers.
+    /// Returns the index of the landmark that corresponds to an object of the route, or `None` if that object carries no markers.
     fn landmark(&self, route: &Route, object: usize) -> Option<usize> {
         let name = |landmark: usize| match &self.sketch {
             Some(sketch) => Some(language::spoken(&sketch.landmarks.get(landmark)?.name)),
@@ -128,7 +127,7 @@ impl Instructions {
     }
 }
 
-/// Finds the landmarks that a mission's markers are on, given the names of all landmarks.
+/// Returns the landmarks that a mission's markers are on, given the names of all landmarks.
 fn marked(markers: &BTreeMap<String, Vec<u32>>, names: &[&str]) -> Result<Vec<Marked>, Error> {
     let mut all = Vec::new();
     for (label, numbers) in markers {

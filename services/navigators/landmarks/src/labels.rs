@@ -1,8 +1,8 @@
 //! Recognizes landmarks by the markers on them, for a robot that drives by landmark states. Chronis 2007, 6.3, proposes object
 //! recognition as future work. The method `belief` uses markers as well, but in its hypotheses: see [`crate::belief`].
 //!
-//! A camera may only look ahead, whereas a landmark state is about objects on all sides. The robot therefore remembers, by its
-//! odometry, where it last saw each marker.
+//! A camera may only see what is ahead, whereas a landmark state refers to objects on all sides. The robot therefore remembers, by
+//! its odometry, where it last saw each marker.
 
 use std::f64::consts::FRAC_PI_8;
 
@@ -15,26 +15,26 @@ use crate::perception::{Perceiving, Seen};
 use crate::reckoning::Reckoning;
 use crate::route::DIRECTIONS;
 
-/// Where the robot has seen markers.
+/// Where the robot last saw each marker.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Labels {
     robot: Reckoning,
-    /// The position of each known marker, as far as it has been seen.
+    /// Last known position of each marker, or `None` if it has not been seen.
     places: Vec<Option<Point<Odom>>>,
 }
 
 impl Labels {
-    /// Creates labels for this number of markers, none of which has been seen.
+    /// Creates labels for this number of markers, none of which has been seen yet.
     pub fn new(markers: usize) -> Self {
         Self { robot: Reckoning::default(), places: vec![None; markers] }
     }
 
-    /// Moves the robot, in metres and radians, positive to the left.
+    /// Moves the robot by a distance in metres and an angle in radians, positive to the left.
     pub fn moved(&mut self, moved_m: f64, turned_rad: f64) {
         self.robot.moved(moved_m, turned_rad);
     }
 
-    /// Records where the robot sees a marker, which is given by its index among the known ones.
+    /// Records that a marker is seen at `at`. `marker` is its index among the known ones.
     pub fn see(&mut self, marker: usize, at: Point<Base>) {
         if let Some(place) = self.places.get_mut(marker) {
             *place = Some(self.robot.odom_from_base(at));
@@ -42,10 +42,10 @@ impl Labels {
     }
 
     /// Returns the index of the landmark that an object in view is, or `None` if the object has not been recognized. `markers` are
-    /// the known ones.
+    /// the known markers.
     ///
-    /// A marker is on an object if it lies in the direction of one of the object's beams, and if its distance from the end of that
-    /// beam does not exceed the thickness of objects. If there are several, the one nearest to the end of its beam counts.
+    /// A marker is on an object if it lies in the direction of one of the object's beams, no farther from the end of that beam than
+    /// the thickness of objects. If there are several, the one nearest to the end of its beam counts.
     pub fn landmark(
         &self,
         seen: &Seen,
@@ -77,7 +77,7 @@ mod tests {
 
     const MARKERS: [Marked; 2] = [Marked { marker: 7, landmark: 4 }, Marked { marker: 8, landmark: 2 }];
 
-    /// Returns the landmark of each object that is seen, given the range in each of some directions in metres.
+    /// Returns the landmark that each object in view is recognized as, given ranges in metres in some directions.
     fn landmarks(labels: &Labels, ranges: &[(usize, f64)]) -> Vec<Option<usize>> {
         let mut sectors = [f64::INFINITY; 16];
         for (direction, range_m) in ranges {
@@ -96,10 +96,10 @@ mod tests {
         labels.see(1, Point::new(3.0, 0.0));
         assert_eq!(landmarks(&labels, &[(0, 2.6), (4, 2.6)]), [Some(2), None]);
         assert_eq!(landmarks(&labels, &[(0, 1.5)]), [None], "something in front of it");
-        // The robot turns to the right, and has it on its left, out of the camera's view.
+        // The robot turns right, so the marker is on its left, out of the camera's view.
         labels.moved(0.0, -std::f64::consts::FRAC_PI_2);
         assert_eq!(landmarks(&labels, &[(0, 2.6), (4, 2.6)]), [None, Some(2)]);
-        // It drives past it.
+        // The robot drives past the marker.
         labels.moved(3.0, 0.0);
         assert_eq!(landmarks(&labels, &[(4, 2.6), (6, 3.9)]), [None, Some(2)]);
     }

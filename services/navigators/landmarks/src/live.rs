@@ -1,8 +1,8 @@
-//! The sketcher stage while people draw: takes objects and routes from the pad, and answers each.
+//! The sketcher stage while people draw. It receives objects and routes from the pad, and answers each of them.
 //!
-//! A page first sends the objects and then a route past them. The robot is taken to stand where the route begins, facing along it.
-//! To go on from where the robot has stopped, a person sends a route that begins there, or draws the objects again first. A drawing
-//! that is rejected changes nothing.
+//! A page first sends the objects, then a route past them. The robot is assumed to stand at the beginning of the route, facing
+//! along it. To continue from where the robot has stopped, a person sends a route that begins there, or first draws the objects
+//! again. A rejected drawing changes nothing.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::channels::{DRAWING, UNDERSTOOD};
@@ -24,17 +24,17 @@ use crate::mission::{LandmarksMission, Parameters};
 use crate::sketch::check_objects;
 use crate::sketcher::{Announced, extraction_of};
 
-/// The functions with which the pad shows and saves drawings for this navigator.
+/// The functions that the pad calls to show and save drawings for this navigator.
 pub const DRAWN: Drawn = Drawn { blank, walls, keep, lessons: None };
 
-/// Name that a mission has for a drawing that people send.
+/// File name in the mission that stands for a drawing sent by a person.
 const NAME: &str = "the drawing";
-/// Number of failed attempts after which a drawing that crashes the sketcher is refused.
+/// Number of attempts after which a drawing that crashes the sketcher is refused.
 const MAX_ATTEMPTS: u32 = 3;
 /// Time limit of a route from the pad, in seconds of simulation time. A person is watching and can abort it.
 const TIME_LIMIT_S: f64 = 1800.0;
 
-/// Removes everything from a mission that it says about a sketch and a route, except for the scale of the canvas.
+/// Removes the sketch and the route from a mission, but keeps the scale of the canvas.
 fn blank(mission: &mut Mission) -> Result<(), StageError> {
     LandmarksMission::of(mission)?;
     let NavigatorChoice { given, .. } = &mut mission.navigator;
@@ -61,19 +61,19 @@ fn keep(mission: &mut Mission, kept: &Kept<'_>) -> Result<(), StageError> {
     Ok(())
 }
 
-/// Returns the outlines of a drawing that is valid, as the sketcher understands them.
+/// Returns the outlines of a valid drawing, as the sketcher understands them.
 fn walls(_: &RunConfig, bytes: &[u8]) -> Option<Walls> {
     let drawing = file::read(bytes).ok()?;
     let outlines = check_objects(&drawing).ok()?;
     Some(crate::lookout::painted(&outlines, drawing.canvas))
 }
 
-/// What people have sent.
+/// Drawings that a person has sent.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 struct Sent {
     /// The file with the objects.
     objects: Vec<u8>,
-    /// The marks with the route, or empty if the objects have none yet.
+    /// The marks that contain the route. Empty if no route has been drawn past the objects yet.
     route: Vec<u8>,
 }
 
@@ -81,7 +81,7 @@ struct Sent {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Answer {
     kind: u32,
-    /// The doubts about the drawing, or the reason for rejecting it.
+    /// The doubts about the drawing, or why it was rejected.
     outcome: Result<String, String>,
 }
 
@@ -92,7 +92,7 @@ pub struct State {
     answer: Option<Answer>,
 }
 
-/// Answers each drawing from the pad with one message, after sending the route that follows from it.
+/// Sketcher that answers each drawing from the pad with one message, after sending the route that follows from the drawing.
 pub struct LiveSketcher {
     mission: LandmarksMission,
     parameters: Parameters,
@@ -104,7 +104,7 @@ pub struct LiveSketcher {
 }
 
 impl LiveSketcher {
-    /// Creates the sketcher of a run in which people draw.
+    /// Creates the sketcher for a run in which people draw.
     ///
     /// # Errors
     /// [`LandmarksError::Mission`] with an invalid key.
@@ -260,7 +260,7 @@ mod tests {
             [sketch.route[0], sketch.route[sketch.route.len() - 1]].map(|at| sketch.pixel(at));
         assert!((first.x - 50.0).abs() + (first.y - 250.0).abs() < 1e-6, "{first:?}");
         assert!((last.x - 770.0).abs() < 1e-6, "{last:?}");
-        // The rest is drawn again from where the robot stands.
+        // The person draws the rest of the route again from where the robot stands.
         sketcher.take(DrawingKind::Route, br#"{"route": [[420, 260], [600, 300], [770, 250]]}"#).unwrap();
         let rest = Instructions::read(&sketcher.route.as_ref().unwrap().cells).unwrap();
         assert!(rest.length().0 < 0.6 * instructions_length, "{:?}", rest.length());

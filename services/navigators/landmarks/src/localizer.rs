@@ -1,4 +1,4 @@
-//! The localizer stage for landmarks, which publishes the robot's view and its estimated pose in the sketch once per tick.
+//! The localizer stage of `landmarks`, which publishes the robot's view and its estimated pose in the sketch once per tick.
 
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
@@ -32,7 +32,7 @@ pub struct Localizer {
     ring: Ring,
     perception: Perception,
     motion: Motion,
-    /// Number of the route that was received, or 0 before the first.
+    /// Number of the last route received, or 0 if there has been none.
     route: u64,
     /// Whether people draw the route while the mission runs. The robot then reports its view before there is a route.
     is_drawn: bool,
@@ -40,7 +40,7 @@ pub struct Localizer {
     locator: Option<Locator>,
     /// The markers on objects, sorted by number.
     markers: Vec<Marked>,
-    /// Recognizes objects by these markers, if the robot drives by landmark states.
+    /// Recognizes objects by their markers, if the robot drives by landmark states.
     labels: Option<Labels>,
 }
 
@@ -63,7 +63,7 @@ struct StateView<'a> {
 }
 
 impl Localizer {
-    /// Creates the localizer of a run from its robot and the parameters of its mission.
+    /// Creates the localizer of a run for its robot, with the parameters of its mission.
     ///
     /// # Errors
     /// [`LandmarksError`], which names the key or the sensor, if the robot or a parameter is unsuitable.
@@ -143,8 +143,8 @@ impl Localizer {
     }
 }
 
-/// Passes the latest measurement of the ring's own sensor to the ring. Returns true if it has arrived since the previous instant.
-/// This is not always so, because other sensors of the robot may publish more often.
+/// Passes the latest measurement of the ring's own sensor to the ring. Returns true if it has arrived since the previous instant,
+/// which is not always the case, because other sensors of the robot may publish more often.
 fn sense(ring: &mut Ring, instant: &Instant<'_>) -> Result<bool, Denied> {
     match ring.sensor() {
         RingSensor::Sonar => {
@@ -240,7 +240,7 @@ mod tests {
 
     use super::*;
 
-    /// Inputs with an old sonar message and a new laser scan.
+    /// An old sonar message together with a new laser scan.
     struct OldSonarNewScan(SonarScan, Box<LaserScan>);
 
     impl Inputs for OldSonarNewScan {
@@ -254,7 +254,7 @@ mod tests {
         }
     }
 
-    /// On a robot with both sensors, each scan of the laser used to make the belief take in the same old sonar reading again.
+    /// On a robot with both sensors, each laser scan used to make the belief process the same old sonar reading again.
     #[test]
     fn only_the_ring_s_own_sensor_is_news() {
         const NOMAD: &str = include_str!("../../../../sim/robots/nomad200.toml");

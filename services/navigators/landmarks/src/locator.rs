@@ -1,4 +1,5 @@
-//! Locates the robot in the drawing: a [`crate::belief`], updated from the surroundings kept in [`crate::memory`].
+//! Locates the robot in the drawing: a [`crate::belief`] that is updated by ranges and markers, the robot's [`crate::memory`], and
+//! the [`crate::sure`] places, to which the belief is reset when the robot is back at one.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Base, Point};
@@ -27,7 +28,7 @@ pub struct Locating {
     pub belief: Believing,
     /// Parameters of the memory.
     pub memory: Remembering,
-    /// Parameters that determine where the robot is sure.
+    /// Parameters that determine where the robot is sure of its pose.
     pub sure: Assuring,
 }
 
@@ -43,7 +44,7 @@ impl Locating {
     }
 }
 
-/// Measurements of a ring of range sensors.
+/// A reading of a ring of range sensors.
 #[derive(Debug, Clone, Copy)]
 pub struct Returns<'a> {
     /// Directions of the beams, in radians counter-clockwise from ahead.
@@ -52,7 +53,7 @@ pub struct Returns<'a> {
     pub ranges_m: &'a [f64],
     /// Radius of the ring around the robot's centre, in metres.
     pub ring_m: f64,
-    /// Range from which a measurement counts as no return, in metres.
+    /// Minimum range that counts as no return, in metres.
     pub range_max_m: f64,
 }
 
@@ -62,7 +63,7 @@ pub struct Located {
     belief: Belief,
     memory: Memory,
     sure: SurePlaces,
-    /// The markers seen last, each with the index of its object. They are empty once the belief has been updated by them.
+    /// The markers seen last, each with the index of its object. Cleared once they have updated the belief.
     marked: Vec<(usize, Point<Base>)>,
 }
 
@@ -82,7 +83,7 @@ impl Locator {
         if sketch.route.len() < 2 {
             return Err(Error::NoRoute { objects: sketch.landmarks.len(), stray: 0 });
         }
-        // A hand trembles at the start of a line, so the heading is taken over the first stretch as a whole.
+        // A hand trembles at the start of a line, so the heading is that of the first part as a whole.
         let begun = plane::at_length(&sketch.route, FIRST_STEPS.0);
         let heading_rad = sketch.route[0].direction_rad(&begun);
         let belief = Belief::new(sketch.route[0], heading_rad, settings.belief, seed);
@@ -110,29 +111,29 @@ impl Locator {
         self.located.belief.estimate()
     }
 
-    /// Returns the number of places on the way at which the robot was sure of its pose.
+    /// Returns the number of places on the way at which the robot has been sure of its pose.
     pub const fn sure_places(&self) -> usize {
         self.located.sure.count()
     }
 
-    /// Returns the remembered positions, in the robot's frame.
+    /// Returns the remembered positions of objects, in the robot's frame.
     pub fn places(&self) -> &[Point<Base>] {
         self.located.memory.places()
     }
 
-    /// Places the robot where a person says it is in the drawing, with its heading if one is given.
+    /// Sets the estimate to where a person says the robot is in the drawing. If no heading is given, the estimated one is kept.
     pub fn place(&mut self, at: Point<Drawn>, heading_rad: Option<f64>) {
         self.located.belief.place(at, heading_rad);
     }
 
-    /// Takes in the markers that the robot sees from its position after the last step, each with the index of its object.
+    /// Records the markers that the robot sees from its position after the last step, each with the index of its object.
     pub fn see_markers(&mut self, seen: impl Iterator<Item = (usize, Point<Base>)>) {
         self.located.marked.clear();
         self.located.marked.extend(seen.take(MARKERS));
     }
 
-    /// Moves the robot, in real metres and radians, and updates the belief if the sensor has published
-    /// measurements and the robot has moved far enough.
+    /// Moves the robot, in real metres and radians. Then updates the belief if there are new measurements and the robot has moved
+    /// far enough.
     pub fn step(&mut self, moved_m: f64, turned_rad: f64, returns: Option<&Returns<'_>>) {
         let Located { belief, memory, sure, marked } = &mut self.located;
         belief.moved(moved_m, turned_rad);
@@ -180,8 +181,8 @@ mod tests {
     const AHEAD: Returns<'_> =
         Returns { angles_rad: &[0.0], ranges_m: &[1.5], ring_m: 0.25, range_max_m: 6.0 };
 
-    /// Measurements of a sonar that arrived at other instants than the odometry used to be ignored, because the robot had not
-    /// moved just then.
+    /// Sonar measurements that arrived at other instants than the odometry used to be ignored, because the robot had not moved at
+    /// those instants.
     #[test]
     fn a_sensor_that_speaks_after_the_robot_moved_is_believed_once() {
         let mut locator = locator();

@@ -1,5 +1,5 @@
-//! Draws a route past landmarks for a page, with the sketch, the robot's position along the route, the
-//! objects, and the matched state. If the robot is lost, offers the places where it may be.
+//! Draws a route past landmarks for a page: the sketch, the robot's position along the route, the objects, and the matched state.
+//! If the robot is lost, it offers the positions where the robot may be.
 
 use std::f64::consts::FRAC_PI_8;
 
@@ -26,27 +26,27 @@ use crate::view;
 
 /// Longer side of the grid on which outlines are painted, in cells.
 const GRID_PX: f64 = 1000.0;
-/// Side length of the sheet of a route in words, in pixels and in metres.
+/// Side length of the sheet for a route in words, both in pixels and in metres.
 const EMPTY_PX: u32 = 1000;
 const EMPTY_M: f64 = 10.0;
 /// Fit below which the robot counts as unsure of its position.
 const DOUBTFUL: f64 = 0.3;
 
-/// The latest messages about the route, ready to be drawn.
+/// Draws the latest messages about the route.
 pub struct Lookout {
     radius_m: f64,
-    /// Parameters of the robot's belief, if it drives by its position in the sketch, which a person can then set.
+    /// Parameters of the belief if the robot drives by its pose in the sketch, which a person can then correct, or else `None`.
     by_position: Option<Believing>,
     sketched: Option<Sketched>,
     walls: Option<Walls>,
     view: Option<Box<LandmarkView>>,
     progress: Option<Box<LandmarkProgress>>,
-    /// The question to a person, with the places where the robot may be, from when it is lost until it drives on.
+    /// Positions offered in the question to a person. Set from when the robot is lost until it drives on.
     question: Option<Vec<[f64; 2]>>,
 }
 
 impl Lookout {
-    /// Creates a lookout for this robot. `by_position` are the parameters of its belief, if it drives by its position in the sketch.
+    /// Creates a lookout for a robot. `by_position` is set if the robot drives by its pose in the sketch.
     pub fn new(robot: &Robot, by_position: Option<Believing>) -> Self {
         Self {
             radius_m: robot.radius_m,
@@ -59,7 +59,7 @@ impl Lookout {
         }
     }
 
-    /// Returns the places on the sheet where the robot may be, as far as it can tell. It may be anywhere if there are none.
+    /// Returns the positions on the sheet where the robot may be, as far as it can tell. If there are none, it may be anywhere.
     fn places(&self, settings: &Believing) -> Vec<[f64; 2]> {
         let Some((sketched, view)) = self.sketched.as_ref().zip(self.view.as_deref()) else {
             return Vec::new();
@@ -86,7 +86,7 @@ impl lookout::Lookout for Lookout {
         {
             let sketched = Sketched::of(&instructions);
             let walls = painted(&sketched.outlines(), sketched.size_px.map(f64::from));
-            // What was said before refers to another sketch.
+            // Earlier messages refer to another sketch.
             (self.view, self.progress, self.question) = (None, None, None);
             (self.walls, self.sketched) = (Some(walls), Some(sketched));
         }
@@ -97,7 +97,7 @@ impl lookout::Lookout for Lookout {
             self.progress = Some(Box::new(*progress));
             match self.by_position.filter(|_| progress.is_lost > 0) {
                 None => self.question = None,
-                // The robot stands, so the places stay the same.
+                // The robot is standing still, so the positions stay the same.
                 Some(settings) if self.question.is_none() => self.question = Some(self.places(&settings)),
                 Some(_) => {}
             }
@@ -113,7 +113,7 @@ impl lookout::Lookout for Lookout {
         self.walls.take()
     }
 
-    /// Asks where the robot is if it drives by its position in a sketch and is lost.
+    /// Asks a person where the robot is, if it is lost and drives by its pose in the sketch.
     fn question(&self) -> Option<Vec<[f64; 2]>> {
         self.question.clone()
     }
@@ -154,12 +154,12 @@ pub(crate) fn painted(outlines: &[Vec<Pixel>], canvas: [f64; 2]) -> Walls {
     Walls { size_px, cells }
 }
 
-/// Returns the stretch of the sketch around the robot. A view without a sketch may have none.
+/// Returns the stretch of the sketch around the robot, at least 0.1. A view without a sketch may contain 0.
 fn stretch(view: &LandmarkView) -> Stretch {
     Stretch(view.stretch.max(0.1))
 }
 
-/// A route, laid out on the sheet.
+/// A route and its position on the sheet.
 struct Sketched {
     /// Width and height of the sheet.
     size_px: [u32; 2],
@@ -248,7 +248,7 @@ impl Sketched {
         (!self.line().is_empty()).then_some(line)
     }
 
-    /// Returns the view of the range sensors: rings, and discs for objects that meet the relevant state.
+    /// Returns what the range sensors see: rings, with discs for objects that meet the relevant state.
     fn objects(&self, view: &LandmarkView, progress: &LandmarkProgress, radius_m: f64) -> [Shape; 2] {
         let [mut seen, mut met] = [Vec::new(), Vec::new()];
         for (i, object) in view::objects(view).enumerate() {
@@ -315,8 +315,8 @@ mod tests {
         assert!(cells[200 * 1000 + 400] == WALL && cells[200 * 1000 + 450] == 0);
     }
 
-    /// The question used to follow from the one message about the moment at which the robot was lost. A pad that was restarted just
-    /// then never asked.
+    /// The question used to depend on the single message sent when the robot became lost, so a pad that was restarted at that
+    /// moment never asked.
     #[test]
     fn a_robot_that_is_lost_asks_whichever_message_arrives_first() {
         let mut lookout = Lookout::new(&robot(), None);

@@ -11,13 +11,13 @@ use crate::numbers;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Patience {
-    /// Multiple of the expected time after which the robot is lost. It is 2 in the thesis.
+    /// Multiple of the expected time after which the robot is lost. The thesis uses 2.
     pub factor: f64,
     /// Expected time for a leg of unknown length, in seconds (ours).
     pub unknown_s: f64,
-    /// Maximum factor, in both directions, by which the time taken for one leg changes the estimate for the
-    /// next. The estimate is "updated depending on the amount of time it took the robot to travel between the
-    /// previous two QLS's" (4.8), but the bound is ours.
+    /// Maximum factor, in both directions, by which the time taken for one leg changes the estimate for the next. The estimate is
+    /// "updated depending on the amount of time it took the robot to travel between the previous two QLS's" (4.8), but the bound is
+    /// ours.
     pub most_stretch: f64,
 }
 
@@ -65,8 +65,8 @@ pub struct Leg {
     pub length: Option<DrawnMetres>,
     /// Speed of the robot, in metres per second.
     pub speed_mps: f64,
-    /// Time for the minimum turn or distance after which the robot matches again (4.7), in seconds. With a
-    /// shorter estimate, the robot would be declared lost before it was allowed to match.
+    /// Time that the minimum turn or distance before the next match takes (4.7), in seconds. With a shorter estimate, the robot
+    /// would be declared lost before it was allowed to match.
     pub least_s: f64,
 }
 
@@ -126,8 +126,7 @@ mod tests {
             waiting.matched(&metres(10.0), &patience);
             waiting.expected_s(&metres(5.0), &patience)
         };
-        // The previous leg should have taken 20 s, and the next one 10 s. The effect of an accident is limited to a factor of
-        // two.
+        // The previous leg should have taken 20 s, and the next one 10 s. The effect of an outlier is limited to a factor of two.
         for (took_s, expected) in [(20.0, 10.0), (30.0, 15.0), (16.0, 8.0), (99.0, 20.0), (1.0, 5.0)] {
             assert!((expected_s(took_s) - expected).abs() < 1e-12, "{took_s}: {}", expected_s(took_s));
         }

@@ -28,15 +28,15 @@ impl Default for Features {
     }
 }
 
-/// The relations of a state that were met in the last three cycles, one bit for each relation.
+/// Which relations of a state were met in each of the last three cycles, as one bit per relation.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RecentMatches {
     met: [u64; 3],
 }
 
 impl RecentMatches {
-    /// Processes the objects in view, and returns true if the state is matched (rule 4), that is, if one
-    /// relation of each object is met.
+    /// Processes the objects in view. Returns true if the state is matched (rule 4), that is, if at least one relation of each
+    /// object is met.
     ///
     /// A relation is met if it holds now or, with temporal matching, if it held in each of the three
     /// preceding cycles. At least one must hold now. Objects that the state does not mention are ignored
@@ -74,8 +74,8 @@ pub fn is_met(relation: &Relation, seen: &[Seen], features: Features) -> bool {
     }
 }
 
-/// Returns the objects that make a state true, as pairs of the index of a relation in the state and the index of an object in
-/// `seen`. Earlier cycles and neighbouring directions are not taken into account.
+/// Returns the objects that satisfy a state, as pairs of the index of a relation in the state and the index of an object in `seen`.
+/// Earlier cycles and neighbouring directions are not taken into account.
 pub fn witnesses<'a>(
     state: &'a State,
     seen: &'a [Seen],
@@ -90,8 +90,8 @@ pub fn witnesses<'a>(
     })
 }
 
-/// Returns true unless the robot has recognized what it sees as another object than the relation is about. Sonars see a large object
-/// in several pieces, and a marker is only on one of them, so what has not been recognized may be any object.
+/// Returns false if the robot has recognized what it sees as an object other than the one that the relation refers to. Sonars see a
+/// large object in several pieces, and a marker is on only one of them, so unrecognized objects may be any object.
 fn may_be(relation: &Relation, seen: &Seen) -> bool {
     seen.landmark.is_none() || seen.landmark == relation.landmark
 }

@@ -1,5 +1,5 @@
-//! A local memory of objects, for display. Sensor returns are kept at their positions, by odometry, until the robot is far away.
-//! The belief does not use this memory, because it learns from each return immediately.
+//! A local memory of objects, for display and for the [`crate::alternatives`] of a lost robot. Returns are kept at their positions,
+//! by odometry, until the robot is far away. The belief does not use this memory, because it learns from each return immediately.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Base, Odom, Point};
@@ -20,8 +20,8 @@ pub struct Remembering {
     /// Maximum range of returns that are remembered, in metres. Farther away, the cone of a sonar is too
     /// wide.
     pub reach_m: f64,
-    /// Distance after which a position that is not seen again is forgotten, in metres. Odometry drifts, and drawings are only
-    /// accurate locally.
+    /// Distance that the robot covers before it forgets a position that it has not seen again, in metres. Odometry drifts, and
+    /// drawings are accurate only locally.
     pub keep_m: f64,
 }
 
@@ -42,14 +42,14 @@ impl Remembering {
     }
 }
 
-/// Returns a position in the robot's frame, given its direction from the heading, positive to the left, and its distance from
-/// the robot's centre.
+/// Returns a position in the robot's frame, given its direction from the heading, positive to the left, and its distance from the
+/// robot's centre, in metres.
 pub fn polar(direction_rad: f64, distance_m: f64) -> Point<Base> {
     let (sin, cos) = direction_rad.sin_cos();
     Point::new(distance_m * cos, distance_m * sin)
 }
 
-/// A position in the odometry frame, and the distance that the robot had covered when it was last seen.
+/// A position in the odometry frame, and the distance that the robot had covered when it last saw it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Place {
     at: Point<Odom>,
@@ -77,8 +77,7 @@ impl Memory {
         }
     }
 
-    /// Reserves the memory for all positions. Call this after reading a checkpoint, which stores
-    /// values but no capacity.
+    /// Reserves the memory for all positions. Call this after reading a checkpoint, which stores values but no spare capacity.
     pub fn reserve(&mut self) {
         self.remembered.reserve_exact(PLACES.saturating_sub(self.remembered.len()));
         self.places.reserve_exact(PLACES.saturating_sub(self.places.len()));
@@ -101,7 +100,7 @@ impl Memory {
         self.places.extend(self.remembered.iter().map(|place| self.robot.base_from_odom(place.at)));
     }
 
-    /// Returns the position, in the odometry frame, of something that is seen now.
+    /// Returns the position, in the odometry frame, of an object that the robot sees now.
     fn place(&self, seen: Point<Base>) -> Place {
         Place { at: self.robot.odom_from_base(seen), seen_at_m: self.robot.gone_m }
     }

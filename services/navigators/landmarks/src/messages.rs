@@ -16,7 +16,7 @@ pub const MAX_SEEN_OBJECTS: usize = 16;
 pub const MAX_REMEMBERED_PLACES: usize = 48;
 /// Maximum number of relations listed as met in a message.
 pub const MAX_MET_RELATIONS: usize = 64;
-/// Maximum code of a place of an object in view, and maximum width of a histogram.
+/// Maximum code of an object's place, and maximum width of a histogram.
 const MOST_SEEN: (u32, f64) = (63, 180.0);
 
 codes! {
@@ -63,13 +63,13 @@ messages! {
         pub odometry: PoseM,
         /// Estimated pose in the sketch, in drawn metres. Zero if there is no sketch.
         pub in_sketch: PoseM,
-        /// Number of real metres per drawn metre.
+        /// Number of real metres per drawn metre around the robot.
         pub stretch: f64,
         /// Root mean square distance of the hypotheses from the estimated position, in drawn metres.
         pub spread_m: f64,
-        /// How much of what is seen fits the sketch, from 0 to 1.
+        /// Share of what the robot sees that fits the sketch, from 0 to 1.
         pub fit: f64,
-        /// Number of places on the way at which the robot was sure of its pose.
+        /// Number of places on the way at which the robot has been sure of its pose.
         pub sure_count: u32,
         /// Reserved, always zero.
         pub reserved: u32 as Zero,
@@ -82,11 +82,11 @@ messages! {
         pub place_count: u32 as Count,
         /// The objects that the robot sees.
         pub objects: [SeenObject; 16] where object_count counts,
-        /// Remembered positions of objects: ahead and left of the robot's centre, in metres.
+        /// Remembered positions of objects in the robot's frame, in metres: ahead and to the left of its centre.
         pub places_m: [[f32; 2]; 48] where place_count counts,
     }
 
-    /// How far a robot has come along its route of landmark states.
+    /// How far a robot has got along its route.
     pub struct LandmarkProgress version 2 in "" valid if landmark_progress {
         /// Position along the drawn route, in drawn metres.
         pub along_m: f64,
@@ -104,23 +104,24 @@ messages! {
         pub met_count: u32 as Count,
         /// 1 while the robot is lost and waits for help or a new route, or else 0.
         pub is_lost: u32,
-        /// Relations that are met by what is seen, of the state that has just been matched or else of the next one.
+        /// Relations met by objects in view. They refer to the state that has just been matched or, if none has, to the next one.
         pub met: [MetRelation; 64] where met_count counts,
     }
 }
 
 parts! {
-    /// An object as range sensors see it, which is without a name.
+    /// An object as range sensors see it, without a name.
     pub struct SeenObject {
-        /// Direction of the object, from 0 (ahead) through 4 (left) to 15. For an object around the robot, 16 if it surrounds
-        /// the robot completely, 32 plus the direction from which it does, or 48 plus the direction of its opening.
+        /// Direction of the object, from 0 (ahead) through 4 (left) to 15. For an object around the robot: 16 if it surrounds the
+        /// robot completely, 32 plus its main direction, or 48 plus the direction of its opening.
         pub place: u32,
         /// The first of the object's directions, counter-clockwise.
         pub first: u32,
         /// Number of directions that the object covers.
         pub count: u32,
-        /// 1 plus the index of the landmark that the object is, or 0 if the robot has not recognized it by a marker. Landmarks are
-        /// counted as in the sketch or, if the route is in words, as the words mention them.
+        /// 1 plus the index of the landmark that the object has been recognized as, or 0 if the robot has not recognized it by a
+        /// marker. Landmarks are counted in the order of the sketch or, if the route is in words, in the order in which the words
+        /// mention them.
         pub landmark: u32,
         /// Mean distance from the robot's rim, in metres.
         pub proximity_m: f64,
@@ -130,7 +131,7 @@ parts! {
 }
 
 parts! {
-    /// A relation of a landmark state that is met by an object.
+    /// A relation of a landmark state, with the object that meets it.
     pub struct MetRelation {
         /// Index of the relation in the state.
         pub relation: u32,
@@ -140,29 +141,29 @@ parts! {
 }
 
 impl LandmarkView {
-    /// Pose of the robot by odometry, to which the rest of the message refers.
+    /// Returns the pose of the robot by odometry, to which the rest of the message refers.
     pub fn odometry(&self) -> Pose<Odom> {
         self.odometry.pose()
     }
 
-    /// The estimated pose in the sketch.
+    /// Returns the estimated pose in the sketch.
     pub fn in_sketch(&self) -> Pose<Drawn> {
         self.in_sketch.pose()
     }
 
-    /// The objects that the robot sees.
+    /// Returns the objects that the robot sees.
     pub fn objects(&self) -> &[SeenObject] {
         &self.objects[..(self.object_count as usize).min(MAX_SEEN_OBJECTS)]
     }
 
-    /// The positions that the robot remembers.
+    /// Returns the positions that the robot remembers.
     pub fn places(&self) -> &[[f32; 2]] {
         &self.places_m[..(self.place_count as usize).min(MAX_REMEMBERED_PLACES)]
     }
 }
 
 impl LandmarkProgress {
-    /// The relations that are met.
+    /// Returns the relations that are met.
     pub fn met(&self) -> &[MetRelation] {
         &self.met[..(self.met_count as usize).min(MAX_MET_RELATIONS)]
     }
@@ -173,13 +174,13 @@ channels! {
     /// A route past landmarks.
     LANDMARK_ROUTE: Instruction LandmarkRoute = "landmark_route", Sketcher => [Localizer, Planner, Pad],
         behind it up to MAX_LANDMARK_BYTES;
-    /// The objects in view, and the robot's position in the sketch.
+    /// The objects in view, and the robot's pose in the sketch.
     LANDMARK_VIEW: Situation LandmarkView = "landmark_view", Localizer => [Planner, Pad];
     /// Progress along the route.
     LANDMARK_PROGRESS: Detail LandmarkProgress = "landmark_progress", Planner => [Pad];
 }
 
-/// Checks the poses, the ranges, and as many objects and positions as the message counts.
+/// Checks the poses, the ranges, and the counted objects and positions.
 fn landmark_view(view: &LandmarkView) -> Checked {
     count("object_count", view.object_count, MAX_SEEN_OBJECTS)?;
     count("place_count", view.place_count, MAX_REMEMBERED_PLACES)?;

@@ -12,10 +12,9 @@
 //! # desk = [7, 8]
 //! ```
 //!
-//! A mission has one task, which is the route. Its parameters are those of
-//! [`extraction`](crate::extraction::Parameters) in `[parameters.sketcher]`, those of [`Locating`] and, in a
-//! table `perception`, of [`Perceiving`] in `[parameters.localizer]`, and the tables `states` ([`Following`])
-//! and `belief` ([`Guiding`]) in `[parameters.planner]`.
+//! A mission has one task, which is the route. In `[parameters.sketcher]`, it sets the parameters of
+//! [`extraction`](crate::extraction::Parameters); in `[parameters.localizer]`, those of [`Locating`] and, in a table `perception`,
+//! of [`Perceiving`]. `[parameters.planner]` has the tables `states` ([`Following`]) and `belief` ([`Guiding`]).
 
 use std::collections::BTreeMap;
 
@@ -37,7 +36,7 @@ use crate::sure::Assuring;
 
 /// Value of `[navigator] kind`.
 pub const KIND: &str = "landmarks";
-/// Values of `[navigator] method`, the default first.
+/// Values of `[navigator] method`. The first one is the default.
 pub const METHODS: [&str; 2] = ["belief", "chronis-2007"];
 
 /// Methods of driving along a route.
@@ -52,12 +51,12 @@ pub enum Method {
     Chronis2007,
 }
 
-/// A description of the route.
+/// How a mission describes the route.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Given {
-    /// A sketch file, and how to read it.
+    /// Name of a sketch file, and how to read it.
     Drawing(String, Reading),
-    /// A file with a route in words.
+    /// Name of a file with a route in words.
     Words(String),
 }
 
@@ -77,9 +76,9 @@ pub struct LandmarksMission {
     pub method: Method,
     /// Description of the route.
     pub given: Given,
-    /// The route on the canvas, as columns and rows, if it is not part of the drawing.
+    /// The route on the canvas, as columns and rows, if it is not in the drawing.
     pub route: Option<Vec<[f64; 2]>>,
-    /// Numbers of the markers on each object, by the label of the object in the sketch or its name in the words.
+    /// Numbers of the markers on each object, by the object's label in the sketch or its name in the words.
     pub markers: BTreeMap<String, Vec<u32>>,
 }
 
@@ -97,7 +96,7 @@ struct NavigatorKeys {
     markers: BTreeMap<String, Numbers>,
 }
 
-/// Either one marker or several.
+/// One marker, or a list of markers.
 #[derive(Debug, Deserialize)]
 #[serde(untagged, expecting = "expected the number of a marker, or a list of numbers")]
 enum Numbers {
@@ -184,7 +183,7 @@ impl LandmarksMission {
     }
 }
 
-/// Parameters of the localizer that a mission can set.
+/// Parameters of the localizer, as set in `[parameters.localizer]`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LocalizerParameters {
@@ -194,7 +193,7 @@ pub struct LocalizerParameters {
     pub memory: Remembering,
     /// Parameters that determine where the robot is sure.
     pub sure: Assuring,
-    /// Parameters for converting ranges to objects.
+    /// Parameters for recognizing objects in range readings.
     pub perception: Perceiving,
 }
 
@@ -214,7 +213,7 @@ impl LocalizerParameters {
     }
 }
 
-/// Parameters of the planner that a mission can set.
+/// Parameters of the planner, as set in `[parameters.planner]`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PlannerParameters {
@@ -398,7 +397,7 @@ mod tests {
         }
     }
 
-    /// A mission could set sizes of the robot and of its sensors, which were then silently overwritten.
+    /// A mission used to be able to set the sizes of the robot and of its sensors, which were then silently overwritten.
     #[test]
     fn what_is_the_robot_s_is_no_key_of_a_mission() {
         for (table, key) in [

@@ -1,16 +1,14 @@
-//! Range checks for numbers that people set, from which the `check` methods of the parameter structs are
-//! built.
+//! Range checks for numbers that people set. The `check` methods of the parameter structs use these.
 
 use crate::error::Error;
 
-/// Maximum of any number.
+/// Maximum value of any number.
 const MOST: f64 = 1e6;
 
 /// Numbers and the names of their keys.
 pub type Named<'a> = &'a [(&'a str, f64)];
 
-/// Checks that numbers are above 0, either because the code divides by them or because nothing would move
-/// without them.
+/// Checks that numbers are above 0, because the code divides by them or because the robot would not move otherwise.
 ///
 /// # Errors
 /// [`Error::Number`] with the first number that is not above 0, is NaN, or is greater than 1000000.

@@ -1,4 +1,4 @@
-//! Distances to the drawn outlines, precomputed as a grid around each object.
+//! Distances to the outlines of drawn objects, precomputed in a grid around each object.
 
 use sketchnav_schemas::geometry::{Point, encloses};
 
@@ -11,19 +11,20 @@ const CELL_M: f32 = 0.1;
 /// Margin of a grid around its object, in drawn metres.
 const MARGIN_M: f32 = 2.0;
 
-/// The outline of an object, with the distances to it around the object.
+/// The outline of an object, as a grid of the distances to it from the points around and inside it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outline {
     middle: [f32; 2],
     radius: f32,
-    /// Corner of the grid, from the middle.
+    /// Lower left corner of the grid, relative to the object's centre.
     low: [f32; 2],
     size: [usize; 2],
-    /// Distance in each cell, negative inside the object, and the direction in which it grows fastest.
+    /// For each cell, the distance to the outline (negative inside the object) and the direction in which that distance grows
+    /// fastest.
     cells: Vec<(f32, [f32; 2])>,
 }
 
-/// Returns the distance from a point to an outline, negative inside the object.
+/// Returns the distance from a point to an outline, in drawn metres. It is negative inside the object.
 fn distance(landmark: &Landmark, at: Point<Drawn>) -> f32 {
     let edges = plane::edges(&landmark.outline).map(|edge| plane::distance_to_segment(at, edge));
     let distance = edges.fold(f64::INFINITY, f64::min);
@@ -57,18 +58,18 @@ impl Outline {
         Self { middle: [middle.x as f32, middle.y as f32], radius, low, size, cells }
     }
 
-    /// Returns the middle of the drawn object.
+    /// Returns the centre of the drawn object: that of its bounding box.
     pub const fn middle(&self) -> [f32; 2] {
         self.middle
     }
 
-    /// Returns the distance of the farthest point of the outline from its middle.
+    /// Returns the distance from the centre to the farthest point of the outline.
     pub const fn radius(&self) -> f32 {
         self.radius
     }
 
-    /// Returns the distance from a point, which is relative to the middle, to the outline, and the direction in which it grows
-    /// fastest. Returns `None` outside the grid.
+    /// Returns the distance to the outline from a point, which is given relative to the centre, and the direction in which that
+    /// distance grows fastest. Returns `None` outside the grid.
     pub fn distance(&self, at: [f32; 2]) -> Option<(f32, [f32; 2])> {
         let [column, row] = [0, 1].map(|axis| (at[axis] - self.low[axis]) / CELL_M);
         let [columns, rows] = self.size.map(|size| (size - 1) as f32);

@@ -25,12 +25,10 @@ pub struct Perceiving {
     /// Diameter of the robot, in metres (20 inches for the Nomad), from the robot file rather than a key of the mission.
     #[serde(skip)]
     pub robot_m: f64,
-    /// Distance of the sensors from the robot's centre, in metres. The Nomad's sensors are on its rim. It is taken from the
-    /// robot.
+    /// Distance of the sensors from the robot's centre, in metres, from the robot file. The Nomad's sensors are on its rim.
     #[serde(skip)]
     pub ring_m: f64,
-    /// Range from which a measurement counts as no return, in metres: 255 inches for the Nomad (4.2). It is
-    /// taken from the robot.
+    /// Minimum range that counts as no return, in metres, from the robot file: 255 inches for the Nomad (4.2).
     #[serde(skip)]
     pub range_max_m: f64,
     /// Factor applied to the angle between adjacent returns before their distance is computed. Chronis 2007 uses c = 24 with 16
@@ -78,13 +76,13 @@ pub struct Seen {
     pub proximity_m: f64,
     /// Width of the object's histogram of constant forces, from 0 to 180 (4.5.4).
     pub width: f64,
-    /// The first of the object's beams, counter-clockwise, and the number of its beams.
+    /// Index of the object's first beam, counter-clockwise, and the number of its beams.
     pub beams: [u16; 2],
-    /// Index of the landmark that the object is, or `None` if the robot has not recognized it ([`crate::labels`]).
+    /// Index of the landmark that the object has been recognized as ([`crate::labels`]), or `None` if it has not been recognized.
     pub landmark: Option<usize>,
 }
 
-/// A ring of range sensors, and the objects in view.
+/// Finds the objects around a ring of range sensors.
 #[derive(Debug, Clone)]
 pub struct Perception {
     settings: Perceiving,
@@ -135,7 +133,7 @@ impl Perception {
         })
     }
 
-    /// Creates the ring of a Nomad, which has 16 sensors, the first one in front.
+    /// Creates the ring of a Nomad, which has 16 sensors, the first of them in front.
     ///
     /// # Errors
     /// See [`Self::new`].
@@ -158,14 +156,14 @@ impl Perception {
         &self.seen
     }
 
-    /// Returns the histograms of constant and of gravitational forces of the last object found, counter-clockwise from ahead.
-    /// If only one object is in range, the histograms are those of that object.
+    /// Returns the histograms of constant and of gravitational forces of the object found last, counter-clockwise from ahead. If
+    /// only one object is in range, they are the histograms of that object.
     pub fn histograms(&self) -> [&[Force]; 2] {
         [&self.forces[0], &self.forces[1]]
     }
 
-    /// Finds the objects for ranges in metres from the sensors, one for each beam. A range that is not finite or reaches the
-    /// limit counts as no return.
+    /// Finds the objects in a reading, which contains one range per beam, in metres from the sensors. A range that is not finite or
+    /// reaches the limit counts as no return.
     ///
     /// # Errors
     /// [`Error::Sensor`] if the number of ranges differs from that of the beams.
@@ -177,7 +175,7 @@ impl Perception {
         }
         self.seen.clear();
         let is_joint = |i: usize| self.joins(ranges_m, i);
-        // Begin where an object ends, so that no object is cut in two.
+        // Begin at the end of an object, so that no object is split in two.
         let Some(first) = (0..count).find(|i| !is_joint((i + count - 1) % count)) else {
             self.add(ranges_m, 0, count);
             return Ok(&self.seen);
@@ -201,7 +199,7 @@ impl Perception {
         range_m.is_finite() && (0.0..self.settings.range_max_m).contains(&range_m)
     }
 
-    /// Returns true if the returns of a beam and of the next one belong to one object, which is the case if the robot does not
+    /// Returns true if the returns of a beam and of the next one are of the same object, which is the case if the robot does not
     /// fit between them. Their distance is √(s₁² + s₂² − 2 s₁ s₂ cos(2π/c)) (4.4).
     fn joins(&self, ranges_m: &[f64], i: usize) -> bool {
         let (one, other) = (ranges_m[i], ranges_m[(i + 1) % ranges_m.len()]);
@@ -237,8 +235,8 @@ impl Perception {
         }
     }
 
-    /// Returns the right and the left end of one base of a beam's trapezoid. The base is at the beam's range plus `beyond`, and
-    /// extends half-way to the axes of the neighbouring beams.
+    /// Returns the right and the left end of one base of a beam's trapezoid. The base lies `beyond` metres behind the beam's
+    /// return, and extends half-way to the axes of the neighbouring beams.
     fn base(&self, ranges_m: &[f64], beam: usize, beyond: f64) -> [Point; 2] {
         let count = self.angles_rad.len();
         let axis = self.angles_rad[beam];

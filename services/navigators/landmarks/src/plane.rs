@@ -3,7 +3,7 @@
 
 use sketchnav_schemas::geometry::{Point, encloses};
 
-/// Returns the length of a line.
+/// Returns the length of a polyline.
 pub fn length<F>(line: &[Point<F>]) -> f64 {
     line.windows(2).map(|pair| pair[0].distance(&pair[1])).sum()
 }
@@ -28,7 +28,7 @@ pub fn resample<F>(line: &[Point<F>], step: f64) -> Vec<Point<F>> {
     points
 }
 
-/// Returns the point at a length along the line from its start, or the end of the line if it is shorter.
+/// Returns the point at a given length along the line, or the end of the line if it is shorter than that.
 pub fn at_length<F>(line: &[Point<F>], length: f64) -> Point<F> {
     let mut left = length;
     for pair in line.windows(2) {
@@ -41,7 +41,7 @@ pub fn at_length<F>(line: &[Point<F>], length: f64) -> Point<F> {
     line[line.len() - 1]
 }
 
-/// Returns the minimum and the maximum coordinates of points along both axes, or infinities if there are no points.
+/// Returns the minimum and the maximum coordinates of points along both axes. Without points, they are +∞ and −∞.
 pub fn bounds<'a, F: 'a>(points: impl Iterator<Item = &'a Point<F>>) -> [Point<F>; 2] {
     const NONE: f64 = f64::INFINITY;
     points.fold([Point::new(NONE, NONE), Point::new(-NONE, -NONE)], |[low, high], at| {
@@ -55,7 +55,7 @@ pub fn extent<F>(points: &[Point<F>]) -> [f64; 2] {
     [high.x - low.x, high.y - low.y]
 }
 
-/// Returns the area of an outline, which is positive in either orientation.
+/// Returns the area of an outline, which is positive in both orientations.
 pub fn area<F>(outline: &[Point<F>]) -> f64 {
     let twice: f64 = edges(outline).map(|[a, b]| a.x * b.y - a.y * b.x).sum();
     (twice / 2.0).abs()
@@ -74,7 +74,7 @@ fn nearest_part<F>(at: Point<F>, [from, to]: [Point<F>; 2]) -> f64 {
     if square > 0.0 { (along.dot(&off) / square).clamp(0.0, 1.0) } else { 0.0 }
 }
 
-/// Returns the length along a line, from its start, of its nearest point to `at`.
+/// Returns the length along a line from its start to the point of the line nearest to `at`.
 pub fn nearest_along<F>(line: &[Point<F>], at: Point<F>) -> f64 {
     let (mut before, mut best) = (0.0, (f64::INFINITY, 0.0));
     for pair in line.windows(2) {
@@ -104,7 +104,7 @@ pub fn distance_to_outline<F>(at: Point<F>, outline: &[Point<F>]) -> f64 {
     edges(outline).map(|edge| distance_to_segment(at, edge)).fold(f64::INFINITY, f64::min)
 }
 
-/// Returns the position at which two segments cross, from 0 to 1 along each, or `None` if they do not cross or are parallel.
+/// Returns the position on each of two segments where they cross, from 0 to 1, or `None` if they do not cross or are parallel.
 pub fn crossing<F>([a, b]: [Point<F>; 2], [c, d]: [Point<F>; 2]) -> Option<(f64, f64)> {
     let [ab, cd, ac] = [(a, b), (c, d), (a, c)].map(|(from, to)| to.coords() - from.coords());
     let turn = ab.perp(&cd);
@@ -113,7 +113,7 @@ pub fn crossing<F>([a, b]: [Point<F>; 2], [c, d]: [Point<F>; 2]) -> Option<(f64,
     is_within.then_some((s, t))
 }
 
-/// Returns a self-intersection of an outline: the indices of the two edges, and the point.
+/// Returns the first self-intersection found in an outline, as the indices of the two edges and the point.
 pub fn self_crossing<F>(outline: &[Point<F>]) -> Option<(usize, usize, Point<F>)> {
     let count = outline.len();
     for (i, one) in edges(outline).enumerate() {
@@ -128,7 +128,7 @@ pub fn self_crossing<F>(outline: &[Point<F>]) -> Option<(usize, usize, Point<F>)
     None
 }
 
-/// Returns the convex hull of points, counter-clockwise (Andrew 1979).
+/// Returns the convex hull of points, counter-clockwise, by Andrew's algorithm (1979).
 pub fn hull<F>(points: &[Point<F>]) -> Vec<Point<F>> {
     let mut sorted = points.to_vec();
     sorted.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
@@ -152,7 +152,7 @@ pub fn hull<F>(points: &[Point<F>]) -> Vec<Point<F>> {
     [lower, upper].concat()
 }
 
-/// Returns a point where two outlines cross, or a point of one outline if it is inside the other.
+/// Returns a point where two outlines cross or, if one lies inside the other, a point of the inner one.
 pub fn outlines_meet<F>(one: &[Point<F>], other: &[Point<F>]) -> Option<Point<F>> {
     for a in edges(one) {
         for b in edges(other) {
@@ -165,7 +165,7 @@ pub fn outlines_meet<F>(one: &[Point<F>], other: &[Point<F>]) -> Option<Point<F>
     inside(one, other).or_else(|| inside(other, one))
 }
 
-/// Returns the point where a segment first meets an outline, or the start of the segment if that is inside.
+/// Returns the point where a segment first meets an outline, or the start of the segment if it is inside.
 pub fn enters<F>(from: Point<F>, to: Point<F>, outline: &[Point<F>]) -> Option<Point<F>> {
     if encloses(outline, from) {
         return Some(from);

@@ -1,5 +1,5 @@
-//! The planner stage for landmarks, which follows landmark states, or the drawn route by the robot's
-//! estimated pose.
+//! The planner stage of `landmarks`, which either follows landmark states or drives along the drawn route by the robot's estimated
+//! pose.
 //!
 //! The planner responds to each view with the progress along the route, one command and one status.
 
@@ -33,34 +33,34 @@ use crate::route::{Command, Route};
 use crate::sketch::Sketch;
 use crate::view;
 
-/// Speed below which the robot counts as making no progress, in metres per second.
+/// Speed below which the robot counts as not making progress, in metres per second.
 const STANDING_MPS: f64 = 0.02;
 
-/// The method of driving, with its state.
+/// The method by which the robot drives. It also holds the method's state.
 enum Driver {
-    /// Driving by landmark states.
+    /// Matches landmark states.
     States(Follower),
-    /// Driving by a belief. Any landmark states are only reported.
+    /// Drives along the drawn route by the estimated pose. Landmark states, if there are any, only serve to report progress.
     Belief { guide: Guide, sketch: Sketch, route: Option<Route> },
 }
 
-/// The state of a driver that goes into a checkpoint.
+/// State of a [`Driver`], as saved in a checkpoint.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 enum Driven {
     States(Progress),
     Belief(guide::State),
 }
 
-/// Planner of a run.
+/// Planner of a run, for either method.
 pub struct Planner {
     method: Method,
     pad: Pad,
     parameters: PlannerParameters,
     limits: Limits,
     driver: Option<Driver>,
-    /// Number of the route that was received, or 0 before the first.
+    /// Number of the last route received, or 0 if there has been none.
     route: u64,
-    /// Position of each state along the route, as far as it is known.
+    /// Position of each state along the route, up to the first one whose position is unknown.
     along: Vec<DrawnMetres>,
     seen: Vec<Seen>,
     agenda: Agenda,
@@ -68,12 +68,12 @@ pub struct Planner {
     course: Course,
 }
 
-/// State of a drive that does not depend on the driver.
+/// State of a drive that both methods share.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 struct Course {
     /// Time without progress, in seconds.
     standing_s: f64,
-    /// Speed in metres per second, and turn rate in radians per second.
+    /// The current command: speed in metres per second, and turn rate in radians per second.
     command: [f64; 2],
     /// Number of the state that the robot is waiting for.
     next: usize,
@@ -81,7 +81,7 @@ struct Course {
     event: u32,
 }
 
-/// State of the planner, for a checkpoint.
+/// State of the planner, as saved in a checkpoint.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct State {
     route: u64,
@@ -105,7 +105,7 @@ pub fn check(mission: &Mission, robot: &Robot) -> Result<(), LandmarksError> {
     Ring::of(robot).map(drop)
 }
 
-/// Checks that a floor has the markers that a mission names.
+/// Checks that the floor has all markers that a mission names.
 ///
 /// # Errors
 /// [`LandmarksError::Marker`] if one of them is missing.
@@ -121,7 +121,7 @@ pub fn check_markers(mission: &Mission, markers: &[Marker]) -> Result<(), Landma
 }
 
 impl Planner {
-    /// Creates the planner of a run from its robot, its task and the parameters of its mission.
+    /// Creates the planner of a run for its robot and its task, with the parameters of its mission.
     ///
     /// # Errors
     /// [`LandmarksError`], which names the key or the sensor, if [`check`] fails.
@@ -131,7 +131,7 @@ impl Planner {
         let mut parameters = Parameters::of(&run.mission)?.planner;
         let limits = run.robot.limits;
         if !run.pad.is_absent() {
-            // A person who is watching is asked at once.
+            // If a person is watching, ask at once instead of driving back.
             parameters.belief.returns = 0;
         }
         for control in [&mut parameters.states.control, &mut parameters.belief.control] {
@@ -192,15 +192,15 @@ impl Planner {
         self.stop();
     }
 
-    /// Makes a blocked robot drive back. Returns false if it drives by states, or has gone back as often as it may.
+    /// Makes a blocked robot drive back. Returns false if it drives by states or has used up its returns.
     fn turn_back(&mut self) -> bool {
         let Some(Driver::Belief { guide, .. }) = &mut self.driver else { return false };
         self.course.standing_s = 0.0;
         guide.turn_back()
     }
 
-    /// Resumes at a person's request: from the current position or, if `number` is not 0, from the state that
-    /// the robot was taken to (4.8). Numbers count from 1 and exclude the last state.
+    /// Resumes at a person's request: from the current position or, if `number` is not 0, from the state to which the person has
+    /// taken the robot (4.8). States count from 1, without the last one.
     fn resume(&mut self, number: usize) {
         match &mut self.driver {
             Some(Driver::States(follower)) if number > 0 || follower.is_lost() => {
@@ -222,7 +222,8 @@ impl Planner {
         self.course.standing_s = 0.0;
     }
 
-    /// Places the robot where a person says it is in the sketch. A robot that drives by states ignores this.
+    /// Moves the robot's position along the route to where a person says it is in the sketch. Ignored if the robot drives by
+    /// states.
     fn place(&mut self, here: &Here) {
         let Some(Driver::Belief { guide, sketch, .. }) = &mut self.driver else { return };
         guide.told(sketch.place(here));
@@ -254,7 +255,7 @@ impl Planner {
         self.course.command = [0.0; 2];
     }
 
-    /// Sets the command, limited to what the robot can do.
+    /// Sets the command, within the limits of the robot.
     fn command(&mut self, drive: Drive) {
         let Limits { speed_mps, yaw_rate_radps, .. } = self.limits;
         self.course.command = [
@@ -263,7 +264,7 @@ impl Planner {
         ];
     }
 
-    /// Returns the command of the route at the robot's position.
+    /// Returns the command of the route at the robot's current position.
     fn about(&self) -> Command {
         match &self.driver {
             Some(Driver::States(follower)) => follower.command(),
@@ -285,7 +286,7 @@ impl Planner {
                 let left = guide.length() - guide.along();
                 Stretch(view.stretch).driven_m(left.max(DrawnMetres::default()))
             }
-            // Landmark states take the drawing to be to scale, as the thesis does.
+            // Landmark states assume that the drawing is to scale, as the thesis does.
             Some(Driver::States(_)) => {
                 let here = self.along.get(self.course.next.saturating_sub(1));
                 here.zip(self.along.last()).map_or(0.0, |(here, end)| Stretch::NONE.driven_m(*end - *here))
@@ -324,13 +325,13 @@ impl Planner {
     }
 }
 
-/// Ways in which a drive ends.
+/// How a drive ends.
 enum End {
     Arrived,
     Lost(Lost),
 }
 
-/// Display text for why a robot is lost.
+/// Why a robot is lost, as display text.
 enum Lost {
     State(usize),
     NoGoal,
@@ -349,7 +350,7 @@ impl std::fmt::Display for Lost {
     }
 }
 
-/// Display text of the robot's current activity.
+/// What the robot is doing, as display text.
 struct About {
     next: usize,
     command: Command,
@@ -389,7 +390,7 @@ fn by_belief(
     let Viewed { sectors, moved_m, turned_rad, .. } = *viewed;
     let (drive, outcome) =
         guide.step(&Guided { estimate, sectors, moved_m, turned_rad, sure: view.sure_count });
-    // The last state is matched only when the robot arrives.
+    // The last state counts as matched only when the robot arrives.
     let is_passed = along.get(course.next).is_some_and(|at| *at <= guide.along());
     let is_matched = is_passed && course.next + 1 < along.len();
     course.next += usize::from(is_matched);
@@ -491,7 +492,7 @@ impl Stage for Planner {
     fn restore(&mut self, state: State) -> Result<(), StageError> {
         let State { route, agenda, motion, course, driven } = state;
         self.motion = motion;
-        // If people draw, a newer route may have arrived instead, which waits for the order to start.
+        // If people draw, a newer route may have arrived, which has to wait for an order to start.
         if self.pad.draws() && route != self.route {
             return Ok(());
         }

@@ -1,4 +1,4 @@
-//! Dead reckoning: where the robot is according to its odometry, measured from where it started.
+//! Dead reckoning: the pose of the robot according to its odometry, relative to its start.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Base, Odom, Point};
@@ -6,9 +6,9 @@ use sketchnav_schemas::geometry::{Base, Odom, Point};
 /// The robot's pose by odometry, and the distance that it has covered.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Reckoning {
-    /// Position.
+    /// Position relative to the start.
     pub at: Point<Odom>,
-    /// Heading, in radians. It is not wrapped.
+    /// Heading, in radians, not wrapped to a full turn.
     pub heading_rad: f64,
     /// Distance covered, in metres.
     pub gone_m: f64,
@@ -21,7 +21,7 @@ impl Default for Reckoning {
 }
 
 impl Reckoning {
-    /// Moves the robot, in metres and radians, positive to the left.
+    /// Moves the robot by a distance in metres and an angle in radians, positive to the left.
     pub fn moved(&mut self, moved_m: f64, turned_rad: f64) {
         let (sin, cos) = (self.heading_rad + turned_rad / 2.0).sin_cos();
         self.at = Point::new(self.at.x + moved_m * cos, self.at.y + moved_m * sin);
@@ -29,13 +29,13 @@ impl Reckoning {
         self.gone_m += moved_m.abs();
     }
 
-    /// Returns the position of something that the robot sees.
+    /// Converts a position from the robot's frame to the odometry frame.
     pub fn odom_from_base(&self, seen: Point<Base>) -> Point<Odom> {
         let (sin, cos) = self.heading_rad.sin_cos();
         Point::new(self.at.x + seen.x * cos - seen.y * sin, self.at.y + seen.x * sin + seen.y * cos)
     }
 
-    /// Returns a position as the robot sees it.
+    /// Converts a position from the odometry frame to the robot's frame.
     pub fn base_from_odom(&self, place: Point<Odom>) -> Point<Base> {
         let (sin, cos) = self.heading_rad.sin_cos();
         let [x, y] = [place.x - self.at.x, place.y - self.at.y];

@@ -1,4 +1,5 @@
-//! The way back: breadcrumbs on the robot's path by odometry, which lead a lost robot back to a place where it was sure.
+//! The way back. The robot drops breadcrumbs along its path by odometry, which lead it back to a place where it was sure of its
+//! pose.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::wrap_angle;
@@ -6,20 +7,20 @@ use sketchnav_schemas::geometry::wrap_angle;
 use crate::drawn::DrawnMetres;
 use crate::reckoning::Reckoning;
 
-/// Distance between crumbs, in metres.
+/// Minimum distance between crumbs, in metres.
 const APART_M: f64 = 0.3;
-/// Maximum number of crumbs. On longer ways, those at the start are picked up.
+/// Maximum number of crumbs. If there are more, the oldest ones are removed, except for the first.
 const CRUMBS: usize = 512;
 /// Look-ahead distance on the way back, in metres.
 const AHEAD_M: f64 = 0.8;
-/// Distance from the place at which the robot has reached it, and angle at which it faces as it did there.
+/// The robot has reached a place if it is within this distance of it, and turned within this angle of its heading there.
 const THERE_M: f64 = 0.25;
 const FACING_RAD: f64 = 0.15;
-/// Ratio of the way back to the way there after which the robot gives up, and an addition to it, in metres.
+/// The robot gives up if the way back exceeds the way there by this factor, plus this length in metres.
 const MOST_WAY: f64 = 1.5;
 const MORE_M: f64 = 3.0;
 
-/// A place on the robot's path.
+/// A pose on the robot's path.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Crumb {
     robot: Reckoning,
@@ -28,30 +29,30 @@ struct Crumb {
     is_sure: bool,
 }
 
-/// A way back to a crumb.
+/// The way back to a crumb.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Back {
-    /// Index of the crumb that the robot drives to, and of the last one that it has not reached.
+    /// Index of the crumb that the robot drives back to, and of the next crumb on the way there.
     target: usize,
     next: usize,
-    /// Distance covered when it began.
+    /// Distance that the robot had covered when it turned back, in metres.
     begun_m: f64,
 }
 
-/// What a robot on its way back has to do.
+/// What a robot on its way back has to do next.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Step {
     /// Drive in a direction, in radians from the heading.
     Towards(f64),
     /// Turn on the spot by an angle, in radians.
     Turn(f64),
-    /// The robot is back, and stands as it did there, at this position along the route.
+    /// Resume the drive: the robot is back, with the same heading as before, at this position along the route.
     There(DrawnMetres),
-    /// The robot cannot find the way back.
+    /// Give up: the robot cannot find the way back.
     Failed,
 }
 
-/// The path of a robot, and its way back if it is on it.
+/// The path of a robot and, while it drives back, its way back.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Trail {
     robot: Reckoning,
@@ -66,7 +67,7 @@ impl Default for Trail {
 }
 
 impl Trail {
-    /// Reserves the memory for all crumbs. Call this after reading a checkpoint, which stores values but no capacity.
+    /// Reserves the memory for all crumbs. Call this after reading a checkpoint, which stores values but no spare capacity.
     pub fn reserve(&mut self) {
         self.crumbs.reserve_exact(CRUMBS.saturating_sub(self.crumbs.len()));
     }
@@ -81,12 +82,12 @@ impl Trail {
         self.back = None;
     }
 
-    /// Moves the robot, in metres and radians, positive to the left.
+    /// Moves the robot by a distance in metres and an angle in radians, positive to the left.
     pub fn moved(&mut self, moved_m: f64, turned_rad: f64) {
         self.robot.moved(moved_m, turned_rad);
     }
 
-    /// Drops a crumb if the last one is far enough away or if the robot is sure of its place.
+    /// Drops a crumb if the last one is far enough away or if the robot is sure of its pose.
     pub fn drop_crumb(&mut self, along: DrawnMetres, is_sure: bool) {
         let is_far = |last: &Crumb| last.robot.at.distance(&self.robot.at) >= APART_M;
         if is_sure || self.crumbs.last().is_none_or(is_far) {
@@ -97,9 +98,9 @@ impl Trail {
         }
     }
 
-    /// Begins the way back to the last place where the robot was sure or, if it has gone back `before` times already, to as many
-    /// such places earlier. A robot that is on its way back keeps to it, and does not return to where that way began. Returns false
-    /// if there is no place to go back to.
+    /// Begins the way back to the last place where the robot was sure. If it has already turned back `before` times, it skips that
+    /// many such places. A robot that is already on its way back continues from there, and does not return to where that way began.
+    /// Returns false if there is no place to drive back to.
     pub fn turn_back(&mut self, before: u32) -> bool {
         let next = self.back.map_or(self.crumbs.len().saturating_sub(1), |back| back.next);
         let sure = (0..self.crumbs.len().min(next + 1)).rev().filter(|&i| self.crumbs[i].is_sure);
@@ -110,7 +111,7 @@ impl Trail {
         is_possible
     }
 
-    /// Returns the next step on the way back, or `None` if the robot is not on it.
+    /// Returns the next step on the way back, or `None` if the robot is not on one.
     pub fn step(&mut self) -> Option<Step> {
         let Self { robot, crumbs, back } = self;
         let way = back.as_mut()?;
@@ -145,7 +146,7 @@ mod tests {
 
     use super::*;
 
-    /// Drives along a trail with one corner, and returns it with the robot at its end.
+    /// Returns a trail with one corner, with the robot at its end. The robot was sure at 2 m.
     fn driven() -> Trail {
         let mut trail = Trail::default();
         for i in 0..60 {
@@ -176,7 +177,7 @@ mod tests {
         assert!(trail.robot.at.distance(&Point::new(2.0, 0.0)) < THERE_M, "{trail:?}");
         assert!(wrap_angle(trail.robot.heading_rad).abs() <= FACING_RAD);
         assert!(!trail.is_going_back());
-        // It was sure nowhere before, so the next way back leads to the start.
+        // The robot was sure nowhere before that place, so the next way back leads to the start.
         for _ in 0..30 {
             trail.moved(0.1, 0.0);
             trail.drop_crumb(DrawnMetres(3.0), false);
@@ -187,7 +188,7 @@ mod tests {
         assert!(!trail.turn_back(0), "it stands at the start");
     }
 
-    /// A robot that was blocked on its way back used to begin again with the last crumb, and so drove forward first.
+    /// A robot that was blocked on its way back used to begin again at the last crumb, so it drove forward first.
     #[test]
     fn a_robot_that_is_blocked_on_its_way_back_goes_on_from_there() {
         let mut trail = driven();

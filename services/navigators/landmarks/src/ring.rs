@@ -1,4 +1,4 @@
-//! A ring of ranges around the robot, from either its sonars or its laser, in as many directions as a belief
+//! A ring of ranges around the robot, from either its sonars or its laser. A laser is reduced to as many directions as a belief
 //! needs.
 //!
 //! Ranges are measured from the robot's rim. The beams of a laser are reduced to the nearest return in each of 64 directions. A
@@ -14,11 +14,11 @@ use crate::control::{self, Sectors};
 use crate::error::LandmarksError;
 use crate::locator::Returns;
 
-/// Number of directions that a laser's beams are reduced to.
+/// Number of directions that the beams of a laser are reduced to.
 const DIRECTIONS: usize = 64;
 /// Minimum number of sonars.
 const LEAST_SONARS: u32 = 8;
-/// Minimum radius of a ring, in metres. The geometry of the histograms does not work with a radius of 0.
+/// Minimum radius of a ring, in metres. The geometry of the histograms fails for a radius of 0.
 const LEAST_RING_M: f64 = 1e-3;
 
 /// Sensors that can provide a ring of ranges.
@@ -71,7 +71,7 @@ impl Ring {
         }
     }
 
-    /// Returns the sensor that provides the ranges. If the robot has both, the ring uses only one of them.
+    /// Returns the kind of sensor that provides the ranges. If the robot has both, the ring uses only one of them.
     pub const fn sensor(&self) -> RingSensor {
         if self.laser.is_some() { RingSensor::Laser } else { RingSensor::Sonar }
     }
@@ -81,12 +81,12 @@ impl Ring {
         self.ring_m
     }
 
-    /// Returns the range from which a measurement counts as no return, in metres.
+    /// Returns the minimum range that counts as no return, in metres.
     pub const fn range_max_m(&self) -> f64 {
         self.range_max_m
     }
 
-    /// Adds a sonar reading.
+    /// Stores a sonar reading, unless the ring uses the laser.
     pub fn receive(&mut self, scan: &SonarScan) {
         if self.laser.is_some() {
             return;
@@ -100,7 +100,7 @@ impl Ring {
         }
     }
 
-    /// Adds a laser scan.
+    /// Stores a laser scan, unless the ring uses sonars.
     pub fn see(&mut self, scan: &LaserScan) {
         let Some(mount) = self.laser else { return };
         self.ranges_m.fill(f64::INFINITY);

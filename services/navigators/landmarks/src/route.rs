@@ -1,5 +1,4 @@
-//! Routes as landmark states, which combine conditions on what the robot sees with what it does when they
-//! hold (Chronis 2007, 4.3.5).
+//! Routes as landmark states: conditions on what the robot sees, each with what the robot does when it holds (Chronis 2007, 4.3.5).
 //!
 //! A state is a condition and a command. The condition joins relations of the same object with OR, and those
 //! of different objects with AND (figure 4.23).
@@ -36,7 +35,7 @@ pub enum Command {
 }
 
 impl Command {
-    /// Returns the value for the fusion formula (Chronis 2007, figure 4.27): 1 for left, −1 for right, and 0 otherwise.
+    /// Returns the command's value in the fusion formula (Chronis 2007, figure 4.27): 1 for left, −1 for right, and 0 otherwise.
     pub const fn value(self) -> f64 {
         match self {
             Self::Left => 1.0,
@@ -62,7 +61,7 @@ impl fmt::Display for Command {
     }
 }
 
-/// Position of an object relative to the robot.
+/// Place of an object relative to the robot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Place {
@@ -119,7 +118,7 @@ impl Range {
 pub struct Relation {
     /// Index of the object in [`Route::objects`].
     pub object: usize,
-    /// Required position of the object.
+    /// Required place of the object.
     pub place: Place,
     /// Required distance of the object, in metres, or `None` for any distance.
     pub proximity_m: Option<Range>,
@@ -130,10 +129,10 @@ pub struct Relation {
     pub landmark: Option<usize>,
 }
 
-/// Maximum distance in a relation, in metres. It is the upper end of "at least 2 m away".
+/// Maximum distance in a relation, in metres. The upper end of "at least 2 m away".
 pub const MOST_M: f64 = 10_000.0;
 
-/// The reason why a state is part of a route.
+/// Why a state is part of a route.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
@@ -147,14 +146,14 @@ pub enum Kind {
     End,
 }
 
-/// A landmark state with its command.
+/// A landmark state and its command.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct State {
-    /// The reason why the state is in the route.
+    /// Why the state is part of the route.
     pub kind: Kind,
     /// What the robot must see. Relations of the same object follow each other.
     pub relations: Vec<Relation>,
-    /// What the robot does then.
+    /// What the robot does once it has matched the state.
     pub command: Command,
     /// Distance from the previous state along the route, or `None` if it was neither drawn nor stated.
     pub after: Option<DrawnMetres>,
@@ -167,7 +166,7 @@ impl State {
     }
 }
 
-/// A route: its landmarks and its states, in order.
+/// A route: its landmarks, and its states in order.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Route {
     /// Names of the landmarks.
@@ -177,8 +176,8 @@ pub struct Route {
 }
 
 impl Route {
-    /// Returns the distance of each state from the start along the route. After a state with an unknown distance, all are
-    /// `None`.
+    /// Returns the distance of each state from the start along the route, or `None` for all states from the first one whose
+    /// distance is unknown.
     pub fn along(&self) -> Vec<Option<DrawnMetres>> {
         let mut along = Some(DrawnMetres::default());
         let mut add = |state: &State| {

@@ -1,8 +1,8 @@
-//! The true position of an object, relative to its drawn one: a Gaussian estimate of its shift, size and turn,
-//! updated by a Kalman filter (Thrun, Burgard and Fox 2005, table 3.3, for one measurement).
+//! The shift of an object: a Gaussian estimate of how its true position, size and orientation differ from the drawing, updated by a
+//! Kalman filter (Thrun, Burgard and Fox 2005, table 3.3, for one measurement).
 //!
-//! People draw objects out of place, too large or too small, and turned. A point q of the drawn outline of an object
-//! with the middle c therefore stands for c + d + e^s R(t) (q − c). The state is (d, s, t).
+//! People draw objects out of position, too large or too small, and turned. A point q on the outline of a drawn object with centre
+//! c therefore stands for c + d + e^s R(t) (q − c). The state is (d, s, t).
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::Point;
@@ -13,27 +13,27 @@ use crate::outlines::Outline;
 /// Number of values in the state.
 const SIZE: usize = 4;
 
-/// Standard deviations of a shift before the object has been seen.
+/// Standard deviations of the shift of an object that has not been seen.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Prior {
-    /// Of the position along each axis, in drawn metres.
+    /// Standard deviation of the position along each axis, in drawn metres.
     pub shift: f32,
-    /// Of the logarithm of the size.
+    /// Standard deviation of the logarithm of the size.
     pub size: f32,
-    /// Of the turn, in radians.
+    /// Standard deviation of the turn, in radians.
     pub turn_rad: f32,
 }
 
-/// A Gaussian estimate of how an object differs from its drawing.
+/// A Gaussian estimate of how an object differs from how it was drawn.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Shift {
-    /// Position in drawn metres, logarithm of the size, turn in radians.
+    /// Mean: position in drawn metres, logarithm of the size, and turn in radians.
     mean: [f32; SIZE],
     /// Lower triangle of the covariance, row by row.
     covariance: [f32; SIZE * (SIZE + 1) / 2],
 }
 
-/// Distance of a point from an outline that is in its estimated place.
+/// How far a point is off the outline of an object at its estimated position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Off {
     /// Distance, in drawn metres, negative inside.
@@ -49,7 +49,7 @@ const fn entry(row: usize, column: usize) -> usize {
 }
 
 impl Shift {
-    /// Returns the estimate of an object that has not been seen.
+    /// Returns the estimate for an object that has not been seen.
     pub fn unseen(prior: Prior) -> Self {
         let Prior { shift, size, turn_rad } = prior;
         let mut covariance = [0.0; SIZE * (SIZE + 1) / 2];
@@ -59,19 +59,18 @@ impl Shift {
         Self { mean: [0.0; SIZE], covariance }
     }
 
-    /// Returns the estimated middle of the object.
+    /// Returns the estimated centre of the object.
     pub fn middle(&self, outline: &Outline) -> [f32; 2] {
         let middle = outline.middle();
         [middle[0] + self.mean[0], middle[1] + self.mean[1]]
     }
 
-    /// Returns the estimated factor of the object's size.
+    /// Returns the estimated ratio of the object's true size to its drawn one.
     pub fn size(&self) -> f32 {
         self.mean[2].exp()
     }
 
-    /// Returns the distance of a point from the object's outline in its estimated place, or `None` if it is too far away to
-    /// matter.
+    /// Returns how far a point is off the object's outline at its estimated position, or `None` if it is too far away to matter.
     pub fn off(&self, outline: &Outline, at: Point<Drawn>) -> Option<Off> {
         let ([middle_x, middle_y], size) = (self.middle(outline), self.size());
         let (sin, cos) = self.mean[3].sin_cos();
@@ -80,13 +79,13 @@ impl Shift {
             outline.distance([(x * cos + y * sin) / size, (y * cos - x * sin) / size])?;
         let distance = distance * size;
         let normal = [nx * cos - ny * sin, nx * sin + ny * cos];
-        // The nearest point of the outline, from the middle.
+        // The nearest point of the outline, relative to the centre.
         let [x, y] = [x - distance * normal[0], y - distance * normal[1]];
         let slope = [-normal[0], -normal[1], -(normal[0] * x + normal[1] * y), normal[0] * y - normal[1] * x];
         Some(Off { distance, normal, slope })
     }
 
-    /// Returns the variance of a distance due to that of the estimate, in square drawn metres.
+    /// Returns the variance of a distance that results from the uncertainty of the estimate, in square drawn metres.
     pub fn variance(&self, off: &Off) -> f32 {
         let through = self.through(off);
         (0..SIZE).map(|i| off.slope[i] * through[i]).sum()
@@ -96,7 +95,7 @@ impl Shift {
         std::array::from_fn(|i| (0..SIZE).map(|j| self.covariance[entry(i, j)] * off.slope[j]).sum())
     }
 
-    /// Updates the estimate by a point on the object's outline, whose distance from it has this variance.
+    /// Updates the estimate by an echo from the object's outline, given how far it is off and the variance of that distance.
     pub fn touch(&mut self, off: &Off, variance: f32) {
         let through = self.through(off);
         let innovation: f32 = (0..SIZE).map(|i| off.slope[i] * through[i]).sum::<f32>() + variance;
@@ -123,7 +122,7 @@ mod tests {
         Outlines::of(&Sketch { landmarks, route: Vec::new(), metres_per_pixel: 1.0 })
     }
 
-    /// The square is really 0.4 m to the right, and its sides are 2.4 m long.
+    /// The actual square is 0.4 m farther to the right, and its sides are 2.4 m long.
     #[test]
     fn a_shift_and_a_size_are_learned_from_echoes_on_three_sides() {
         let outlines = square();

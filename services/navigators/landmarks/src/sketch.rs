@@ -32,7 +32,7 @@ pub struct Label {
     pub at: Pixel,
 }
 
-/// A drawing as a person made it.
+/// A drawing as made by a person.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Drawing {
@@ -71,7 +71,7 @@ pub struct Landmark {
     pub outline: Vec<Point<Drawn>>,
 }
 
-/// A drawing after it has been read.
+/// A drawing that has been read, in drawn metres.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Sketch {
     /// Landmarks, in the order in which they were drawn.
@@ -83,7 +83,7 @@ pub struct Sketch {
 }
 
 impl Sketch {
-    /// Returns the point at which a person says the robot is.
+    /// Returns the point of the sketch at which a person says the robot is.
     pub fn place(&self, here: &Here) -> Point<Drawn> {
         drawn(&here.at, self.metres_per_pixel)
     }
@@ -100,14 +100,14 @@ impl Sketch {
     }
 }
 
-/// Converts pixels of the canvas to metres.
+/// Converts a point in pixels of the canvas to drawn metres.
 fn drawn(at: &Pixel, metres_per_pixel: f64) -> Point<Drawn> {
     Point::new(at.x * metres_per_pixel, at.y * metres_per_pixel)
 }
 
 impl Drawing {
-    /// Returns the drawing as it would come from a device with fewer pixels, with each point in the middle of
-    /// its pixel. Chronis 2007 has 160 × 160 pixels.
+    /// Returns the drawing as it would come from a device with fewer pixels, with each point moved to the centre of its pixel. The
+    /// device of Chronis 2007 has 160 × 160 pixels.
     pub fn raster(&self, pixels: u32) -> Self {
         let cell = self.canvas[0].max(self.canvas[1]) / f64::from(pixels);
         let middle = |x: f64| ((x / cell).floor() + 0.5) * cell;
@@ -190,7 +190,7 @@ pub fn check_objects(drawing: &Drawing) -> Result<Vec<Vec<Pixel>>, Error> {
     Ok(outlines)
 }
 
-/// Assigns each label to the outline around it, or else to the nearest one within a tenth of the canvas.
+/// Assigns each label to the outline around it or, if there is none, to the nearest one within a tenth of the canvas.
 fn names(outlines: &[Vec<Pixel>], labels: &[Label], canvas: f64) -> Vec<String> {
     let mut names: Vec<_> = (1..=outlines.len()).map(|i| format!("object {i}")).collect();
     for label in labels {
@@ -229,8 +229,8 @@ fn check_outlines(outlines: &[Vec<Pixel>], names: &[String]) -> Result<(), Error
     Ok(())
 }
 
-/// Checks that the route does not enter a landmark. It may begin or end inside one (from the chair to the
-/// desk), but that part has already been cut off by [`strokes::classify`].
+/// Checks that the route does not enter a landmark. It may begin or end inside one (from the chair to the desk), but
+/// [`strokes::classify`] has already cut off those parts.
 fn check_route(route: &[Pixel], outlines: &[Vec<Pixel>], names: &[String]) -> Result<(), Error> {
     for (from, to) in route.iter().zip(&route[1..]) {
         for (outline, name) in outlines.iter().zip(names) {

@@ -1,5 +1,5 @@
-//! The sketcher stage for landmarks, which reads and checks the sketch or the words of a mission and sends them once. If people
-//! draw while the mission runs, [`crate::live`] takes its place.
+//! The sketcher stage of `landmarks`, which reads and checks the sketch or the words of a mission and sends them once. If people
+//! draw while the mission runs, [`crate::live`] replaces it.
 
 use std::path::Path;
 
@@ -19,7 +19,7 @@ use crate::live::LiveSketcher;
 use crate::messages::{LANDMARK_ROUTE, LandmarkRoute};
 use crate::mission::{Given, LandmarksMission, Method, Parameters};
 
-/// Reads and checks the route of a mission, given the size of the robot.
+/// Reads and checks the route of a mission for a robot, whose size the extraction of states depends on.
 ///
 /// # Errors
 /// [`LandmarksError`], which names the file and the place of the fault.
@@ -47,7 +47,7 @@ pub(crate) fn extraction_of(parameters: &Parameters, robot: &Robot) -> extractio
     extraction::Parameters { robot_m: 2.0 * robot.radius_m, ..parameters.extraction.clone() }
 }
 
-/// Creates the sketcher of a run. It reads the pad's drawings if people draw, and the mission's sketch otherwise.
+/// Creates the sketcher of a run, which reads drawings from the pad if people draw, and the mission's sketch otherwise.
 ///
 /// # Errors
 /// See [`understand`].
@@ -58,8 +58,8 @@ pub fn sketcher(run: &RunConfig, files: &Files<'_>) -> Result<Box<dyn Hosted>, S
     Ok(Box::new(Sketcher(Announced::of(&understand(&run.mission, &run.robot, files)?)?)))
 }
 
-/// Returns the warnings about a sketch or a route in words that a person should read before a robot drives by it. Empty if people
-/// draw while the mission runs.
+/// Returns the warnings about a sketch or a route in words that a person should read before a robot drives by it. If people draw
+/// while the mission runs, there are none yet.
 ///
 /// # Errors
 /// See [`understand`], and [`LandmarksError::Instructions`] if the sketch has too many points to be sent.
@@ -69,12 +69,12 @@ pub fn doubts(run: &RunConfig, files: &Files<'_>) -> Result<Doubts, LandmarksErr
     }
     let mission = LandmarksMission::of(&run.mission)?;
     let instructions = understand(&run.mission, &run.robot, files)?;
-    // Instructions that are too large to be sent are an error before the start, too.
+    // Report instructions that are too large to be sent before the run starts, too.
     Announced::of(&instructions)?;
     let found = doubts_about(run, &instructions)?;
     let file = Path::new(mission.given.file()).file_name().unwrap_or_default().display();
     let warnings = found.iter().map(|doubt| format!("{file}: {doubt}")).collect();
-    Ok(Doubts { warnings, left_out: Vec::new() })
+    Ok(Doubts { warnings, ..Doubts::default() })
 }
 
 /// Returns the doubts about the instructions of a run.
@@ -87,7 +87,7 @@ pub fn doubts_about(run: &RunConfig, instructions: &Instructions) -> Result<Vec<
     Ok(doubts::of(instructions, &mission, &parameters, &extraction))
 }
 
-/// Instructions, ready to be sent.
+/// Instructions in the form in which they are sent.
 pub(crate) struct Announced {
     pub(crate) cells: Vec<u8>,
     objects: u32,
@@ -124,13 +124,13 @@ impl Announced {
         out.send_with(LANDMARK_ROUTE, self.cells.len(), |route, cells| self.fill(route, cells)).map(drop)
     }
 
-    /// Sends the last instructions once more if the process is resuming.
+    /// Sends the last instructions again if the process is resuming.
     pub(crate) fn repeat(&self, out: &mut Outbox<'_>) -> Result<(), StageError> {
         out.repeat(LANDMARK_ROUTE, self.cells.len(), |route, cells| self.fill(route, cells))
     }
 }
 
-/// Sends the route of a mission once.
+/// Sketcher that sends the route of a mission once.
 struct Sketcher(Announced);
 
 impl Stage for Sketcher {
@@ -148,8 +148,8 @@ impl Stage for Sketcher {
     }
 }
 
-/// Returns the canvas of a run's sketch, or `None` if the robot does not locate itself in it, or if people draw while the mission
-/// runs.
+/// Returns the canvas of a run's sketch, or `None` if the robot does not locate itself in the sketch or if people draw while the
+/// mission runs.
 ///
 /// # Errors
 /// [`LandmarksError`] if the sketch cannot be read.

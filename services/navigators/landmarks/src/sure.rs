@@ -1,5 +1,5 @@
-//! Places at which the robot was sure of its pose in the drawing. A robot that is back at such a place, by its odometry, knows
-//! where it is: whatever it has come to believe on the way, the place is the same.
+//! Places at which the robot was sure of its pose in the drawing. When its odometry shows that it is back at such a place, it
+//! returns to the estimate that it had there, whatever it has come to believe on the way.
 //!
 //! The first place is the start, where a person has put the robot.
 
@@ -14,21 +14,21 @@ use crate::reckoning::Reckoning;
 
 /// Maximum number of places that are remembered.
 const PLACES: usize = 64;
-/// Distance and angle within which the robot is back at a place.
+/// The robot is back at a place if it is within this distance of it, and turned within this angle of its heading there.
 const BACK_M: f64 = 0.4;
 const BACK_RAD: f64 = 0.4;
-/// Distance that the robot must have covered since it was at a place before it can be back there, in metres.
+/// Minimum distance that the robot must cover after it was at a place before it can be back there, in metres.
 const AWAY_M: f64 = 3.0;
 
-/// Parameters that determine where the robot is sure.
+/// Parameters that determine where the robot is sure of its pose.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Assuring {
-    /// Minimum share of observations that fit.
+    /// Minimum fit of the observations.
     pub fit: f64,
     /// Maximum spread of the hypotheses.
     pub spread_m: DrawnMetres,
-    /// Minimum distance between two such places, in metres.
+    /// Minimum distance between two such places along the robot's path, in metres.
     pub apart_m: f64,
 }
 
@@ -48,7 +48,7 @@ impl Assuring {
     }
 }
 
-/// A place, and what the robot believed there.
+/// A place where the robot was sure, by odometry, and its estimate there.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Place {
     robot: Reckoning,
@@ -64,27 +64,27 @@ pub struct SurePlaces {
 }
 
 impl SurePlaces {
-    /// Creates the list at the start.
+    /// Creates an empty list. The first place to be added is the start.
     pub fn new(settings: Assuring) -> Self {
         Self { settings, robot: Reckoning::default(), places: Vec::with_capacity(PLACES) }
     }
 
-    /// Reserves the memory for all places. Call this after reading a checkpoint, which stores values but no capacity.
+    /// Reserves the memory for all places. Call this after reading a checkpoint, which stores values but no spare capacity.
     pub fn reserve(&mut self) {
         self.places.reserve_exact(PLACES.saturating_sub(self.places.len()));
     }
 
-    /// Moves the robot, in metres and radians, positive to the left.
+    /// Moves the robot by a distance in metres and an angle in radians, positive to the left.
     pub fn moved(&mut self, moved_m: f64, turned_rad: f64) {
         self.robot.moved(moved_m, turned_rad);
     }
 
-    /// Returns the number of places. The number grows when the robot is sure, and falls when it is back at an earlier place.
+    /// Returns the number of places. It grows when the robot is sure, and shrinks when it is back at an earlier place.
     pub const fn count(&self) -> usize {
         self.places.len()
     }
 
-    /// Adds the robot's place if it is sure of it, or if it is the first.
+    /// Adds the robot's current place if the robot is sure of its pose there, or if it is the first place.
     pub fn add(&mut self, estimate: &Estimate) {
         let Assuring { fit, spread_m, apart_m } = self.settings;
         let is_first = self.places.is_empty();
@@ -95,7 +95,7 @@ impl SurePlaces {
         }
     }
 
-    /// Returns the robot's belief at its previous visit to this place, if there was one. All later beliefs are forgotten.
+    /// If the robot is back at one of the places, returns its estimate at the earlier visit, and forgets all later places.
     pub fn back(&mut self) -> Option<Estimate> {
         let robot = self.robot;
         let is_back = |place: &Place| {

@@ -1,4 +1,4 @@
-//! Converts between what the robot sees and the messages about it.
+//! Converts between what the robot sees and the messages that describe it.
 
 use sketchnav_qualitative::hof::Surround;
 use sketchnav_schemas::geometry::Pose;
@@ -10,12 +10,12 @@ use crate::messages::{LandmarkEvent, LandmarkProgress, LandmarkView, SeenObject}
 use crate::perception::Seen;
 use crate::route::{DIRECTIONS, Place, Route, State};
 
-/// Codes of places around the robot: see [`SeenObject::place`].
+/// First codes for places of objects around the robot: see [`SeenObject::place`].
 const COMPLETELY: u32 = 16;
 const FROM: u32 = 32;
 const OPENING_AT: u32 = 48;
 
-/// Returns the code of a place.
+/// Returns the code of an object's place.
 pub fn code(place: Place) -> u32 {
     match place {
         Place::Direction(direction) => u32::from(direction),
@@ -25,7 +25,7 @@ pub fn code(place: Place) -> u32 {
     }
 }
 
-/// Returns the place of a code. Codes from 17 to 31, which [`code`] never returns, count as all around the robot.
+/// Returns the place for a code. Codes from 17 to 31, which [`code`] never returns, count as completely around the robot.
 pub fn place(code: u32) -> Place {
     let direction = code % u32::from(DIRECTIONS);
     match code / u32::from(DIRECTIONS) {
@@ -59,13 +59,13 @@ pub fn objects(view: &LandmarkView) -> impl Iterator<Item = Seen> + '_ {
     })
 }
 
-/// Returns the state that a message of progress refers to: the one that has just been matched or, if none has, the next one.
+/// Returns the state that a progress message refers to: the one that has just been matched or, if none has, the next one.
 pub fn state_of<'a>(route: &'a Route, progress: &LandmarkProgress) -> Option<&'a State> {
     let is_matched = progress.event == LandmarkEvent::Matched.code();
     route.states.get((progress.next as usize).saturating_sub(usize::from(is_matched)))
 }
 
-/// Returns the names of the objects that meet the state of [`state_of`], each once.
+/// Returns the names of the objects that meet the state returned by [`state_of`], without duplicates.
 pub fn met<'a>(route: &'a Route, progress: &LandmarkProgress) -> Vec<&'a str> {
     let state = state_of(route, progress);
     let mut names: Vec<&str> = Vec::new();

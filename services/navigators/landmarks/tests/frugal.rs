@@ -1,4 +1,4 @@
-//! Steps of a drive do not allocate.
+//! Checks that no step of a drive allocates.
 
 use sketchnav_landmarks::drawn::DrawnMetres;
 use sketchnav_landmarks::file;
@@ -13,7 +13,7 @@ use sketchnav_runtime::{CountingAllocator, allocations_of_this_thread};
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
-/// Returns ranges that come and go: no return, single objects, objects all around.
+/// Returns ranges that vary from step to step: no return, single objects, objects all around.
 fn ranges(i: u32) -> [f64; 16] {
     std::array::from_fn(|beam| match (i / 3 + beam as u32 * 7) % 11 {
         0..4 => f64::INFINITY,
@@ -59,7 +59,7 @@ fn angles_rad() -> [f64; 16] {
 #[test]
 fn a_guide_allocates_nothing() {
     let (sketch, angles_rad) = (sketch(), angles_rad());
-    // By default, the robot would be lost at once in these ranges.
+    // By default, the robot would be lost at once with these ranges.
     let settings =
         Guiding { least_fit: 0.0, most_way: 1e6, beyond_m: DrawnMetres(1e6), ..Guiding::default() };
     let mut locator = Locator::new(&sketch, Locating::default(), 7).unwrap();
@@ -76,7 +76,7 @@ fn a_guide_allocates_nothing() {
     assert_eq!(steps, 600, "it drove to the end");
 }
 
-/// A checkpoint stores values but no capacity, so a localizer that resumed from one used to allocate when it met new objects.
+/// A checkpoint stores values but no spare capacity, so a localizer that resumed from one used to allocate when it met new objects.
 #[test]
 fn a_locator_that_goes_on_from_a_checkpoint_allocates_nothing() {
     let (sketch, angles_rad) = (sketch(), angles_rad());

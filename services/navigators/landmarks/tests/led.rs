@@ -1,4 +1,4 @@
-//! A lost robot stops, and a person helps (Chronis 2007, 4.8) by telling the planner which state the robot was led to.
+//! A lost robot stops, and a person helps by telling the planner which state the robot was led to (Chronis 2007, 4.8).
 
 use bytemuck::Zeroable;
 use sketchnav_landmarks::instructions::Instructions;
@@ -20,7 +20,7 @@ const WORDS: &str =
 /// Period of a tick, in nanoseconds.
 const TICK_NS: u64 = 100_000_000;
 
-/// A robot that moves and sees nothing.
+/// A world in which the robot moves but sees nothing.
 struct World {
     view: Box<LandmarkView>,
     odometry: Box<Odometry>,
@@ -88,7 +88,7 @@ impl Drive {
         *self.sent.get(STATUS.spec).unwrap().typed()
     }
 
-    /// Makes steps until the robot is no longer driving. Returns the last status.
+    /// Steps until the robot is no longer driving, and returns the last status.
     fn until_it_stands(&mut self) -> MissionStatus {
         let ended =
             (0..2000).find_map(|_| Some(self.step()).filter(|said| said.state != TaskState::Driving.code()));
@@ -116,7 +116,7 @@ fn a_robot_that_is_lost_goes_on_from_the_state_that_it_was_led_to() {
     drive.order(Order::Resume, 3);
     assert_eq!(drive.step().state, TaskState::Driving.code());
     assert!(drive.turns_left() > 0.0);
-    // Resumed at the state before, it turns to the other side, and waits for state 3 with the time for that.
+    // Resumed at the previous state, it turns the other way, and waits for state 3 as long as that leg takes.
     drive.order(Order::Resume, 2);
     drive.step();
     assert!(drive.turns_left() < 0.0);

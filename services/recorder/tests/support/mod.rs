@@ -16,7 +16,7 @@ pub fn run(name: &str, recording: &Path) -> RunConfig {
     run
 }
 
-/// The header of the scan `seq`.
+/// Returns the header of the scan `seq`.
 pub fn header(seq: u64) -> Header {
     Header { seq: 0, stamp_ns: seq * 100_000_000, source_seq: seq }
 }
@@ -43,7 +43,7 @@ impl TestSystem {
         Node::join(System::open(self.system.name()).unwrap(), process).unwrap()
     }
 
-    /// Removes the system, once its processes and their ends of channels are gone.
+    /// Removes the system. Its processes, and with them their ends of channels, must be gone.
     pub fn remove(self) {
         drop((self.channels, self.supervisor));
         Rc::into_inner(self.system).unwrap().remove().unwrap();

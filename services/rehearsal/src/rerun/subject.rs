@@ -17,7 +17,7 @@ use super::RerunError;
 use crate::RehearsalError;
 use crate::parts::{Part, World};
 
-/// The process that is executed again. The world comes with the durations of its steps.
+/// The process that is executed again. For the world, this includes the durations of its steps.
 pub(super) enum Subject {
     World(Box<World>, Vec<Duration>),
     Stage(Box<Staged>),

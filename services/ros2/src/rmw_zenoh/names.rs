@@ -31,7 +31,7 @@ pub struct Node {
     pub name: String,
 }
 
-/// The end of a topic that an endpoint belongs to.
+/// The role of an endpoint in its topic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
     /// A publisher.
@@ -90,7 +90,7 @@ pub fn graph(domain: u16) -> String {
     format!("{GRAPH}/{domain}/**")
 }
 
-/// Returns the full name of the topic of a token if it announces a publisher of this type.
+/// Returns the full name of the topic that a token belongs to, if the token announces a publisher of this type.
 pub fn published(token: &str, type_name: &str) -> Option<String> {
     // The parts after the domain are session, node, endpoint, kind, enclave, namespace, name, topic, type.
     let mut parts = token.strip_prefix(GRAPH)?.split('/').skip(5);

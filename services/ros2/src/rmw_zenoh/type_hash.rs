@@ -126,7 +126,7 @@ mod tests {
     use crate::topics;
     use sketchnav_schemas::channels;
 
-    /// The hashes of ROS 2 Jazzy and Kilted, as they appear in keys there.
+    /// The expected hashes are those that appear in the keys of ROS 2 Jazzy and Kilted.
     #[test]
     fn standard_types_have_the_hashes_of_ros_2() {
         for (kind, hash) in [

@@ -44,7 +44,7 @@ struct Requests {
     taken: u64,
 }
 
-/// A channel whose messages form one instant at a time: the ticks, or the messages that steps answer.
+/// A channel that contributes one message to each instant: the ticks, or the messages that steps answer.
 struct Queue {
     reader: RawReader,
     /// The message of the instant that is being assembled.

@@ -1,4 +1,4 @@
-//! The actor: this same binary, started again as a process that follows orders.
+//! The actor: this same test binary, started again as a process that obeys orders.
 
 use std::time::Duration;
 
@@ -14,7 +14,7 @@ use sketchnav_stage::Hosted;
 use crate::hosted::{Counter, Curious, fill_estimate};
 
 const LONG: Duration = Duration::from_secs(600);
-/// How often an actor checks for an answer before it reports that none came, and how long it sleeps in between.
+/// Number of times that an actor checks for an answer before it reports that none came, and the time to sleep in between.
 const LOOKS: u32 = 6000;
 const LOOK: Duration = Duration::from_millis(5);
 const CLEARING: Duration = Duration::from_millis(500);
@@ -62,7 +62,7 @@ impl Actor {
                 self.node = Some(Node::join(System::open(name)?, process.parse().unwrap())?);
             }
             ["be-asked-to-end"] => {
-                // When the supervisor starts a process, too, the signal waits until the process listens.
+                // A process that the supervisor starts also receives the signal only once it listens for it.
                 SigSet::from(Signal::SIGTERM).thread_block().unwrap();
                 raise(Signal::SIGTERM).unwrap();
             }
@@ -201,7 +201,7 @@ impl Actor {
         Ok(sample.map(|command| (command.header, command.last)))
     }
 
-    /// Returns the answers up to the one to `tick`: the ticks, the numbers, and the stage's counts.
+    /// Returns the stage's answers to all ticks up to `tick`: their ticks, their numbers, and the stage's counts.
     fn answers(
         &mut self,
         tick: u64,

@@ -1,4 +1,4 @@
-//! Stages under their host: their answers after their process is killed, or their state is lost or rejected.
+//! Stages under their host: how they answer after their process was killed, or their state was lost or rejected.
 
 use std::fs::OpenOptions;
 use std::os::unix::fs::FileExt;
@@ -101,7 +101,7 @@ fn hosting(stage: &Stage, system: &str, process: Process, order: &str) -> Player
     host
 }
 
-/// Returns the answers to some ticks, the first with the number `seq`, of a stage that had counted `count` ticks.
+/// Returns the answers to `ticks`, the first of which has the number `seq`, by a stage that had counted `count` ticks before.
 fn told(ticks: std::ops::RangeInclusive<u64>, seq: u64, count: u64) -> String {
     let first = *ticks.start();
     let one = |tick| format!("{tick}:{}:{}", seq + tick - first, count + tick - first);
@@ -131,8 +131,8 @@ fn a_killed_stage_answers_each_tick_once() {
     }
 }
 
-/// A process that had started from scratch, and was killed once more before its next checkpoint, used to answer old ticks a
-/// second time.
+/// Regression test: a process that had started from scratch, and was killed once more before its next checkpoint, used to
+/// answer old ticks a second time.
 #[test]
 fn a_stage_killed_again_after_a_fresh_start_answers_no_tick_twice() {
     let stage = Stage::new();
@@ -154,7 +154,7 @@ fn a_stage_killed_again_after_a_fresh_start_answers_no_tick_twice() {
     }
 }
 
-/// This used to end the mission, because the error counted as one of the mission, which no restart can cure.
+/// Regression test: this used to end the mission, because the error was attributed to the mission, and a restart cannot fix that.
 #[test]
 fn a_stage_that_refuses_its_state_starts_fresh() {
     let stage = Stage::new();
@@ -179,8 +179,8 @@ fn a_stage_that_refuses_its_state_starts_fresh() {
     assert_eq!(recorder.tell("estimates 42"), told(41..=42, 41, 1));
 }
 
-/// A planner that had fallen behind, as can happen in real time, mistook an estimate for that of the first tick that was still
-/// there. From then on, each estimate was paired with the wrong tick.
+/// Regression test: a planner that had fallen behind, as can happen in real time, mistook an estimate for that of the first
+/// tick that was still there. From then on, each estimate was paired with the wrong tick.
 #[test]
 fn after_an_overflow_each_answer_still_belongs_to_its_tick() {
     let stage = Stage::new();
@@ -202,7 +202,7 @@ fn after_an_overflow_each_answer_still_belongs_to_its_tick() {
     assert_eq!(recorder.tell("commands 300"), expected.join(" "));
 }
 
-/// Such a stage used to wait forever for a first message, which it never got.
+/// Regression test: such a stage used to wait forever for a first message, which it never got.
 #[test]
 fn a_stage_that_opens_a_forbidden_channel_fails_with_its_name() {
     let stage = Stage::new();

@@ -64,7 +64,8 @@ fn a_sketch_is_read_where_it_was_written() {
     assert_eq!(reader.tell("hold-sketch"), place);
 }
 
-/// Eight observers took all places of a channel. A killed recorder could not come back, which ended the mission.
+/// Regression test: eight observers took all places of a channel. A killed recorder could not come back, which ended the
+/// mission.
 #[test]
 fn observers_take_no_readers_place() {
     let stage = Stage::new();
@@ -80,12 +81,13 @@ fn observers_take_no_readers_place() {
         reader.does("open scan-reader");
         reader.kill();
     }
-    // The place of a killed observer is free again.
+    // The slot of a killed observer is free again.
     observers[0].kill();
     observers[6].does("open scan-reader");
 }
 
-/// As root, with `fs.protected_symlinks` off, a link among the files of a system used to make it overwrite an unrelated file.
+/// Regression test: as root, with `fs.protected_symlinks` off, a link among the files of a system used to make it overwrite an
+/// unrelated file.
 #[test]
 fn a_link_among_the_files_of_a_system_is_reported_and_not_followed() {
     let stage = Stage::new();
@@ -120,7 +122,7 @@ fn next_file(stage: &Stage, system: &str) -> PathBuf {
     PathBuf::from(owner.replace("_owner", &format!("_{name}")))
 }
 
-/// A process that saw the first file of a system could create the next one, and the only error was
+/// Regression test: a process that saw the first file of a system could create the next one, and the only error was
 /// "UnableToGenerateUniqueNodeId".
 #[test]
 fn a_link_that_blocks_a_start_is_reported() {
@@ -157,7 +159,7 @@ fn another_users_file_blocks_the_start() {
     assert_eq!(stage.leftovers("late"), Vec::<String>::new());
 }
 
-/// A writer whose history had lost its pages used to be killed by SIGBUS, without a message.
+/// Regression test: a writer whose history had lost its pages used to be killed by SIGBUS, without a message.
 #[test]
 fn a_writer_with_a_truncated_history_exits_with_a_code() {
     let stage = Stage::new();
@@ -374,9 +376,9 @@ fn a_request_to_end_wakes_a_sleeper() {
     }
 }
 
-/// When a process was asked to end while it was joining, the signal rang its bell before the process first looked at it. The
-/// process took the ring for an old one and slept for good. On a loaded machine, one in five systems that were interrupted
-/// right after their start hung.
+/// Regression test: when a process was asked to end while it was joining, the signal rang its bell before the process first
+/// looked at it. The process took the ring for an old one and slept for good. On a loaded machine, one in five systems that
+/// were interrupted right after their start hung.
 #[test]
 fn a_request_to_end_before_joining_is_honoured() {
     let stage = Stage::new();

@@ -17,17 +17,17 @@ const MAX_SHOWN: usize = 5;
 /// of the previous scan, the user is warned.
 const STANDING_SHARE: f64 = 10.0;
 
-/// What became of a log.
+/// How much of a log was converted, and what was left out.
 #[derive(Debug, Serialize)]
 pub struct Summary {
     recording: String,
     scans: u64,
-    /// The first word of the scans' lines.
+    /// The first word of the lines that contain the scans.
     kind: &'static str,
     lasers: Vec<LaserFigures>,
     odometry: Odometry,
     left_out: LeftOut,
-    /// Number of lines of each unsupported kind, by their first words.
+    /// Number of lines of each unsupported kind, keyed by the first word of the line.
     not_read: BTreeMap<String, u64>,
     warnings: Vec<String>,
 }

@@ -90,8 +90,8 @@ fn a_log_without_poses_needs_a_start() {
     assert_eq!(recording.all(TRUTH).unwrap().len(), 0, "its true pose is unknown");
 }
 
-/// A log of a robot that had turned round many times was rejected, because its headings exceeded those allowed in
-/// missions. Headings that look like degrees only raise a doubt.
+/// Regression test: a log of a robot that had turned round many times was rejected, because its headings exceeded those allowed
+/// in missions. Headings that look like degrees only raise a doubt.
 #[test]
 fn headings_continue_beyond_a_full_turn() {
     let line = |i: f64| {
@@ -106,7 +106,7 @@ fn headings_continue_beyond_a_full_turn() {
     assert!((heading_deg - (23.0_f64.to_degrees() - 3.0 * 360.0 - 360.0)).abs() < 1e-9, "{heading_deg}");
 }
 
-/// The quaternions of a recording's odometry had length 0.5. The result was "0 estimates", without a reason.
+/// Regression test: the quaternions of a recording's odometry had length 0.5. The result was "0 estimates", without a reason.
 #[test]
 fn odometry_that_every_reader_rejects_is_reported() {
     let text: String = (0..10).map(|i| flaser(180, 3.0 + f64::from(i) / 10.0)).collect();

@@ -62,7 +62,7 @@ impl Clock {
         self.restart();
     }
 
-    /// Describes the state for people.
+    /// Returns the playback rate for people to read, or `paused`.
     pub fn words(&self) -> String {
         match self.rate {
             _ if self.is_paused => "paused".to_owned(),
@@ -87,7 +87,7 @@ mod tests {
         assert_eq!(Clock::new(Rate::Max, false).until(u64::MAX), Some(Duration::ZERO));
     }
 
-    /// A step used to be a single message, so stepping through an instant of nine messages took nine steps.
+    /// Regression test: a step used to be a single message, so stepping through an instant of nine messages took nine steps.
     #[test]
     fn a_step_is_an_instant() {
         let mut clock = Clock::new(Rate::Max, true);

@@ -77,7 +77,7 @@ impl Plan {
         self.topics.get(channel.name).map(String::as_str)
     }
 
-    /// Returns a selection of the messages that are played, at all times.
+    /// Returns the selection of all messages to play, without the limits of the period.
     pub fn selection(&self) -> Selection {
         Selection::of_topics(self.topics.values().cloned())
     }

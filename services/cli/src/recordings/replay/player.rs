@@ -30,7 +30,7 @@ const SHORT_NAP: Duration = Duration::from_micros(200);
 /// Maximum time that a live process may take to start or to answer.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// How playing ended.
+/// How playback ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
     /// The end of the recording was reached.
@@ -56,7 +56,7 @@ pub struct Player<'a> {
     sent_ns: u64,
 }
 
-/// How an instant ended.
+/// How playback continues after an instant.
 enum Turn {
     Next,
     Seek(u64),
@@ -225,7 +225,7 @@ impl<'a> Player<'a> {
         Ok(self.recording.select(selection)?.collect::<Result<_, _>>()?)
     }
 
-    /// Waits until a message is due by the clock, and handles keys in the meantime.
+    /// Waits until a message is due, and handles keys in the meantime.
     fn wait_until_due(&mut self, message: &RawMessage, supervisor: &mut Supervisor) -> anyhow::Result<Turn> {
         loop {
             match self.keys.next() {
@@ -287,7 +287,7 @@ fn bar(times_ns: &Range<u64>) -> ProgressBar {
     bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
-/// The answers of the live processes.
+/// The channels on which live processes answer ticks.
 struct Answers {
     answers: Vec<Answer>,
     _node: Node,

@@ -69,7 +69,7 @@ impl Port {
     }
 }
 
-/// The channels, each by the topic of the recording that is played into it.
+/// The channels, keyed by the topic that is played into each of them.
 pub struct Ports {
     ports: BTreeMap<String, Port>,
     /// The nodes that own the ports. Declared after `ports`, which must be dropped first.
@@ -127,8 +127,7 @@ impl Ports {
             }
             decoded => decoded?,
         };
-        // Readers would take the recorded health of a live process for a second life of that process, so it is not
-        // played.
+        // Readers would mistake the recorded health of a live process for that of a second instance, so it is not played.
         if port.writer.spec() == HEALTH.spec {
             let health: &Health = bytemuck::from_bytes(decoded.bytes());
             if self.live.iter().any(|process| process.code() == health.process) {

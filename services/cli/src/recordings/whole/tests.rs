@@ -18,7 +18,7 @@ fn a_folder_with_one_recording_stands_for_it() {
     assert!(only_one_in(folder.path()).unwrap_err().to_string().contains("found 2"));
 }
 
-/// Recordings from other systems and recordings packed by hand were once not found in a folder.
+/// Regression test: recordings from other systems and recordings packed by hand were once not found in a folder.
 #[test]
 fn a_recording_is_found_however_its_name_ends() {
     for (name, bytes) in [
@@ -59,7 +59,7 @@ fn count(whole: &Whole) -> u64 {
     sketchnav_recordings::info::info_of_messages(whole.path()).unwrap().messages
 }
 
-/// `filter`, `relations` and other commands once expected a run.json in a folder with two files.
+/// Regression test: `filter`, `relations` and other commands once expected a run.json in a folder with two files.
 #[test]
 fn a_foreign_bag_is_one_recording_and_missing_files_are_named() {
     let folder = tempfile::tempdir().unwrap();
@@ -92,7 +92,7 @@ fn run(folder: &Path, line: &str) -> Result<Outcome, Failure> {
 const COPIES: [&str; 3] =
     ["filter X -o X/../y.mcap", "merge X X -o X/../y.mcap", "split X --rosbag2 -o X/../parts"];
 
-/// Copying a bag whose second file was cut off copied only part of it, and the user was not warned.
+/// Regression test: copying a bag whose second file was cut off copied only part of it, and the user was not warned.
 #[test]
 fn a_truncated_file_in_a_series_is_reported_as_a_loss() {
     let outer = tempfile::tempdir().unwrap();
@@ -119,7 +119,7 @@ fn a_truncated_file_in_a_series_is_reported_as_a_loss() {
     }
 }
 
-/// One file in the middle of a split recording was missing, and the user was not warned.
+/// Regression test: one file in the middle of a split recording was missing, and the user was not warned.
 #[test]
 fn a_missing_number_is_named() {
     let folder = tempfile::tempdir().unwrap();
@@ -154,7 +154,7 @@ fn a_damaged_message_in_a_bag_counts_as_lost() {
     }
 }
 
-/// An error used to name a temporary file, which no longer existed when the error was read.
+/// Regression test: an error used to name a temporary file, which no longer existed when the error was read.
 #[test]
 fn errors_name_the_path_that_was_given() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Forms of markers, which select the notation of a figure, and the part of a whole experiment or of a study's table to show.
+//! Forms of markers. They determine how a figure is written, and which part of a whole experiment or of a study's table is shown.
 
 use std::fmt::Write as _;
 
@@ -7,9 +7,9 @@ use crate::experiments::outcome::Kind;
 use crate::experiments::statistics::Tally;
 use crate::experiments::studies::{Table, report};
 
-/// Words for the variants of [`Whole`].
+/// Words for the variants of [`Whole`], for error messages.
 pub const WHOLE_FORMS: &str = "lines, verdicts, notices or groups";
-/// Words for the variants of [`Form`].
+/// Words for the variants of [`Form`], for error messages.
 pub const FORMS: &str = "share, percent, of or rated, each also with -on-sketch or -by-place, reached, attempts, known, majority, displacement, touched, or how tasks ended";
 
 /// The part of a whole experiment that is shown.
@@ -41,7 +41,8 @@ impl Whole {
 pub enum Shown {
     /// The whole table.
     Whole,
-    /// The cell in a column and a row, in percent or not. If the table has an interval and a count for it, they are shown too.
+    /// One cell, given by its column and row, in percent or not. If the table has an interval and a count for it, these are shown,
+    /// too.
     Cell { column: String, row: String, is_percent: bool },
 }
 
@@ -84,17 +85,17 @@ impl Shown {
     }
 }
 
-/// Columns with the number of cases that a share or mean is based on.
+/// Columns that contain the number of cases on which a share or a mean is based.
 const COUNTS: [&str; 2] = ["worlds", "journeys"];
 
-/// The style of a figure, and the criterion for reaching a task.
+/// How a figure is written, and by which criterion a task counts as reached.
 #[derive(Clone, Copy)]
 pub struct Form {
     style: Style,
     judgement: Judgement,
 }
 
-/// The criterion for reaching a task.
+/// Criterion by which a task counts as reached.
 #[derive(Clone, Copy, PartialEq)]
 enum Judgement {
     /// By the true final position and the true path.

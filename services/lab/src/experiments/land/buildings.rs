@@ -9,7 +9,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_4, TAU};
 use std::iter;
-use std::path::PathBuf;
+use std::path::Path;
 
 use rand::RngExt;
 use rand::seq::IndexedRandom;
@@ -18,9 +18,10 @@ use sketchnav_directions::Point;
 use sketchnav_directions::path::{Atlas, Measure, Objective, Start as Beginning, best};
 use sketchnav_directions::stages::sketcher;
 use sketchnav_rehearsal::RehearsalError;
-use sketchnav_schemas::floor_plan::{FloorPlan, Marker, Person};
+use sketchnav_schemas::floor_plan::{Door, FloorPlan, Furniture, Marker, Person, Wall};
 use sketchnav_schemas::mission::WorldSource;
 use sketchnav_schemas::seed;
+use sketchnav_sim::description::WorldDescription;
 use sketchnav_sim::offices::Shape;
 use sketchnav_sim::scenes::distance;
 use sketchnav_sim::{files, floor_plan, poles};
@@ -29,9 +30,16 @@ use sketchnav_stage::StageError;
 use super::{BESIDE_M, Journey, tables};
 use crate::error::EvalError;
 use crate::experiments::ground::{Ground, length_m};
-use crate::experiments::suite::{Folders, Suite};
+use crate::experiments::suite::{Datum, Folders, Suite};
 use crate::experiments::trial::{Page, Trial};
 
+/// The floor that is not part of the project.
+const BUILDING_079: Datum =
+    Datum { what: "the map of Building 079 in Freiburg", file: "maps/Freiburg79_scan.yaml" };
+/// Thickness of its traced walls, which is the size of the map's cells, in metres.
+const TRACED_M: f64 = 0.06;
+/// Width of its widest doors, in metres. Wider openings join parts of halls.
+const WIDEST_DOOR_M: f64 = 1.6;
 /// Number of journeys through each floor without people, and again with people.
 const JOURNEYS: usize = 50;
 /// Number of pairs of poles that are tried to find those journeys.
@@ -69,23 +77,111 @@ const WALKS: usize = 40;
 /// Distance between the waypoints of a person, in cells.
 const STRIDE: usize = 8;
 
-/// Loads the suite.
+/// The conditions of a journey.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Condition {
+    /// Nobody else moves.
+    Alone,
+    /// People walk around.
+    AmongPeople,
+    /// People walk around, and markers show the kinds of most poles.
+    WithKinds,
+    /// Nobody else moves, and the robot has a differential drive.
+    Turning,
+}
+
+impl Condition {
+    /// Returns the end of a journey's name.
+    fn suffix(self) -> &'static str {
+        match self {
+            Self::Alone => "",
+            Self::AmongPeople => "/people",
+            Self::WithKinds => "/people/kinds",
+            Self::Turning => "/rover",
+        }
+    }
+
+    /// Returns the file of the robot.
+    fn robot(self) -> &'static str {
+        match self {
+            Self::Alone | Self::AmongPeople => "panorama.toml",
+            Self::WithKinds => "panorama-camera.toml",
+            Self::Turning => "rover.toml",
+        }
+    }
+}
+
+/// Loads the `directions-buildings` suite.
 ///
 /// # Errors
 /// [`EvalError`] if a file is missing.
 pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
-    let missions = folders.project.join("sim/missions");
-    let shipped = ("building", missions.join("building/building.floor.toml"));
-    let made = Shape::ALL
-        .map(|shape| (shape.name(), missions.join("offices").join(format!("{}.floor.toml", shape.name()))));
+    let (floors, skipped) = floors(folders)?;
+    let conditions = [Condition::Alone, Condition::AmongPeople, Condition::WithKinds];
+    let mut suite = through(folders, floors, &conditions, JOURNEYS)?;
+    suite.notices.splice(0..0, skipped);
+    Ok(suite)
+}
+
+/// Returns the floors of the `directions-buildings` suite, and a notice for each whose data are missing.
+fn floors(folders: &Folders) -> Result<(Vec<Floor>, Vec<String>), EvalError> {
+    let shipped = iter::once("building/building".to_owned());
+    let made = Shape::ALL.into_iter().map(|shape| format!("offices/{}", shape.name()));
+    let mut floors =
+        shipped.chain(made).map(|name| Floor::shipped(folders, &name)).collect::<Result<Vec<_>, _>>()?;
+    let mut notices = Vec::new();
+    match folders.datum(BUILDING_079) {
+        Ok(path) => floors.push(Floor::of_map("building-079", &path)?),
+        Err(missing) => notices.push(format!("skipped: building-079: {missing}")),
+    }
+    Ok((floors, notices))
+}
+
+/// Floors of the `directions-choice` suite, in addition to the second office floor of each shape.
+const CHOICE: [&str; 11] = [
+    "double-1",
+    "double-3",
+    "hall-1",
+    "hall-3",
+    "l-1",
+    "l-3",
+    "ring-1",
+    "ring-3",
+    "straight-1",
+    "straight-2",
+    "t-1",
+];
+/// Maximum number of journeys through each floor of the `directions-choice` suite under each condition.
+const CHOICE_JOURNEYS: usize = 40;
+
+/// Loads the `directions-choice` suite, whose floors and journeys are used to choose between methods and are not reported.
+///
+/// # Errors
+/// [`EvalError`] if a file is missing.
+pub fn choice(folders: &Folders) -> Result<Suite, EvalError> {
+    let offices = Shape::ALL.into_iter().map(|shape| format!("offices/{}-2", shape.name()));
+    let names = CHOICE.into_iter().map(|name| format!("floors/{name}")).chain(offices);
+    let floors = names.map(|name| Floor::shipped(folders, &name)).collect::<Result<_, _>>()?;
+    let conditions = [Condition::Alone, Condition::AmongPeople, Condition::Turning];
+    through(folders, floors, &conditions, CHOICE_JOURNEYS)
+}
+
+/// Returns the suite of journeys through floors.
+fn through(
+    folders: &Folders,
+    floors: Vec<Floor>,
+    conditions: &[Condition],
+    count: usize,
+) -> Result<Suite, EvalError> {
     let (mut trials, mut notices) = (Vec::new(), Vec::new());
-    for (name, path) in iter::once(shipped).chain(made) {
-        let site = Site::open(folders, name, path)?;
-        let (journeys, unjoined) = site.journeys()?;
+    for floor in floors {
+        let site = Site::open(folders, floor)?;
+        let (journeys, unjoined) = site.journeys(conditions, count)?;
         notices.push(format!(
-            "{name}: {} poles. Of {} pairs of poles, no path joins {unjoined}.",
+            "{}: {} poles. Of {} pairs of poles, no path joins {unjoined}.",
+            site.name,
             site.poles.len(),
-            journeys.len() / 3 + unjoined
+            journeys.len() / conditions.len() + unjoined
         ));
         trials.extend(journeys);
     }
@@ -100,11 +196,65 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     })
 }
 
+/// A floor without poles.
+struct Floor {
+    name: String,
+    /// The true floor.
+    source: WorldSource,
+    world: WorldDescription,
+    /// The floor as given to the map-maker.
+    plan: FloorPlan,
+}
+
+impl Floor {
+    /// Reads a floor plan of the project, given by its path without the end.
+    fn shipped(folders: &Folders, name: &str) -> Result<Self, EvalError> {
+        let path = folders.project.join(format!("sim/missions/{name}.floor.toml"));
+        let plan = files::floor_plan(&path)?;
+        let name = name.rsplit('/').next().unwrap_or(name).to_owned();
+        let floor_plan = Some(path.to_string_lossy().into_owned());
+        let world = floor_plan::describe(&plan)?;
+        Ok(Self { name, source: WorldSource { floor_plan, ..WorldSource::default() }, world, plan })
+    }
+
+    /// Reads a map. The map-maker gets the straightened outline of its walls, as people trace them, with its furniture and its doors,
+    /// which are the openings that are no wider than a door.
+    fn of_map(name: &str, path: &Path) -> Result<Self, EvalError> {
+        let map = files::occupancy_map(path)?;
+        let traced = sketchnav_deform::Floor::of_map(&map, name)?;
+        let door = |[a, b]: [[f64; 2]; 2]| Door {
+            at: [0, 1].map(|axis| (a[axis] + b[axis]) / 2.0),
+            width_m: distance(a, b),
+        };
+        let doors = traced.doorways().iter().map(|opening| door(opening.jambs.map(|jamb| [jamb.x, jamb.y])));
+        let furniture = traced.furniture().iter().map(|piece| Furniture {
+            center: Some([piece.center.x, piece.center.y]),
+            size: Some(piece.size_m),
+            name: String::new(),
+            polygon: None,
+            yaw_deg: 0.0,
+            radius_m: None,
+        });
+        let plan = FloorPlan {
+            name: name.to_owned(),
+            wall_thickness_m: TRACED_M,
+            wall: traced.walls().map(|points| Wall { points, closed: false }).collect(),
+            door: doors.filter(|door| door.width_m <= WIDEST_DOOR_M).collect(),
+            furniture: furniture.collect(),
+            person: Vec::new(),
+            marker: Vec::new(),
+        };
+        let source = WorldSource { map: Some(path.to_string_lossy().into_owned()), ..WorldSource::default() };
+        Ok(Self { name: name.to_owned(), source, world: map.describe(name)?, plan })
+    }
+}
+
 /// A floor with poles.
 struct Site<'a> {
     folders: &'a Folders,
-    name: &'static str,
-    path: PathBuf,
+    name: String,
+    /// The true floor, without its poles.
+    source: WorldSource,
     /// The floor with its poles, as given to the map-maker.
     plan: FloorPlan,
     /// People of the floor plan, who walk on every journey.
@@ -118,9 +268,8 @@ struct Site<'a> {
 }
 
 impl<'a> Site<'a> {
-    fn open(folders: &'a Folders, name: &'static str, path: PathBuf) -> Result<Self, EvalError> {
-        let mut plan = files::floor_plan(&path)?;
-        let mut world = floor_plan::describe(&plan)?;
+    fn open(folders: &'a Folders, floor: Floor) -> Result<Self, EvalError> {
+        let Floor { name, source, mut world, mut plan } = floor;
         let mut rng = seed::stream(1, &format!("eval/buildings/poles/{name}"));
         let (poles, at_doors) = put_up(&plan, &Ground::of_world(&world, CELL_M, FROM_WALLS_M), &mut rng);
         let furniture = poles::furniture(&poles);
@@ -128,22 +277,23 @@ impl<'a> Site<'a> {
         plan.furniture.extend(furniture);
         // The map-maker does not take the people into account.
         let inhabitants = std::mem::take(&mut plan.person);
-        let robot = files::robot(&super::robot(folders, false))?;
+        let robot = files::robot(&super::robot(folders, Condition::Alone.robot()))?;
         let ground = Ground::of_world(&world, CELL_M, robot.radius_m + BERTH_M);
         let pavement = Ground::of_world(&world, CELL_M, 0.3);
-        Ok(Self { folders, name, path, plan, inhabitants, poles, at_doors, ground, pavement })
+        Ok(Self { folders, name, source, plan, inhabitants, poles, at_doors, ground, pavement })
     }
 
-    /// Returns the journeys without people, with people, and with people and markers, in this order, and the number of pairs of
-    /// poles that have no path.
-    fn journeys(&self) -> Result<(Vec<Trial>, usize), EvalError> {
+    /// Returns up to `count` journeys under each of the conditions, one condition after the other, and the number of pairs of poles
+    /// that have no path.
+    fn journeys(&self, conditions: &[Condition], count: usize) -> Result<(Vec<Trial>, usize), EvalError> {
         let mut rng = seed::stream(1, &format!("eval/buildings/journeys/{}", self.name));
-        let (mut calm, mut among_people, mut marked, mut unjoined) = (Vec::new(), Vec::new(), Vec::new(), 0);
+        let (mut journeys, mut unjoined) = (vec![Vec::new(); conditions.len()], 0);
         let with_markers = self.marked();
         let walks = self.walks(&mut rng);
-        let Some(atlas) = self.atlas()? else { return Ok((calm, unjoined)) };
+        let Some(atlas) = self.atlas()? else { return Ok((Vec::new(), unjoined)) };
         for _ in 0..TRIES {
-            if calm.len() == JOURNEYS {
+            let number = journeys[0].len();
+            if number == count {
                 break;
             }
             let Some((start, goal)) = self.pair(&mut rng) else { continue };
@@ -157,17 +307,14 @@ impl<'a> Site<'a> {
             else {
                 continue;
             };
-            let number = calm.len();
             let away: Vec<&Person> = walks.iter().filter(is_away).collect();
             let people: Vec<_> = away.sample(&mut rng, PEOPLE).map(|person| (*person).clone()).collect();
             let way = Way { number, start, goal, way_m };
-            marked.push(self.journey(way, people.clone(), Some(&with_markers))?);
-            among_people.push(self.journey(way, people, None)?);
-            calm.push(self.journey(way, Vec::new(), None)?);
+            for (journeys, &condition) in journeys.iter_mut().zip(conditions) {
+                journeys.push(self.journey(way, condition, &people, &with_markers)?);
+            }
         }
-        calm.extend(among_people);
-        calm.extend(marked);
-        Ok((calm, unjoined))
+        Ok((journeys.concat(), unjoined))
     }
 
     /// Returns a place beside a pole, and another pole.
@@ -190,34 +337,33 @@ impl<'a> Site<'a> {
         self.ground.way(start, beside).map(|way| length_m(&way))
     }
 
-    /// Creates a journey, with people walking around if there are any. With a plan, the poles have the markers of that plan.
+    /// Creates a journey. Depending on the condition, these people walk around, and the poles have the markers of the plan `marked`.
     fn journey(
         &self,
         Way { number, start, goal, way_m }: Way,
-        person: Vec<Person>,
-        marked: Option<&FloorPlan>,
+        condition: Condition,
+        people: &[Person],
+        marked: &FloorPlan,
     ) -> Result<Trial, EvalError> {
-        let with = match (person.is_empty(), marked) {
-            (true, _) => "",
-            (false, None) => "/people",
-            (false, Some(_)) => "/people/kinds",
-        };
+        let (name, suffix) = (&self.name, condition.suffix());
+        let has_kinds = condition == Condition::WithKinds;
+        let has_people = has_kinds || condition == Condition::AmongPeople;
         let journey = Journey {
-            name: format!("{}/{number:02}{with}", self.name),
-            line: format!("{}{with}", self.name),
+            name: format!("{name}/{number:02}{suffix}"),
+            line: format!("{name}{suffix}"),
+            robot: condition.robot(),
             world: WorldSource {
-                floor_plan: Some(self.path.to_string_lossy().into_owned()),
                 furniture: poles::furniture(&self.poles),
-                person,
-                marker: marked.map_or(Vec::new(), |plan| plan.marker.clone()),
-                ..WorldSource::default()
+                person: if has_people { people.to_vec() } else { Vec::new() },
+                marker: if has_kinds { marked.marker.clone() } else { Vec::new() },
+                ..self.source.clone()
             },
-            plan: marked.unwrap_or(&self.plan),
+            plan: if has_kinds { marked } else { &self.plan },
             start,
             goal,
             way_m,
             number: number as u64,
-            markers: if marked.is_some() { self.numbers() } else { BTreeMap::new() },
+            markers: if has_kinds { self.numbers() } else { BTreeMap::new() },
         };
         journey.trial(self.folders)
     }
@@ -270,7 +416,7 @@ impl<'a> Site<'a> {
     /// Returns the map-maker's information about the floor, or `None` if it has no poles.
     fn atlas(&self) -> Result<Option<Atlas>, EvalError> {
         let Some(&pole) = self.poles.first() else { return Ok(None) };
-        let trial = self.journey(Way::nowhere(pole), Vec::new(), None)?;
+        let trial = self.journey(Way::nowhere(pole), Condition::Alone, &[], &self.plan)?;
         let failed = |error: StageError| EvalError::Trial {
             trial: trial.name.clone(),
             cause: Box::new(RehearsalError::Stage(error)),
@@ -366,9 +512,9 @@ mod tests {
     #[test]
     fn every_journey_is_driven_alone_among_people_and_among_people_with_markers() {
         let folders = Folders::of_checkout();
-        let path = folders.project.join("sim/missions/offices/hall.floor.toml");
-        let site = Site::open(&folders, "hall", path).unwrap();
-        let (journeys, _) = site.journeys().unwrap();
+        let site = Site::open(&folders, Floor::shipped(&folders, "offices/hall").unwrap()).unwrap();
+        let conditions = [Condition::Alone, Condition::AmongPeople, Condition::WithKinds];
+        let (journeys, _) = site.journeys(&conditions, JOURNEYS).unwrap();
         assert_eq!(journeys.len(), 3 * JOURNEYS);
         for (i, journey) in journeys.iter().enumerate() {
             let mission = &journey.mission;
@@ -380,6 +526,13 @@ mod tests {
         }
     }
 
+    #[test]
+    fn without_its_map_building_079_is_left_out_with_a_notice() {
+        let (floors, notices) = floors(&Folders::of_checkout()).unwrap();
+        assert_eq!(floors.len(), 7);
+        assert!(matches!(&notices[..], [notice] if notice.contains("skipped: building-079")), "{notices:?}");
+    }
+
     /// The map-maker plans with the landmarks that it expects the robot to see. Regression test: every seventh landmark that the
     /// robot found was a part of a wall behind a door, so no plan could succeed.
     #[test]
@@ -387,8 +540,8 @@ mod tests {
         let folders = Folders::of_checkout();
         let mut counts = Counts::default();
         for name in ["building/building", "offices/ring", "offices/hall", "offices/comb"] {
-            let path = folders.project.join(format!("sim/missions/{name}.floor.toml"));
-            counts.add(&Site::open(&folders, "seen", path).unwrap());
+            let floor = Floor { name: "seen".into(), ..Floor::shipped(&folders, name).unwrap() };
+            counts.add(&Site::open(&folders, floor).unwrap());
         }
         let Counts { found, missed, unexpected, other } = counts;
         assert!(found > 1500, "{counts:?}");
@@ -409,7 +562,7 @@ mod tests {
     impl Counts {
         /// Compares the landmarks found in scans at random places with those expected by the map-maker.
         fn add(&mut self, site: &Site<'_>) {
-            let trial = site.journey(Way::nowhere(site.poles[0]), Vec::new(), None).unwrap();
+            let trial = site.journey(Way::nowhere(site.poles[0]), Condition::Alone, &[], &site.plan).unwrap();
             let finder = settings::finder(&trial.mission, &trial.robot).unwrap().unwrap();
             let world = floor_plan::describe(&site.plan).unwrap();
             let solids = world.walls.iter().chain(&world.furniture);

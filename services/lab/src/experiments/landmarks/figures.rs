@@ -1,5 +1,5 @@
-//! Figures 5.3 to 5.6 of Chronis 2007, computed from drives without additional states. They show what
-//! determines whether a turn, a sketch or a state succeeds.
+//! Figures 5.3 to 5.6 of Chronis 2007, computed from drives without additional states. They show what decides whether a turn, a
+//! sketch or a state succeeds.
 
 use crate::experiments::landmarks::tables::{Driven, Row};
 use crate::experiments::section::{Form, Mark, Plot, Section};
@@ -7,9 +7,9 @@ use crate::experiments::table::Table;
 use crate::judge::states::StateDriven;
 use sketchnav_schemas::statistics::wilson;
 
-/// Minimum number of successful runs out of five for a sketch or state to succeed (5.2.1).
+/// Minimum number of successful runs out of five for a sketch or a state to count as successful (5.2.1).
 const MOST_RUNS: usize = 3;
-/// Angles between which the thesis finds its successful turns, in degrees.
+/// Range of the angles of turns that succeed according to the thesis, in degrees.
 const GOOD_ANGLES_DEG: [f64; 2] = [60.0, 90.0];
 /// Minimum number of steps that counts as many (5.2.1).
 const MANY_STEPS: f64 = 10.0;
@@ -20,7 +20,7 @@ pub fn sections(base: &[Driven<'_>; 2], extended: &[Driven<'_>; 2]) -> Vec<Secti
     vec![turns(a, b), states_of_sketches(base, extended), steps_of_sketches(a), all_steps(a)]
 }
 
-/// A state to drive to: its sketch and number, its objects as drawn, and the number of runs that matched it.
+/// A state that runs drove to: its sketch and number, its objects as drawn, and the number of runs that matched it.
 struct Reached<'a> {
     sketch: usize,
     state: usize,
@@ -29,7 +29,7 @@ struct Reached<'a> {
     runs: usize,
 }
 
-/// Returns every state of each sketch except the first, which the thesis leaves out too.
+/// Returns every state of each sketch except the first one, which the thesis leaves out as well.
 fn states<'a>(driven: &'a Driven<'a>) -> impl Iterator<Item = Reached<'a>> {
     driven.rows().flat_map(|(sketch, row): (usize, &'a Row<'a>)| {
         let drawn = row.runs[0].states.iter().enumerate().skip(1);
@@ -59,7 +59,7 @@ fn plot(
     Plot { title, x_unit: x_unit.into(), y_unit: y_unit.into(), form, marks: marks.collect() }
 }
 
-/// Returns a line of a table with the number of successes among those counted.
+/// Returns a row of a table with the number of successes among the outcomes.
 fn count(name: &str, outcomes: impl Iterator<Item = bool>) -> Vec<String> {
     let outcomes: Vec<bool> = outcomes.collect();
     let good = outcomes.iter().filter(|good| **good).count();
@@ -72,7 +72,7 @@ fn table(what: &str, rows: Vec<Vec<String>>) -> Table {
     Table { header: vec![what.to_owned(), "succeed".into(), "95 %".into()], rows }
 }
 
-/// Figure 5.3: turning rates of scene A, and turning angles of both scenes.
+/// Figure 5.3: turning rates in scene A, and turning angles in both scenes.
 fn turns(a: &Driven<'_>, b: &Driven<'_>) -> Section {
     let of = |driven| states(driven).filter(|state| state.drawn.ends_turn);
     let rate = |state: &Reached<'_>| state.drawn.turned_deg / state.drawn.steps.max(1e-9);

@@ -1,4 +1,4 @@
-//! The `landmark-isolation` suite drives by landmark states without people's errors (Chronis 2007, 5.2.3 and
+//! The `landmark-isolation` suite drives by landmark states that were extracted without people's errors (Chronis 2007, 5.2.3 and
 //! 5.3.1).
 
 use serde_json::json;
@@ -102,10 +102,9 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     })
 }
 
-/// Returns a true sketch with the route of a robot that was guided along the true path by software, "creating
-/// an accurate path" (5.2.3). The robot's odometry is exact and its only source of information, and it looks
-/// no further ahead than necessary. It is only driven when the sketch is needed, so listing jobs does not
-/// drive it.
+/// Returns an error-free sketch with the route of a robot that software guided along the true path, "creating an accurate path"
+/// (5.2.3). The robot's odometry is exact and its only source of information, and it looks no further ahead than necessary. The
+/// robot is driven only when the sketch is needed, so that listing jobs does not drive it.
 fn driven_way(folders: &Folders, scene: &Scene, seed: u64) -> Result<Page, EvalError> {
     let guided = trial("guided".into(), String::new(), mission(folders, scene, by_bytes(BELIEF)))?;
     let mut guided = Trial { bytes: Some(true_sketch(scene, &scene.way)), ..guided };
@@ -121,7 +120,7 @@ fn driven_way(folders: &Folders, scene: &Scene, seed: u64) -> Result<Page, EvalE
     }))
 }
 
-/// Sets up a robot with an exact pose that follows the path closely.
+/// Gives the robot exact odometry, and makes it follow the path closely.
 fn guide_exactly(guided: &mut Trial) {
     guided.robot.odometry = guided.robot.odometry.map(|odometry| OdometryNoise {
         rate_hz: odometry.rate_hz,
@@ -156,7 +155,7 @@ fn guide_exactly(guided: &mut Trial) {
 mod tests {
     use super::*;
 
-    /// Regression test: loading the suite drove five missions, even if only its jobs were listed.
+    /// Regression test: loading the suite used to drive five missions, even if only its jobs were listed.
     #[test]
     fn loading_the_suite_of_isolated_states_drives_nothing() {
         let mut suite = suite(&Folders::of_checkout()).unwrap();
@@ -168,8 +167,8 @@ mod tests {
         assert_ne!(recipes[0].origin(), recipes[1].origin());
     }
 
-    /// Regression test: a robot that trusted its sonars and looked 1.2 m ahead cut its turns. Its routes were not the intended
-    /// ones, so robots with states extracted from them got lost.
+    /// Regression test: a robot that trusted its sonars and looked 1.2 m ahead cut its turns. Its routes were therefore not the
+    /// intended ones, and robots with states extracted from them got lost.
     #[test]
     fn driven_routes_are_accurate() {
         let scene = Scene::a();
@@ -183,7 +182,7 @@ mod tests {
             let distances = wanted.iter().map(|other| distance(*at, *other));
             distances.fold(f64::INFINITY, f64::min)
         };
-        // Fifty pixels are a metre.
+        // Fifty pixels correspond to one metre.
         let worst = route.iter().map(off).fold(0.0, f64::max);
         assert!(route.len() > 100 && worst < 10.0, "{} points, {worst} pixels off", route.len());
     }

@@ -10,7 +10,7 @@ pub struct Sketch {
     pub reached: usize,
     /// The measure P.
     pub p: f64,
-    /// The measure P with additional states, or `None` if no state was added to any sketch of the scene.
+    /// The measure P with additional states, or `None` if no states were added to any sketch of the scene.
     pub p_additional: Option<f64>,
 }
 
@@ -29,9 +29,9 @@ const fn both(extracted: usize, matched: [usize; 5], reached: usize, p: f64, p_a
     Sketch { p_additional: Some(p_additional), ..sketch(extracted, matched, reached, p) }
 }
 
-/// A scene with its sketches.
+/// A scene and its sketches.
 pub struct Scene {
-    /// The letter of the scene in names of trials and lines of tables, for example `a`.
+    /// The letter of the scene in names of trials and in rows of tables, for example `a`.
     pub word: &'static str,
     /// Number of states "that are theoretically derived from the scene".
     pub possible: usize,
@@ -112,8 +112,8 @@ mod tests {
         assert_eq!(SCENES.each_ref().map(|scene| scene.sketches.len()), [11, 9]);
     }
 
-    /// The text counts five sketches with additional states (5.2.2), but in table 5.4 six have a different P with them. Only if
-    /// these six all reach the goal does this yield the 48 of 55 runs of 5.4.
+    /// The text counts five sketches with additional states (5.2.2), but table 5.4 gives six of them a different P. The 48 of 55
+    /// runs of 5.4 follow only if all runs of these six reach the goal.
     #[test]
     fn additional_states_changed_six_sketches() {
         let (with, without): (Vec<_>, Vec<_>) =
@@ -126,7 +126,8 @@ mod tests {
         assert!(!SCENES[1].sketches.iter().any(Sketch::has_additional));
     }
 
-    /// The measure is that of the thesis. If the first states are taken to be those that matched, its counts yield its figures.
+    /// Checks that our measure is that of the thesis. If the first states are taken to be those that matched, its counts yield its
+    /// figures.
     #[test]
     fn the_measure_gives_the_published_figures() {
         for (scene, number) in
@@ -144,7 +145,8 @@ mod tests {
         }
     }
 
-    /// The variance of scene B is that of its table, but that of scene A is not: its counts yield 0.068, which makes F 0.82.
+    /// The published variance of scene B follows from its table, but that of scene A does not: its counts yield 0.068, which makes
+    /// F 0.82.
     #[test]
     fn the_published_variance_of_scene_a_is_not_that_of_its_table() {
         let [a, b] = SCENES.each_ref().map(|scene| {

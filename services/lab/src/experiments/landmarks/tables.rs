@@ -1,5 +1,4 @@
-//! Tables 5.2 to 5.6 of Chronis 2007 and its F test, computed from drives and shown next to the published
-//! values.
+//! Tables 5.2 to 5.6 of Chronis 2007 and its F test, computed from our drives and shown next to the published values.
 
 use sketchnav_schemas::statistics::{interval_of_mean, mean, variance};
 
@@ -14,31 +13,31 @@ use crate::experiments::variance::{FTest, f_test};
 /// Suffix of the names of trials without additional states.
 pub const BASE: &str = "/base";
 
-/// An interpretation of a state's conditions for objects after its first one.
+/// An interpretation of a state's conditions on the objects other than the most significant one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reading {
-    /// Suffix of the names of the reading's trials, before [`BASE`].
+    /// Suffix of the names of trials with this reading, before [`BASE`].
     pub suffix: &'static str,
-    /// Words for the reading in titles.
+    /// Words for this reading in titles.
     words: &'static str,
 }
 
 /// Every object has its ranges (figure 4.23).
 pub const STRICT: Reading = Reading { suffix: "", words: "" };
-/// Objects after the first one only have their direction (table 4.1).
+/// Objects other than the most significant one have only a direction (table 4.1).
 pub const DIRECTION_ONLY: Reading =
     Reading { suffix: "/direction-only", words: ", objects after the first by direction alone" };
-/// Placeholder for a number that does not exist.
+/// Stands in tables for a number that does not exist.
 const NONE: &str = "–";
 
-/// Returns the measure P of a run, the share of states matched correctly, with more weight on earlier ones (5.2.1).
+/// Returns the measure P of a run: the share of states that were matched correctly, with more weight on earlier ones (5.2.1).
 pub fn performance(correct: &[bool]) -> f64 {
     let m = correct.len();
     let weights = correct.iter().enumerate().filter(|(_, correct)| **correct).map(|(i, _)| m - i);
     2.0 * weights.sum::<usize>() as f64 / (m * (m + 1)).max(1) as f64
 }
 
-/// The runs of a sketch.
+/// The runs of one sketch.
 pub struct Row<'a> {
     /// The runs in order.
     pub runs: Vec<&'a TaskOutcome>,
@@ -84,7 +83,7 @@ fn deviation(counts: &[usize]) -> f64 {
     variance(&counts).unwrap_or(0.0).sqrt()
 }
 
-/// The runs of a scene that were driven by states, with or without additional ones.
+/// The runs of one scene that were driven by states, either with or without additional ones.
 pub struct Driven<'a> {
     /// Published results of the scene.
     pub scene: &'static Scene,
@@ -119,7 +118,7 @@ impl<'a> Driven<'a> {
         self.rows().map(|(_, row)| row.p()).collect()
     }
 
-    /// Returns the number of correctly matched states of each run, as a share of the possible ones.
+    /// Returns the number of correctly matched states of each run, as a share of the possible states.
     fn shares(&self) -> Vec<f64> {
         let counts = self.rows.iter().flat_map(Row::matched);
         counts.map(|count| count as f64 / self.scene.possible as f64).collect()
@@ -235,7 +234,7 @@ fn runs(driven: &Driven<'_>, number: &str) -> Section {
     }
 }
 
-/// Returns a summary of table 5.2 or 5.3, and how the results here differ.
+/// Summarizes table 5.2 or 5.3, and how the results here differ from it.
 fn said_of_runs(driven: &Driven<'_>) -> String {
     let published = driven.scene.sketches;
     let of = |counts: &dyn Fn(&Row<'_>) -> f64| {
@@ -449,13 +448,13 @@ mod tests {
             "Figure 5.6",
         ];
         assert_eq!(titles, expected);
-        // P: (3 + 12/15 + 5/15) / 5.
+        // P is (3 + 12/15 + 5/15) / 5.
         let line =
             ["1", "5/8", "5,3,5,5,1", "3/5", "0.83", "1.79", "7/8", "7,6,6,7,7", "5/5", "0.98", "0.55"];
         assert_eq!(sections[0].table.rows[0], line);
         let line = ["1", "5", "6", "3/5", "5/5", "0.83", "1.00", "0.98", "0.98"];
         assert_eq!(sections[2].table.rows[0], line);
-        // Of five states, all except the start are marks. The third one ends the turn, and four runs matched it.
+        // Of the five states, all except the start are plotted. The third one ends the turn, and four runs matched it.
         let [figure, .., last] = &sections[6..] else { panic!() };
         assert_eq!((figure.plots[1].marks.len(), last.plots[0].marks.len()), (1, 4));
         assert!(figure.plots[1].marks[0].is_success && !last.plots[0].marks[3].is_success);

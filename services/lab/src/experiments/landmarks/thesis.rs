@@ -3,9 +3,9 @@
 //! - The robot has the dimensions and limits given in the thesis: 20 inches wide (4.3.2), 25 inches and up to 105 degrees
 //!   per second (4.7), and sonars from 17 to 255 inches (4.2).
 //! - Sketches are drawn on a PDA, in 160 × 160 whole pixels of 5 inches (4.3.2).
-//! - A sketch yields as many states as the sketch with its number in tables 5.2 and 5.3, and turns widely enough for additional
-//!   states if table 5.4 gives a different P with them. A program draws sketches of the scene, like people in more or less of a
-//!   hurry, until one has these counts. They are only driven afterwards.
+//! - A sketch yields as many states as the sketch with the same number in tables 5.2 and 5.3, and turns widely enough for
+//!   additional states if table 5.4 gives a different P with them. A program draws sketches of the scene, like people in more or
+//!   less of a hurry, until one has these counts. Only then is the sketch driven.
 //! - Each sketch is driven five times, with and without additional states, and according to both readings of
 //!   the objects after the first.
 
@@ -27,13 +27,13 @@ use crate::error::EvalError;
 use crate::experiments::suite::{Curve, Folders, Suite};
 use crate::experiments::trial::Trial;
 
-/// Degree to which the compared sketches are deformed, as people do by this project's measure. The thesis prints the states
-/// of two sketches of scene A (figures 4.29 and 5.11). At the same changes of the command, the proximities of the same
-/// object are 30 and 30, 20 and 19, and 16 and 28 pixels. They are 7 pixels apart (RMS; 4 to 26 in 95 % of all cases),
-/// which is as much as at degree 1.
+/// Degree of deformation of the sketches that are compared with the thesis, by this project's measure of people's deformations. The
+/// thesis prints the states of two sketches of scene A (figures 4.29 and 5.11). At the same changes of the command, the proximities
+/// of the same object are 30 and 30, 20 and 19, and 16 and 28 pixels. Their RMS difference is 7 pixels (4 to 26 in 95 % of all
+/// cases), which is the difference at degree 1.
 const DEGREE: f64 = 1.0;
 const DEGREES: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
-/// Maximum number of drawings that are examined to find one with the published counts.
+/// Maximum number of drawings that are tried to find one with the published counts.
 const MOST_DRAWINGS: u64 = 2_000;
 
 const NOTICE: &str = "paper: Chronis 2007, tables 5.2 to 5.6. Its scenes and sketches are lost. Here both scenes are rebuilt from the text, and a program draws sketches that give as many states as those of the thesis. No sketch was driven before it was chosen.";
@@ -50,15 +50,15 @@ pub(super) fn robot() -> Result<Robot, EvalError> {
     Ok(robot)
 }
 
-/// Returns the keys of a mission whose sketch comes with the trial.
+/// Returns the navigator's keys for a mission whose sketch comes with the trial.
 pub(super) fn by_bytes() -> toml::Table {
     toml::Table::from_iter([("drawing".to_owned(), "sketch".into())])
 }
 
-/// The published properties of a sketch.
+/// What tables 5.2 to 5.4 tell about a sketch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Counts {
-    /// Number of states without additional ones.
+    /// Number of states, not counting additional ones.
     states: usize,
     /// True if the sketch turns so widely that states are added.
     is_wide: bool,
@@ -86,9 +86,9 @@ fn draw(scene: &Scene, degree: f64, seed: u64) -> Option<(String, Sketch)> {
     Some((file, sketch))
 }
 
-/// Returns the first sketch of a scene with the given counts, trying seeds starting with this one. Sketches without an object in
-/// view at a turn are skipped. If no sketch has both counts, only the number of states decides: in scene A, five states are too few
-/// for a sketch without a wide turn.
+/// Returns the first sketch of a scene with the given counts, trying seeds from `seed` on. Sketches without an object in view at a
+/// turn are skipped. If no sketch has both counts, only the number of states decides: in scene A, five states are too few for a
+/// sketch without a wide turn.
 fn sketch(scene: &Scene, degree: f64, seed: u64, wanted: Counts) -> Option<String> {
     let first = |fits: &dyn Fn(Counts) -> bool| {
         let mut drawings = (0..MOST_DRAWINGS).filter_map(|i| draw(scene, degree, seed + i));
@@ -98,7 +98,7 @@ fn sketch(scene: &Scene, degree: f64, seed: u64, wanted: Counts) -> Option<Strin
     first(&|found| found == wanted).or_else(|| first(&|found| found.states == wanted.states))
 }
 
-/// Returns the sketches of both scenes, each with its scene and its number.
+/// Returns the sketches of both scenes, each with its scene and its number, or `None` if no sketch has the published counts.
 fn sketches(degree: f64) -> Vec<(Scene, usize, Option<String>)> {
     let scenes = [Scene::a(), Scene::b()].into_iter().zip(&SCENES);
     let of = |(i, (scene, published)): (usize, (Scene, &published::Scene))| {
@@ -206,8 +206,8 @@ mod tests {
             counts.iter().map(|counts| counts.states as f64).sum::<f64>() / counts.len() as f64
         };
         assert!((mean(a) - 6.1).abs() < 0.05 && (mean(b) - 5.4).abs() < 0.05, "{a:?} {b:?}");
-        // Table 5.4 has a different P for six sketches. Sketch 7 is the seventh, since five states are too few without a merged
-        // turn.
+        // Table 5.4 gives a different P for six sketches. Sketch 7 is the seventh, since five states are too few unless two turns
+        // merge.
         assert_eq!([a, b].map(|counts| counts.iter().filter(|counts| counts.is_wide).count()), [7, 0]);
     }
 

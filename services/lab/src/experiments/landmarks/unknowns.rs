@@ -1,9 +1,9 @@
 //! The `landmark-unknowns` suite varies what Chronis 2007 leaves open, one reading at a time, using sketches
 //! without errors.
 //!
-//! Both scenes of the thesis are lost. Here, each is rebuilt 30 times: once as in the other suites, and then with every object
-//! except the goal moved at random by up to the tolerance of the relations in the text. The sketch is the scene itself, in whole
-//! pixels of a PDA, with the exact route, so failures are not caused by drawing errors.
+//! Both scenes of the thesis are lost. Here, each of them is rebuilt 30 times: once as in the other suites, and 29 times with every
+//! object except the goal moved at random by up to the tolerance of the relations in the text. The sketch is the scene itself, in
+//! whole pixels of a PDA, with the exact route, so that drawing errors do not cause failures.
 
 use rand::RngExt;
 use sketchnav_deform::scenes::sketch;
@@ -20,7 +20,7 @@ use crate::experiments::trial::Trial;
 
 const TITLE: &str = "Two scenes of Chronis 2007, rebuilt with their objects slightly displaced, by exact sketches: the readings of what the thesis leaves open, one at a time.";
 const NOTICE: &str = "paper: Chronis 2007, tables 5.2 to 5.6. Its scenes are lost, and are rebuilt from the text here. The sketches are exact, so their figures should not be expected to match the published ones.";
-/// Number of times each scene is rebuilt.
+/// Number of times that each scene is rebuilt.
 const REBUILT: u64 = 30;
 /// Maximum displacement of an object along each axis, in metres. This is 5 pixels of 5 inches, the tolerance of the
 /// relations that are printed for scene A (figure 4.29).
@@ -36,7 +36,7 @@ const ATTEMPTS: usize = 100;
 struct Reading {
     /// Distance, in inches, between points of the route. The heading is averaged over five of them (4.3).
     step_in: f64,
-    /// True if objects after the first only have their direction (table 4.1).
+    /// Whether objects other than the most significant one have only a direction (table 4.1).
     is_by_direction: bool,
     /// Multiple of the estimated time after which the robot counts as lost (4.8).
     patience: f64,
@@ -84,7 +84,7 @@ impl Reading {
     }
 }
 
-/// Returns the scene with its objects slightly displaced. Number 0 is the scene itself.
+/// Returns the scene with its objects displaced slightly at random. Number 0 is the scene itself.
 fn rebuilt(scene: &Scene, number: u64) -> Scene {
     let mut found = scene.clone();
     if number == 0 {
@@ -107,7 +107,7 @@ fn rebuilt(scene: &Scene, number: u64) -> Scene {
     found
 }
 
-/// Loads the suite `landmark-unknowns`.
+/// Loads the `landmark-unknowns` suite.
 ///
 /// # Errors
 /// Same as [`super::scenes`].
@@ -119,7 +119,7 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
             [Scene::a(), Scene::b()].iter().flat_map(|scene| (0..REBUILT).map(move |n| (scene, n)))
         {
             let rebuilt = rebuilt(scene, number);
-            // An exact sketch fits the screen if the scene does, so no scene should be skipped here.
+            // An exact sketch fits on the screen if the scene does, so no scene should be skipped here.
             let Some(file) = sketch(&rebuilt, 0.0, number).on_a_pda() else { continue };
             let line = format!("{words}, scene {}", scene.name.to_uppercase());
             let name = format!("{}/{}/{number:02}", words.replace([' ', ','], "-"), scene.name);

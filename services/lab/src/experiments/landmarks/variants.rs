@@ -1,6 +1,6 @@
-//! Variants of extracting states from a sketch, for suites that compare them: with and without additional
-//! states, and according to both readings of the objects after the first. The published results of the
-//! variants are included.
+//! Variants of extracting states from a sketch, for suites that compare them: with and without additional states, and according to
+//! both readings of the conditions on objects other than the most significant one. The published results of the variants are
+//! included.
 
 use sketchnav_schemas::codes::Process;
 
@@ -13,11 +13,11 @@ use crate::experiments::trial::Trial;
 pub struct Variant {
     /// True if states are added in wide turns (4.6.2).
     pub is_additional: bool,
-    /// True if objects after the first only have their direction (table 4.1).
+    /// Whether objects other than the most significant one have only a direction (table 4.1).
     pub is_by_direction: bool,
 }
 
-/// All variants. The first one is used unless stated otherwise.
+/// All variants. Unless stated otherwise, the first one is used.
 pub const VARIANTS: [Variant; 4] = [
     Variant { is_additional: true, is_by_direction: false },
     Variant { is_additional: false, is_by_direction: false },
@@ -38,7 +38,7 @@ impl Variant {
         format!("{}{}", reading.suffix, if self.is_additional { "" } else { tables::BASE })
     }
 
-    /// Returns the trial with states extracted in this way and with the same seeds, as part of a separate line.
+    /// Returns a copy of the trial that extracts states in this way, with the same seeds, for a line of its own.
     fn of(self, trial: &Trial) -> Trial {
         let mut one = trial.clone();
         one.name += &self.suffix();
@@ -52,12 +52,12 @@ impl Variant {
     }
 }
 
-/// Returns the value of the sketcher's parameter `other_objects` for either reading of the objects after the first.
+/// Returns the value of the sketcher's parameter `other_objects` for either reading.
 pub const fn others(is_by_direction: bool) -> &'static str {
     if is_by_direction { "direction-only" } else { "strict" }
 }
 
-/// Returns the trials by every variant, beginning with those of the first one.
+/// Returns the trials in every variant, starting with the first one.
 pub fn variants(trials: &[Trial]) -> Vec<Trial> {
     VARIANTS.iter().flat_map(|variant| trials.iter().map(|trial| variant.of(trial))).collect()
 }

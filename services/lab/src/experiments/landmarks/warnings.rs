@@ -1,10 +1,10 @@
-//! A table of the warnings about sketches before the start, and of the outcomes of the drives.
+//! Compares the warnings about sketches before the start with the outcomes of the drives.
 
 use crate::experiments::outcome::TaskOutcome;
 use crate::experiments::section::Section;
 use crate::experiments::table::Table;
 
-/// Returns the table, or nothing if no sketch was warned about.
+/// Returns the table, or nothing if there were no warnings about any sketch.
 pub fn sections(outcomes: &[TaskOutcome]) -> Vec<Section> {
     let table = table(outcomes);
     if table.rows.is_empty() {

@@ -10,29 +10,29 @@ use super::series::{FOUND_WITHIN_M, Lesson};
 use crate::experiments::run::Driven;
 use crate::judge;
 
-/// Difference of distances in the map and in the true world, in metres, above which the map counts as drifted.
+/// Minimum difference between distances in the map and in the true world, in metres, for the map to count as drifted.
 const DRIFT_M: f64 = 1.0;
 
-/// The first cause that applies.
+/// Why a robot failed: the first of these causes that applies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Cause {
-    /// The goal is elsewhere in the map, because the first drive arrived at a wrong place.
+    /// The goal is elsewhere in the map, because the first drive arrived at the wrong place.
     WrongArrival,
     /// The goal is elsewhere in the map, according to the correspondence with the drawing. The first drive did not arrive.
     WrongCorrespondence,
-    /// The goal's distance from the beginning of the task differs by more than 1 m.
+    /// The goal's distance from where the task began differs by more than 1 m between map and world.
     Drift,
-    /// The robot was certain of a wrong place.
+    /// The robot was certain of a wrong pose.
     WrongPlace,
-    /// The robot was uncertain of its place.
+    /// The robot was uncertain of its pose.
     Unsure,
     /// The robot's estimate was right.
     Driving,
 }
 
 impl Cause {
-    /// All causes, in the order of consideration.
+    /// All causes, in the order in which they are considered.
     pub const ALL: [Self; 6] = [
         Self::WrongArrival,
         Self::WrongCorrespondence,
@@ -56,8 +56,7 @@ impl Cause {
 }
 
 impl Lesson {
-    /// Returns the reason why the robot failed at a task, which is number `index` of this drive. Returns `None` if the task never
-    /// began.
+    /// Returns why the robot failed at a task of this drive, whose number is `index`, or `None` if the task never began.
     pub(super) fn cause(&self, driven: &Driven, task: &Task, index: usize) -> Option<Cause> {
         let goal = *self.goals.get(&task.name)?;
         if !task.there.contains(goal[0], goal[1]) {

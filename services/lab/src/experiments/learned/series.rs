@@ -29,13 +29,14 @@ use crate::experiments::run::{self, Driven};
 use crate::experiments::trial::{Trial, time_limit_s};
 use crate::judge;
 
-/// The file name that missions use for a learned map, which is not stored in a file.
+/// File name that missions use for a learned map. There is no such file.
 pub const LEARNED_FILE: &str = "first.learned";
-/// Maximum distance, in metres, of something that was seen from the middle of a goal's place.
+/// Maximum distance, in metres, from the centre of a goal's place at which free floor must have been seen for the goal to count as
+/// seen.
 const SEEN_WITHIN_M: f64 = 0.5;
-/// Minimum distance, in metres, of a start from the places where people begin to walk.
+/// Minimum distance, in metres, of a start from where people begin to walk.
 const OFF_PEOPLE_M: f64 = 1.0;
-/// Distance, in metres, between the poses of the first drive that are kept.
+/// Distance driven, in metres, between the poses of the first drive that are kept.
 const POSE_EVERY_M: f64 = 0.2;
 /// Name of the task that leads back to the start of the first drive.
 const BACK: &str = "back to the start";
@@ -43,7 +44,7 @@ const BACK: &str = "back to the start";
 const BACK_WITHIN_M: f64 = 0.5;
 /// Maximum number of starts to try.
 const ATTEMPTS: usize = 10_000;
-/// Maximum distance, in metres, of the estimate from the truth for the robot to count as localized.
+/// Maximum distance, in metres, between the estimate and the truth for the robot to count as localized.
 pub(super) const FOUND_WITHIN_M: f64 = 0.5;
 
 /// A drive of a series.
@@ -73,27 +74,28 @@ pub struct First {
     ground: Arc<Ground>,
     /// Starting points of people, in metres.
     people: Vec<[f64; 2]>,
-    /// The last drive. All drives of a series have the same seed, so that it is driven once.
+    /// The first drive as driven last. All drives of a series have the same seed, so it is driven only once.
     made: Mutex<Option<Arc<Made>>>,
 }
 
-/// The first drive, with its result and the map learned on it.
+/// The result of the first drive.
 #[derive(Debug)]
 struct Made {
     method: String,
     seed: u64,
     outcomes: Vec<TaskOutcome>,
-    /// The learned map, or `None` if nothing was learned.
+    /// What was learned, or `None` if nothing was.
     learned: Option<Lesson>,
 }
 
-/// The result of learning.
+/// What was learned on the first drive, with what is needed to compare it with the world.
 #[derive(Debug)]
 pub(super) struct Lesson {
     pub(super) learned: Learned,
     /// The robot's poses on the first drive, in the world and in the map.
     poses: Vec<(Pose<World>, Pose<Map>)>,
-    /// The robot's estimate of the goals of those tasks that it accepts, by the tasks' names, in metres of the true world.
+    /// Where the robot believes the goals of those tasks to be that it accepts, by the names of the tasks, in metres of the true
+    /// world.
     pub(super) goals: BTreeMap<String, [f64; 2]>,
     /// The task that leads back to the start, if the mission marks the start.
     back: Option<Task>,
@@ -101,41 +103,41 @@ pub(super) struct Lesson {
     end: Option<Pose<World>>,
 }
 
-/// Information about a task of a series.
+/// What is known about a task as part of a series.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct InSeries {
     /// Number of the drive, from 0.
     pub drive: usize,
-    /// Length of the shortest path to the goal, in metres, from the goal before it or from the start.
+    /// Length of the shortest path to the goal, in metres, from the previous goal or from the start.
     pub way_m: f64,
-    /// True if the goal's true place was seen on the first drive.
+    /// Whether the true place of the goal was seen on the first drive.
     pub is_seen: bool,
-    /// True if the robot accepts the task in the learned map.
+    /// Whether the robot accepts the task in the learned map.
     pub is_accepted: bool,
-    /// The result of localization at the start. `None` except for the first task of a later drive.
+    /// The result of localization at the start, or `None` except for the first task of a later drive.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub search: Option<Search>,
-    /// Why the robot failed at the task, on a later drive.
+    /// Why the robot failed at the task, or `None` if it did not fail or this is the first drive.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cause: Option<Cause>,
 }
 
-/// The result of localization without a mark.
+/// The result of localization without a marked start.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Search {
-    /// The robot's estimate was right at the end of the task, and the search took this time, in seconds.
+    /// The estimate was right at the end of the task. The search took this time, in seconds.
     Found(f64),
     /// The robot reported that it is lost.
     Lost,
-    /// The robot did not report that it is lost, but its estimate was wrong.
+    /// The estimate was wrong, but the robot did not report that it is lost.
     Wrong,
 }
 
 impl Trial {
-    /// Returns the trial as it is driven with a seed. For a later drive of a series, this requires driving the first one.
+    /// Returns the trial as it is driven with a seed. For a later drive of a series, this drives the first one if necessary.
     ///
     /// # Errors
-    /// Those of the first drive.
+    /// Any error of the first drive.
     pub fn prepared(&self, method: &str, seed: u64) -> Result<Cow<'_, Self>, EvalError> {
         match &self.series {
             Some(series) if series.drive > 0 => Ok(Cow::Owned(series.prepare(self, method, seed)?)),
@@ -148,7 +150,7 @@ impl Series {
     /// Drives one repetition of a trial of the series, and returns how its tasks ended.
     ///
     /// # Errors
-    /// Those of the drive, and of the first drive of the series.
+    /// Any error of the drive, or of the first drive of the series.
     pub fn run(
         &self,
         trial: &Trial,
@@ -173,7 +175,7 @@ impl Series {
         Ok(outcomes)
     }
 
-    /// Returns a trial in the learned map with the tasks of this drive that the robot accepts. It may have no tasks.
+    /// Returns a trial in the learned map that has those tasks of this drive that the robot accepts. There may be none.
     fn prepare(&self, trial: &Trial, method: &str, seed: u64) -> Result<Trial, EvalError> {
         let made = self.first.made(method, seed)?;
         let mut trial = Trial { series: None, ..trial.clone() };
@@ -209,12 +211,12 @@ impl Series {
 }
 
 impl First {
-    /// Creates the first drive. `people` are the places where people begin to walk, in metres.
+    /// Creates the first drive of a series. `people` are the positions where people begin to walk, in metres.
     pub fn new(trial: Trial, ground: Arc<Ground>, people: Vec<[f64; 2]>) -> Self {
         Self { trial, ground, people, made: Mutex::default() }
     }
 
-    /// Returns the first drive with the given seed, and drives it unless the last one was the same.
+    /// Returns the first drive with the given method and seed. Drives it unless it was the last one driven.
     fn made(&self, method: &str, seed: u64) -> Result<Arc<Made>, EvalError> {
         let mut kept = self.made.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(made) = kept.as_ref().filter(|made| made.method == method && made.seed == seed) {
@@ -229,7 +231,7 @@ impl First {
         Ok(kept.insert(made).clone())
     }
 
-    /// Returns the map learned from a drive, or `None` if nothing can be learned.
+    /// Returns what can be learned from a drive, or `None` if nothing can.
     fn learn(&self, driven: &Driven) -> Result<Option<Lesson>, EvalError> {
         let Some(Attended { learner, poses }) = &driven.lesson else { return Ok(None) };
         let mission = SketchMission::of(&driven.run.mission).map_err(SimError::from)?;
@@ -254,7 +256,7 @@ impl First {
         Ok(Some(lesson))
     }
 
-    /// Returns the task that leads back to the start, which is at this pixel of the drawing.
+    /// Returns the task that leads back to the start, which is at the pixel `at` of the drawing.
     fn back(&self, at: [f64; 2]) -> Task {
         let center = Some(self.trial.mission.start.world);
         Task {
@@ -265,7 +267,7 @@ impl First {
         }
     }
 
-    /// Returns a place in the learned map, with any heading, such that there is a path to the goal.
+    /// Returns a start in the learned map, with any heading, from which there is a path to the goal.
     fn start(&self, lesson: &Lesson, goal: [f64; 2], seed: u64, drive: usize) -> Option<Start> {
         let mut rng = seed::stream(seed, &format!("eval/drive {drive}"));
         let free = lesson.free_places();
@@ -280,7 +282,7 @@ impl First {
         })
     }
 
-    /// Returns the length of the shortest path to each goal, in metres, from the goal before it or from `start`.
+    /// Returns the length of the shortest path to each goal, in metres, from the previous goal or from `start`.
     fn ways(&self, start: [f64; 2], tasks: &[Task]) -> Vec<Option<f64>> {
         let standing = |at| self.ground.nearest(at, |_| true);
         let mut from = standing(start);
@@ -293,7 +295,7 @@ impl First {
         tasks.iter().map(&mut way).collect()
     }
 
-    /// Adds the information about the tasks of a drive to their outcomes. `driven` is the drive, unless it is the first.
+    /// Adds what is known about the tasks of a drive to their outcomes. `driven` is the drive, unless it is the first one.
     fn describe(
         &self,
         outcomes: &mut [TaskOutcome],
@@ -317,7 +319,7 @@ impl First {
     }
 }
 
-/// Converts a place from one frame to another. The frames are aligned at the pose of the drive that is nearest to the place,
+/// Converts a position from one frame to another. The frames are aligned at the pose of the drive that is nearest to the position,
 /// because the map drifts.
 fn carried<'a, A: 'a, B: 'a>(
     [x, y]: [f64; 2],
@@ -333,7 +335,7 @@ fn carried<'a, A: 'a, B: 'a>(
 }
 
 impl Lesson {
-    /// Returns the free places of the map, in metres of the true world.
+    /// Returns the centres of the map's free cells, in metres of the true world.
     fn free_places(&self) -> Vec<[f64; 2]> {
         let map = &self.learned.map;
         let middle =
@@ -342,7 +344,7 @@ impl Lesson {
         free.map(|index| self.in_world(middle(index))).collect()
     }
 
-    /// Returns the robot's estimate of a task's goal, in metres of the true world, or `None` if it refuses the task.
+    /// Returns where the robot believes a task's goal to be, in metres of the true world, or `None` if it refuses the task.
     fn goal(&self, task: ImageTask, options: &Options) -> Option<[f64; 2]> {
         let intent = Intent { tasks: vec![task], ..Intent::default() };
         let (_, places) = self.learned.place(LEARNED_FILE, &intent, options).ok()?;
@@ -358,7 +360,7 @@ impl Lesson {
         carried(at, self.poses.iter().map(|(truth, seen)| (truth, seen)))
     }
 
-    /// Returns true if free floor was seen around a place in the true world.
+    /// Returns true if free floor was seen near a position in the true world.
     fn has_seen(&self, at: [f64; 2]) -> bool {
         let [x, y] = self.in_map(at);
         let reach = (SEEN_WITHIN_M * CELLS_PER_M) as i64;
@@ -368,7 +370,7 @@ impl Lesson {
             .any(|[dx, dy]| self.learned.map.at_m([x + dx, y + dy]) == Cell::Free)
     }
 
-    /// Returns the distance of an estimate from the truth, in metres. `truth` is that of the same task.
+    /// Returns the distance between an estimate and the truth, in metres. `truth` contains the true poses during the same task.
     pub(super) fn off_m(&self, estimate: &PoseEstimate, truth: &[GroundTruth]) -> f64 {
         let stamp_ns = estimate.header.stamp_ns;
         let since = truth.partition_point(|truth| truth.header.stamp_ns < stamp_ns);
@@ -397,8 +399,8 @@ impl Lesson {
     }
 }
 
-/// A learner during a drive, with the robot's true poses beside those in its map. Maps drift, by metres along a featureless
-/// corridor, so places of the map are related to places of the world through the robot's poses nearby.
+/// A learner during a drive, and the robot's true poses beside those in its map. Maps drift, by metres along a featureless
+/// corridor, so positions in the map and in the world are related by the robot's poses nearby.
 #[derive(Debug)]
 pub struct Attended {
     learner: Learner,
@@ -415,7 +417,7 @@ impl Attended {
         Ok(learner.map(|learner| Self { learner, poses: Vec::new() }))
     }
 
-    /// Takes in a message. `truth` is where the robot actually is.
+    /// Processes a message. `truth` is the robot's true pose.
     pub fn see(&mut self, channel: &ChannelSpec, message: &[u8], truth: Option<&GroundTruth>) {
         self.learner.see(channel, message);
         let Some(truth) = truth.filter(|_| ESTIMATE.message(channel, message).is_some()) else { return };

@@ -9,7 +9,7 @@ use crate::experiments::outcome::TaskOutcome;
 use crate::experiments::section::Section;
 use crate::experiments::table::Table;
 
-/// A task of a series that was driven.
+/// The outcome of a task that was driven as part of a series.
 #[derive(Clone, Copy)]
 struct Ended<'a> {
     outcome: &'a TaskOutcome,
@@ -17,7 +17,7 @@ struct Ended<'a> {
 }
 
 impl<'a> Ended<'a> {
-    /// Returns the key that identifies the task in all drives of its series.
+    /// Returns the key that identifies a task across all drives of its series.
     fn task(&self) -> (&'a str, &'a str, &'a str, u64) {
         let outcome = self.outcome;
         let of_series = outcome.id.rsplit_once('/').map_or("", |(series, _)| series);
@@ -25,7 +25,7 @@ impl<'a> Ended<'a> {
     }
 }
 
-/// Returns the tables of all outcomes.
+/// Returns all tables for the given outcomes.
 pub fn sections(outcomes: &[TaskOutcome]) -> Vec<Section> {
     let all: Vec<_> =
         outcomes.iter().filter_map(|outcome| Some(Ended { outcome, known: outcome.in_series? })).collect();
@@ -36,7 +36,7 @@ fn of_drive<'a>(all: &[Ended<'a>], drive: usize) -> Vec<Ended<'a>> {
     all.iter().copied().filter(|ended| ended.known.drive == drive).collect()
 }
 
-/// Returns the share of some among all, in per cent, with Wilson's 95 % interval.
+/// Returns `some` as a share of `all`, in per cent, with Wilson's 95 % interval.
 fn share(some: usize, all: usize) -> String {
     if all == 0 {
         return "–".into();

@@ -1,4 +1,4 @@
-//! Parses an annotator's file, which matches places in the drawing to places in the environment.
+//! Parses an annotator's file, which matches places in a drawing with places in the environment.
 //!
 //! ```text
 //! # 0match set
@@ -40,7 +40,7 @@ impl BadLine {
     }
 }
 
-/// Parses an annotator's file. Sets without places on one of the sides are left out.
+/// Parses an annotator's file. Sets that lack places on one of the two sides are left out.
 ///
 /// # Errors
 /// [`BadLine`] if a line is malformed.
@@ -64,26 +64,26 @@ pub fn parse(text: &str) -> Result<Vec<Match>, BadLine> {
     Ok(matches)
 }
 
-/// Parses column and row from a line that has them in reverse order.
+/// Parses a line that contains row and column, and returns column and row.
 fn place(line: &str) -> Option<[f64; 2]> {
     let mut numbers = line.split_whitespace().map(str::parse::<f64>);
     let (row, column) = (numbers.next()?.ok()?, numbers.next()?.ok()?);
     (numbers.next().is_none() && row.is_finite() && column.is_finite()).then_some([column, row])
 }
 
-/// All matches of an annotator, with places of the world in metres and y pointing up.
+/// All matches of one annotator, with the places in the world in metres and y pointing up.
 #[derive(Debug)]
 pub struct Reading {
     /// The matches.
     pub matches: Vec<Match>,
-    /// The map from the world (x + iy) to the drawing (column − i·row) is z ↦ turn·z + shift, fitted by least squares to the
-    /// middles of the matches.
+    /// The map from the world (x + iy) to the drawing (column − i·row) is z ↦ turn·z + shift, fitted by least squares to the means
+    /// of the matches.
     turn: Complex<f64>,
     shift: Complex<f64>,
 }
 
 impl Reading {
-    /// Fits the orientation of the drawing as the annotator held it.
+    /// Fits the map, which tells how the annotator held the drawing.
     pub fn new(matches: Vec<Match>) -> Self {
         let (worlds, sketches): (Vec<_>, Vec<_>) = matches
             .iter()
@@ -98,14 +98,14 @@ impl Reading {
         Self { matches, turn, shift: middle_sketch - turn * middle_world }
     }
 
-    /// Returns the rotation of the drawing relative to the world in degrees, rounded to quarter turns. People
-    /// draw walls parallel to the edges of the paper, and one annotator read one drawing upside down.
+    /// Returns the rotation of the drawing relative to the world, in degrees, rounded to quarter turns. People draw walls parallel
+    /// to the edges of the paper, and one annotator held one drawing upside down.
     pub fn quarter_turns_deg(&self) -> f64 {
         (self.turn.arg().to_degrees() / 90.0).round() * 90.0
     }
 
-    /// Returns the most likely pair of places of a match, which may contain several on either side: the place in the drawing and
-    /// the place in the world (one accepted by `counts`) that agree best with all other matches. The units are those of
+    /// Returns the most likely pair of places in a match, which may contain several places on either side: the place in the drawing
+    /// and the place in the world (among those accepted by `counts`) that agree best with all other matches. The units are those of
     /// [`Match::sketch`] and [`Match::world`].
     pub fn likeliest_pair(
         &self,
@@ -124,7 +124,7 @@ fn world(at: &[f64; 2]) -> Complex<f64> {
     Complex::new(at[0], at[1])
 }
 
-/// Converts to a complex number with y pointing up, since rows increase downwards.
+/// Converts a position to a complex number with y pointing up, since rows count downwards.
 fn sketch(at: &[f64; 2]) -> Complex<f64> {
     Complex::new(at[0], -at[1])
 }
@@ -155,8 +155,8 @@ mod tests {
         }
     }
 
-    /// Returns the reading of a drawing in which each place of the world is drawn at `turn` of its position. Note that y points
-    /// up in the world, but rows point down in the drawing, so `turn` has to flip y for a rotation of zero.
+    /// Returns the reading of a drawing in which each place of the world is drawn at `turn` of its position. Since y points up in
+    /// the world and rows count downwards in the drawing, `turn` has to flip y for a rotation of zero.
     fn reading(turn: impl Fn([f64; 2]) -> [f64; 2]) -> Reading {
         let corners = [[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0]];
         let matches = corners.iter().enumerate().map(|(number, &at)| Match {

@@ -10,7 +10,7 @@ use crate::experiments::ground::to_outline_m;
 /// Maximum distance of a mark from its region, in metres.
 const NEAR_M: f64 = 1.0;
 
-/// The regions of the environment. If several contain a position, it belongs to the first.
+/// The regions of the environment. A position that lies in several of them is in the first.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Regions {
@@ -42,8 +42,8 @@ impl Regions {
             .map_err(|cause| EvalError::Data { what: "regions of the suite people", cause })
     }
 
-    /// Returns the region of a position in metres: the one that contains it, or the nearest within a metre, since marks slip
-    /// over walls.
+    /// Returns the region of a position, in metres: the one that contains it or, since marks slip over walls, the nearest one
+    /// within a metre.
     pub fn of(&self, at: [f64; 2]) -> Option<usize> {
         if let Some(region) = self.region.iter().position(|region| encloses(&region.polygon, at)) {
             return Some(region);
@@ -68,15 +68,15 @@ impl Regions {
         self.region[region].enterable
     }
 
-    /// Returns several regions as a single place whose error is measured from `center`. (If two regions
-    /// overlap at a door, the overlapping strip of a third of a metre belongs to neither.)
+    /// Returns several regions as a single place, whose error is measured from `center`. (If two regions overlap at a door, the
+    /// overlapping strip of a third of a metre is in neither.)
     pub fn union(&self, regions: &[usize], center: [f64; 2]) -> Place {
         place(regions.iter().map(|&region| self.region[region].polygon.clone()).collect(), center)
     }
 }
 
-/// Joins polygons into one. Cuts lead from the first corner of the first polygon to each other polygon and
-/// back. They have no area, so the even-odd rule ignores them.
+/// Joins polygons into one. Cuts lead from the first corner of the first polygon to each other polygon and back. They have no area,
+/// so the even-odd rule ignores them.
 fn place(polygons: Vec<Vec<[f64; 2]>>, center: [f64; 2]) -> Place {
     let mut corners: Vec<[f64; 2]> = Vec::new();
     let anchor = polygons[0][0];

@@ -33,7 +33,7 @@ pub struct Bar {
     pub tally: Tally,
 }
 
-/// Draws the legend of the methods' colours.
+/// Draws a legend for the colours of the methods.
 pub fn legend(names: &[String]) -> Markup {
     html! {
         p.legend {
@@ -42,7 +42,7 @@ pub fn legend(names: &[String]) -> Markup {
     }
 }
 
-/// Draws a row for each dot of a group. All rows have the same scale, so that they can be compared down the page.
+/// Draws the dots of each group in a row. All rows have the same scale, so that they can be compared down the page.
 pub fn intervals(groups: &[(String, Vec<Dot>)]) -> Markup {
     html! {
         div.plot {
@@ -74,7 +74,7 @@ fn interval(dot: &Dot) -> Markup {
     }
 }
 
-/// Draws a bar for each group that shows how its tasks ended, with the kinds in order.
+/// Draws a bar for each group that shows how its tasks ended. The kinds are in the order of [`Kind::ALL`].
 pub fn endings(bars: &[Bar]) -> Markup {
     html! {
         p.legend {
@@ -169,7 +169,7 @@ pub fn curve(curve: &Curve, methods: &[Vec<(f64, Tally)>]) -> Markup {
     }
 }
 
-/// Draws successes and failures as dots or bars above the numbers of the parts of a suite.
+/// Draws successes and failures as dots or bars over the numbers of a suite's parts.
 pub fn marks(plot: &Plot) -> Markup {
     let [left, top, right, below] = RIM;
     let count = plot.marks.iter().map(|mark| mark.x).fold(1.0, f64::max);
@@ -178,7 +178,7 @@ pub fn marks(plot: &Plot) -> Markup {
     let x = |at: f64| left + (at - 0.5) * width;
     let y = |value: f64| top + (1.0 - value / highest) * (SIZE[1] - top - below);
     let base = SIZE[1] - below;
-    // Show no more numbers than fit.
+    // Show only as many numbers as fit.
     let each = (count / 8.0).ceil().max(1.0);
     let numbers = (1..=count as usize).filter(|number| (*number as f64 - 1.0) % each == 0.0);
     let class = |mark: &Mark| if mark.is_success { "m0" } else { "wrong-arrival" };
@@ -210,7 +210,7 @@ pub fn marks(plot: &Plot) -> Markup {
     }
 }
 
-/// Returns the least round number that is not below `value`. A quarter of it also has few digits.
+/// Returns the smallest round number that is not below `value`, and a quarter of which also has few digits.
 fn round_up(value: f64) -> f64 {
     let unit = 10_f64.powf(value.max(1e-6).log10().floor());
     [1.0, 2.0, 4.0, 6.0, 8.0, 10.0].into_iter().map(|n| n * unit).find(|top| *top >= value).unwrap_or(value)
@@ -220,7 +220,7 @@ fn rates(points: &[(f64, Tally)]) -> impl Iterator<Item = (f64, f64)> {
     points.iter().filter_map(|(at, tally)| Some((*at, tally.rate()?)))
 }
 
-/// Returns the outline of the band between the intervals' ends: along the lower ends, and back along the upper ones.
+/// Returns the outline of the band between the ends of the intervals: along the lower ends, then back along the upper ones.
 fn band(points: &[(f64, Tally)]) -> impl Iterator<Item = (f64, f64)> {
     let ends = |k: usize| points.iter().map(move |(at, tally)| (*at, tally.interval()[k]));
     ends(0).chain(ends(1).rev())

@@ -15,7 +15,7 @@ const SHOWN: usize = 4;
 pub struct Example {
     /// Name of the task and how it ended.
     pub title: String,
-    /// The robot's report and the figures.
+    /// What the robot reported, and the figures.
     pub text: String,
     /// SVG of the drawing with the estimated path, and of the floor with the true path.
     pub pictures: Vec<String>,
@@ -39,7 +39,7 @@ pub fn examples(
     chosen.filter_map(|ended| example(jobs, ended).transpose()).collect()
 }
 
-/// Chooses a few outcomes that are as different as possible. Each choice has the least in common with those before it.
+/// Chooses a few outcomes that are as different as possible: each one has the least in common with those chosen before it.
 fn various<'a>(outcomes: &[&'a TaskOutcome]) -> Vec<&'a TaskOutcome> {
     let mut chosen: Vec<&TaskOutcome> = Vec::new();
     while chosen.len() < SHOWN.min(outcomes.len()) {

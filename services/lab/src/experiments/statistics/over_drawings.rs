@@ -1,4 +1,4 @@
-//! The interval of a success rate over drawings. Drives with the same drawing mostly have the same outcome and are not independent
+//! The interval of a success rate over drawings. Drives by the same drawing mostly have the same outcome and are not independent
 //! trials, so the sample consists of drawings, each with several drives.
 //!
 //! The drawings are resampled with replacement, each with all of its drives, and the interval contains the middle 95 % of
@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use sketchnav_schemas::seed;
 use sketchnav_schemas::statistics::wilson;
 
-/// Number of times the drawings are resampled.
+/// Number of times that the drawings are resampled.
 const RESAMPLES: usize = 2_000;
 /// Share of resamples beyond each end of the interval.
 const TAIL: f64 = 0.025;
@@ -22,8 +22,7 @@ const SEED: u64 = 1;
 /// A 95 % interval over drawings.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct OverDrawings {
-    /// Number of drawings. With only one, this is Wilson's interval of its drives and does not apply to other
-    /// drawings.
+    /// Number of drawings. If there is only one, the interval is Wilson's over its drives, and does not apply to other drawings.
     pub drawings: usize,
     /// Lower end, from 0 to 1.
     pub low: f64,
@@ -50,7 +49,7 @@ impl OverDrawings {
 /// Computes the interval from the successes and attempts of each drawing, or returns `None` if there are no drawings.
 ///
 /// If all drives have the same outcome, every resample is the same, although other drawings might differ. Each drawing then counts
-/// as one trial for Wilson's interval.
+/// as one trial in Wilson's interval.
 fn interval(counts: &[[usize; 2]]) -> Option<[f64; 2]> {
     let [reached, attempts] = counts.iter().fold([0, 0], |[a, b], [c, d]| [a + c, b + d]);
     match counts.len() {
@@ -86,8 +85,8 @@ mod tests {
         assert_eq!(interval(&[[4, 4], [0, 4]]), Some([0.0, 1.0]));
     }
 
-    /// Of 25 drawings with four drives each, 13 are always reached. A resample reaches a binomial share of 25, whose middle 95
-    /// % are 8 to 18 according to tables. As 100 independent trials, it would be 42 to 62 %.
+    /// Of 25 drawings with four drives each, 13 are always reached. The number of reached drawings in a resample is binomial, and
+    /// the middle 95 % are 8 to 18 of 25 according to tables. For 100 independent trials, the interval would be 42 to 62 %.
     #[test]
     fn drawings_that_always_end_alike_count_once_each() {
         let counts: Vec<_> = (0..25).map(|i| if i < 13 { [4, 4] } else { [0, 4] }).collect();

@@ -1,5 +1,5 @@
-//! The experiments of Park and Kender 1995, including those that the authors leave out: directions from landmark to
-//! landmark over random planes of dots.
+//! The experiments of Park and Kender 1995, including some that the authors left out: directions from landmark to landmark over
+//! random planes of dots.
 
 use sketchnav_directions::arrival::Effort;
 use sketchnav_directions::experiments::{self, Goal, PUBLISHED_WAY, Table};
@@ -10,11 +10,11 @@ use crate::error::EvalError;
 
 /// Standard deviations of position errors, in millimetres: those of figure 26, and one in between.
 const SIGMAS: [f64; 3] = [1.0, 3.0, 5.0];
-/// Seeds for fitting equations 1 and 2. The coefficients in use are those of the first one.
+/// Seeds for fitting equations 1 and 2. The coefficients in use were fitted with the first one.
 const FITS: [u64; 3] = [1995, 1, 2];
 /// Columns of the success rate and its interval in a table of kinds.
 const SUCCESS: [usize; 3] = [1, 2, 3];
-/// Offset of the calibration's seeds, which keeps its worlds apart from those used for fitting.
+/// Offset of the calibration's seeds, which separates its worlds from those used for fitting.
 const UNSEEN: u64 = 1000;
 
 /// All studies of this module.
@@ -64,7 +64,7 @@ pub static STUDIES: [Study; 8] = [
     Study {
         name: "directions-calibration",
         title: "The stated probability of arrival against the share of journeys that arrive, on worlds that were not used for any fit.",
-        // About 20,000 journeys of each method.
+        // This yields about 20,000 journeys for each method.
         worlds: 106,
         run: Run::ByWorld(ByWorld { offset: UNSEEN, cases: calibration, figures: calibration_figures }),
     },
@@ -122,7 +122,7 @@ fn views_figures(cases: &[Case], worlds: &[Vec<Attempt>]) -> Vec<Figure> {
     vec![shares(experiments::success(&title, &experiments::by_case(cases, worlds)))]
 }
 
-/// The cases with one look, for each error, and then those with nine looks.
+/// Returns the cases with one look for each error, followed by those with nine looks.
 fn success() -> Result<Vec<Case>, EvalError> {
     let mut cases = experiments::costs(&SIGMAS, 1)?;
     cases.extend(experiments::costs(&[5.0], 9)?);

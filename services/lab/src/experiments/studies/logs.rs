@@ -1,10 +1,9 @@
 //! Logs of real robots, localized in drawings of the buildings that they were recorded in.
 //!
-//! The robot is real: its laser, its odometry, and the furniture and people around it. A map of each log is
-//! built from its corrected poses and drawn by `sketchnav deform`, so for each pose of the corrected log, the
-//! corresponding position in the drawing is known. The localizer receives the start, as marked by a person,
-//! the scans and the odometry. Because the robot does not navigate by its estimates, a localizer that has
-//! lost the robot stays lost.
+//! The robot is real, and so are its laser, its odometry, and the furniture and people around it. From the corrected poses of each
+//! log, a map is built, which `sketchnav deform` draws. For each pose of the corrected log, the corresponding position in the
+//! drawing is therefore known. The localizer receives the start, as a person would mark it, the scans and the odometry. Because the
+//! robot does not navigate by its estimates, a localizer that has lost the robot stays lost.
 
 use std::path::{Path, PathBuf};
 use std::thread::available_parallelism;
@@ -43,19 +42,19 @@ pub static STUDY: Study = Study {
     run: Run::WithFiles(run),
 };
 
-/// The methods with their own localizers. `outline` has that of `beam`.
+/// The methods that have a localizer of their own. `outline` uses that of `beam`.
 const METHODS: [Method; 4] =
     [Method::Beam, Method::Boniardi2015, Method::Boniardi2015FixedScale, Method::Behzadian2015];
 /// Degrees of deformation. At degree 1, drawings are deformed as much as people's.
 const DEGREES: [f64; 3] = [0.0, 0.5, 1.0];
-/// The folder of the logs within the folder of data.
+/// The folder of the logs, within the folder of data.
 const LOGS: &str = "logs";
-/// Size, in metres, of the cells of the map that is built from a log.
+/// Cell size, in metres, of the map that is built from a log.
 const MAP_CELL_M: f64 = 0.1;
-/// Spacing, in metres, of the points of the floor that are used to convert estimates in the drawing to the floor.
+/// Spacing, in metres, of the points of the floor by which estimates in the drawing are converted to the floor.
 const LATTICE_M: f64 = 0.2;
 
-/// A drive through a building.
+/// A recorded drive through a building.
 struct Driven {
     floor: Floor,
     scans: Vec<Scan>,
@@ -68,14 +67,14 @@ struct Scan {
     message: Box<LaserScan>,
 }
 
-/// An estimate compared with the truth.
+/// How an estimate compares with the truth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Located {
     is_right_room: bool,
     error_m: f64,
 }
 
-/// A drawing, and the method that localizes a drive in it.
+/// A drawing, with the method by which a drive is localized in it.
 struct Job<'a> {
     driven: &'a Driven,
     degree: f64,
@@ -126,7 +125,7 @@ fn values(drawings: &[Vec<Located>]) -> Vec<f64> {
 }
 
 impl Driven {
-    /// Reads a log and draws the floor that its scans show. Scans that an import would leave out are left out.
+    /// Reads a log, and draws the floor that its scans show. Scans that an import would leave out are left out here, too.
     fn open(path: &Path) -> Result<Self, EvalError> {
         let in_log = |cause| EvalError::Log { path: path.to_owned(), cause };
         let header = Header { seq: 1, stamp_ns: 0, source_seq: 1 };
@@ -181,7 +180,7 @@ fn scans(path: &Path) -> Result<Vec<CarmenScan>, CarmenError> {
     entries.collect()
 }
 
-/// Returns the floor of the map built from the scans at their corrected poses.
+/// Returns the floor of the map that results from the scans at their corrected poses.
 fn floor(scans: &[Scan], name: &str) -> Result<Floor, EvalError> {
     let in_map = |cause| EvalError::Mapping { log: name.to_owned(), cause };
     let parameters = mapping::Parameters { cell_m: MAP_CELL_M, extent_m: 400.0, ..Default::default() };
@@ -199,7 +198,7 @@ fn floor(scans: &[Scan], name: &str) -> Result<Floor, EvalError> {
 }
 
 impl Job<'_> {
-    /// Localizes the drive in the drawing. Scans at places that are missing from the drawing are not compared.
+    /// Localizes the drive in the drawing. Scans taken at positions that the drawing lacks are not compared.
     fn locate(&self) -> Result<Vec<Located>, EvalError> {
         let Driven { floor, scans, .. } = self.driven;
         let drawing = sketchnav_deform::deform(floor, self.degree, self.seed)?;
@@ -244,7 +243,7 @@ impl Job<'_> {
     }
 }
 
-/// A drawing as it was made and as it was read.
+/// A drawing, both as it was made and as it was read.
 struct Page<'a> {
     drawing: &'a DeformedDrawing,
     paper: &'a DrawnMap,
@@ -261,7 +260,8 @@ impl Page<'_> {
     }
 }
 
-/// Points of the floor that lie in a room, with their places in the drawing and the index of the room.
+/// Points of the floor that lie in rooms: for each, its position in the drawing, its position on the floor, and the index of
+/// its room.
 struct Lattice(Vec<(Point<Sketch>, Point<World>, usize)>);
 
 impl Lattice {
@@ -278,7 +278,7 @@ impl Lattice {
         Self(places.filter_map(|at| Some((page.point(&at)?, at, floor.region_at(&at)?))).collect())
     }
 
-    /// Returns the point of the floor whose place in the drawing is nearest, with its room.
+    /// Returns the point of the floor that is nearest to `at` in the drawing, and its room.
     fn nearest(&self, at: &Point<Sketch>) -> Option<(Point<World>, usize)> {
         let nearer = |a: &&(Point<Sketch>, Point<World>, usize),
                       b: &&(Point<Sketch>, Point<World>, usize)| {

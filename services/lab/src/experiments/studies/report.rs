@@ -1,4 +1,4 @@
-//! The page of a study, with tables, curves, and shares with their intervals.
+//! The page of a study: its tables, its curves, and shares with their intervals.
 
 use maud::{Markup, html};
 
@@ -22,7 +22,7 @@ pub fn page(study: &Study, figures: &[Figure], command: &str) -> String {
     page::document(&format!("{} · sketchnav eval", study.name), &body)
 }
 
-/// Returns a table with its numbers as text.
+/// Returns the table with its numbers formatted as text.
 pub fn words(table: &Table) -> table::Table {
     let row = |(name, values): &(String, Vec<f64>)| {
         std::iter::once(name.clone()).chain(values.iter().map(|value| number(*value))).collect()

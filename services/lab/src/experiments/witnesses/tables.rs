@@ -1,4 +1,4 @@
-//! Tables of the witnesses' answers about arrivals.
+//! Tables about how the witnesses judge arrivals.
 
 use crate::experiments::logistic::{Logistic, area_under_curve, losses};
 use crate::experiments::outcome::{Kind, TaskOutcome};
@@ -6,20 +6,20 @@ use crate::experiments::section::Section;
 use crate::experiments::table::Table;
 use crate::experiments::witnesses::{AGREE_M, Claim, RoomsSaid};
 
-/// Largest margin that makes a difference.
+/// Maximum margin that is taken into account. Larger ones do not make a difference.
 const MOST_MARGIN: f64 = 15.0;
-/// Number of bins of stated probabilities.
+/// Number of bins for stated probabilities.
 const BINS: usize = 5;
 
-/// An arrival and the answers of the witnesses about it.
+/// An arrival, and what the witnesses say about it.
 struct Arrival<'a> {
     outcome: &'a TaskOutcome,
     rooms: RoomsSaid,
-    /// Margin and misfit of the outline, if the robot arrived by it.
+    /// Margin and misfit of the outline, if the robot arrived by the outline.
     outline: Option<[f64; 2]>,
 }
 
-/// Signs that may distinguish right arrivals from wrong ones.
+/// Signs by which right arrivals may be distinguished from wrong ones.
 struct Signs {
     name: &'static str,
     of: fn(&Arrival<'_>) -> Vec<f64>,
@@ -54,7 +54,7 @@ impl Arrival<'_> {
         self.outcome.kind == Kind::Reached
     }
 
-    /// Returns 1 if regions and doors agree, 0 if they do not, and a half if they have no answer.
+    /// Returns 1 if regions and doors agree with the arrival, 0 if they do not, and 0.5 if they have no answer.
     fn agreement(&self) -> f64 {
         if self.rooms.has_answer { f64::from(u8::from(self.rooms.agrees())) } else { 0.5 }
     }
@@ -69,13 +69,13 @@ impl Arrival<'_> {
     }
 }
 
-/// Returns true if combinations are fitted to the outcome, which is so for the first floor of each kind.
+/// Returns true if combinations are fitted to this outcome, which is the case for the first floor of each kind.
 fn is_fitted(outcome: &TaskOutcome) -> bool {
     let floor = outcome.cluster.as_deref().and_then(|cluster| cluster.split('/').next());
     floor.is_some_and(|floor| floor.ends_with("-1"))
 }
 
-/// Returns the margin and the misfit in the reason for an arrival by the outline.
+/// Returns the margin and the misfit in the reason that was reported for an arrival by the outline.
 fn of_outline(reason: &str) -> Option<[f64; 2]> {
     let after = |word: &str| {
         let rest = &reason[reason.find(word)? + word.len()..];
@@ -84,7 +84,7 @@ fn of_outline(reason: &str) -> Option<[f64; 2]> {
     Some([after("margin ").unwrap_or_default(), after("misfit ")?])
 }
 
-/// Returns the tables.
+/// Returns all tables.
 pub fn sections(outcomes: &[TaskOutcome]) -> Vec<Section> {
     let arrival =
         |outcome| Some(Arrival { outcome, rooms: outcome.rooms?, outline: of_outline(&outcome.reason) });
@@ -106,10 +106,10 @@ fn section(title: &str, header: &[&str], rows: Vec<Vec<String>>, words: &str) ->
 
 /// Names of the witnesses, in the order of [`RoomsSaid::claims`].
 const NAMES: [&str; 3] = ["filter", "outline", "rooms and doors"];
-/// Ends of the curve's bins: distances, in metres, between an arrival and where regions and doors locate the goal.
+/// Upper ends of the curve's bins: distances, in metres, between an arrival and where regions and doors locate the goal.
 const BIN_ENDS_M: [f64; 5] = [1.0, AGREE_M, 5.0, 10.0, f64::INFINITY];
 
-/// Returns true if two witnesses locate the goal at about the same place.
+/// Returns true if two witnesses locate the goal at about the same position.
 fn agree(a: &Claim, b: &Claim) -> bool {
     (a.at[0] - b.at[0]).hypot(a.at[1] - b.at[1]) <= AGREE_M
 }
@@ -161,7 +161,7 @@ fn together(outcomes: &[&TaskOutcome]) -> Section {
     )
 }
 
-/// Counts right arrivals by the distance of the goal according to regions and doors.
+/// Counts right arrivals by how far away regions and doors locate the goal.
 fn disagreement(arrivals: &[&Arrival<'_>]) -> Section {
     let row = |name: String, is: &dyn Fn(&RoomsSaid) -> bool| {
         let own: Vec<_> = arrivals.iter().filter(|arrival| is(&arrival.rooms)).collect();
@@ -197,8 +197,7 @@ fn number(value: Option<f64>) -> String {
     value.map_or_else(|| "–".to_owned(), |value| format!("{value:.2}"))
 }
 
-/// Returns the predictions for the other floors by a regression on signs, fitted to the first floor of each kind, and its
-/// coefficients.
+/// Fits a regression on signs to the first floor of each kind. Returns its predictions for the other floors, and its coefficients.
 fn checked(signs: &Signs, arrivals: &[Arrival<'_>]) -> (Vec<(f64, bool)>, Logistic) {
     let example = |arrival: &Arrival<'_>| ((signs.of)(arrival), arrival.is_right());
     let (fitted, rest): (Vec<_>, Vec<_>) = arrivals.iter().partition(|arrival| is_fitted(arrival.outcome));
@@ -223,7 +222,7 @@ fn combinations(arrivals: &[Arrival<'_>]) -> Section {
     )
 }
 
-/// Returns the share of right arrivals by their stated probability.
+/// Returns the share of right arrivals for each range of their stated probability.
 fn bins(arrivals: &[Arrival<'_>]) -> Section {
     let (stated, _) = checked(&COMBINATIONS[COMBINATIONS.len() - 1], arrivals);
     let row = |bin: usize| {
@@ -279,7 +278,7 @@ mod tests {
         assert_eq!(of_outline("0.20 m from the goal"), None);
     }
 
-    /// Tests regions that disagree with every wrong arrival and with no right one, which separate the two perfectly.
+    /// Uses regions that disagree with every wrong arrival and with no right one, so that they separate the two perfectly.
     #[test]
     fn witnesses_who_know_the_failures_are_seen_to() {
         let right = (0..30).map(|k| outcome(1 + k % 2, Kind::Reached, 0.3, 8.0));

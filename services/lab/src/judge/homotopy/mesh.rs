@@ -8,16 +8,16 @@ use super::word::Word;
 const FRAME: f64 = 2.0;
 /// Number of corners of the frame.
 const FRAME_CORNERS: usize = 4;
-/// Maximum distance between a corner and an edge that it is on, as a share of the edge's length.
+/// Maximum distance from an edge at which a corner counts as lying on it, as a share of the edge's length.
 const ON_EDGE: f64 = 1e-9;
 
-/// The corners in one plane.
+/// The positions of the corners in one plane.
 #[derive(Debug, Clone)]
 pub(super) struct Plane<F> {
     corners: Vec<Point<F>>,
 }
 
-/// Edges and triangles as indices of their corners, which are the same in both planes.
+/// Edges and triangles, as indices of their corners, which are the same in both planes.
 #[derive(Debug, Clone)]
 pub(super) struct Mesh {
     edges: Vec<[usize; 2]>,
@@ -44,7 +44,7 @@ impl<F: Copy> Plane<F> {
         area(a, b, c) * area(a, b, d) < 0.0 && area(c, d, a) * area(c, d, b) < 0.0
     }
 
-    /// Returns true if a third corner is on the edge.
+    /// Returns true if a third corner lies on the edge.
     fn is_occupied(&self, edge: [usize; 2]) -> bool {
         let [a, b] = edge.map(|i| self.corners[i]);
         let length = a.distance(&b);
@@ -60,7 +60,7 @@ impl<F: Copy> Plane<F> {
         area(a, b, c)
     }
 
-    /// Returns true if a fourth corner is inside the triangle.
+    /// Returns true if a fourth corner lies inside the triangle.
     fn holds_corner(&self, triangle: [usize; 3]) -> bool {
         (0..self.len()).any(|i| {
             !triangle.contains(&i) && self.weights(triangle, self.corners[i]).iter().all(|&w| w > 0.0)
@@ -80,9 +80,8 @@ impl<F: Copy> Plane<F> {
         (self.corners[a].distance(&self.corners[b]) / corner(0).distance(&corner(2))).powi(2)
     }
 
-    /// Returns the position of the crossing of a straight line with the edge, from 0 at `from` to 1 at `to`. The test is half
-    /// open: a point on an edge's line counts as being on its right, so a line
-    /// through it crosses exactly once.
+    /// Returns where a straight line crosses the edge, from 0 at `from` to 1 at `to`. The test is half open: a point on the line
+    /// through an edge counts as being on the right of it, so a line through that point crosses exactly once.
     fn crossing(&self, from: Point<F>, to: Point<F>, edge: [usize; 2]) -> Option<f64> {
         let [a, b] = edge.map(|i| self.corners[i]);
         let (before, after) = (area(a, b, from), area(a, b, to));
@@ -92,7 +91,7 @@ impl<F: Copy> Plane<F> {
 }
 
 impl Mesh {
-    /// Builds a greedy triangulation. It takes the shortest edges first, provided that they cross nothing in either plane.
+    /// Builds a greedy triangulation: takes the shortest edges first, and skips those that cross another edge in either plane.
     pub(super) fn common<F: Copy, G: Copy>(floor: &Plane<F>, drawing: &Plane<G>) -> Self {
         let n = floor.len();
         let mut candidates: Vec<_> = (0..n).flat_map(|i| (i + 1..n).map(move |j| [i, j])).collect();
@@ -113,7 +112,7 @@ impl Mesh {
         self.triangles.len()
     }
 
-    /// Carries a point from one plane to the other by the triangle that contains it.
+    /// Maps a point from one plane to the other, by the triangle that contains it.
     pub(super) fn carry<F: Copy, G: Copy>(
         &self,
         from: &Plane<F>,
@@ -140,7 +139,7 @@ impl Mesh {
     }
 }
 
-/// Returns the triangles between the edges that have the same orientation in both planes and do not contain any corner.
+/// Returns the triangles between edges that have the same orientation in both planes and do not contain any corner.
 fn triangles<F: Copy, G: Copy>(
     edges: &[[usize; 2]],
     floor: &Plane<F>,
@@ -181,7 +180,7 @@ pub(super) struct Affine<F, G> {
 }
 
 impl<F: Copy, G: Copy> Affine<F, G> {
-    /// Returns the best map in the least-squares sense, or `None` if the points are on a line.
+    /// Returns the best map in the least-squares sense, or `None` if the points lie on a line.
     pub(super) fn fit(from: &[Point<F>], to: &[Point<G>]) -> Option<Self> {
         let (center, image) = (mean(from)?, mean(to)?);
         let (mut square, mut mixed) = ([[0.0; 2]; 2], [[0.0; 2]; 2]);

@@ -2,7 +2,7 @@ use proptest::prelude::*;
 
 use super::*;
 
-/// Returns the corners of a room of 10 × 8 m and four things in it, drawn at 50 pixels per metre.
+/// Returns anchors for the corners of a room of 10 × 8 m and for four objects in it, drawn at 50 pixels per metre.
 fn room() -> Vec<Anchor> {
     let places =
         [[0.0, 0.0], [10.0, 0.0], [10.0, 8.0], [0.0, 8.0], [3.0, 2.5], [7.0, 3.0], [3.5, 5.5], [6.5, 6.0]];
@@ -22,7 +22,7 @@ fn route(points: &[[f64; 2]]) -> Vec<Point<Sketch>> {
     points.iter().map(|p| Point::new(50.0 * p[0], 50.0 * p[1])).collect()
 }
 
-/// Returns a path that makes `turns` counter-clockwise turns around `center`, starting and ending to the south of it.
+/// Returns a path that makes `turns` counter-clockwise turns around `center`, and starts and ends to the south of it.
 fn round(center: [f64; 2], radius: f64, turns: i32) -> Vec<[f64; 2]> {
     let at = |k: i32| {
         let angle =
@@ -76,8 +76,8 @@ fn rounds_are_counted() {
     }
 }
 
-/// The line goes around the first thing, around the second, back around the first, and back around the second. Every
-/// winding number is 0, yet the line cannot be contracted.
+/// The line goes around the first object, around the second, back around the first, and back around the second. Every winding
+/// number is 0, yet the line cannot be contracted.
 #[test]
 fn order_matters_even_with_equal_winding_numbers() {
     let room = Correspondence::new(&room()).unwrap();
@@ -93,7 +93,7 @@ fn order_matters_even_with_equal_winding_numbers() {
     assert!(room.is_homotopic(&way(&undone), &stay));
 }
 
-/// Things that the drawing does not show do not count.
+/// Objects that the drawing does not show do not count.
 #[test]
 fn an_object_that_was_not_drawn_may_be_passed_on_either_side() {
     let anchors: Vec<_> = room().into_iter().filter(|anchor| anchor.world != Point::new(7.0, 3.0)).collect();
@@ -104,7 +104,7 @@ fn an_object_that_was_not_drawn_may_be_passed_on_either_side() {
     }
 }
 
-/// One thing is drawn in a different part of the room. What counts is the side, not the position.
+/// One object is drawn in a different part of the room. What counts is on which side it is passed, not its position.
 #[test]
 fn an_object_drawn_in_the_wrong_place_keeps_its_identity() {
     let mut anchors = room();
@@ -147,7 +147,7 @@ fn inside() -> impl Strategy<Value = [f64; 2]> {
     (0.2..9.8, 0.2..7.8).prop_map(|(x, y)| [x, y])
 }
 
-/// Generates drawings of the room: turned, stretched, bent, and with every thing shifted by up to 0.7 m.
+/// Generates drawings of the room: rotated, stretched, bent, and with each anchor shifted by up to 0.7 m.
 fn drawings() -> impl Strategy<Value = Vec<Anchor>> {
     let shifts = prop::collection::vec((-0.7..0.7, -0.7..0.7), 8);
     (-3.0..3.0_f64, 0.6..1.8, -0.06..0.06, shifts).prop_map(|(turn, stretch, bend, shifts)| {
@@ -161,7 +161,7 @@ fn drawings() -> impl Strategy<Value = Vec<Anchor>> {
     })
 }
 
-/// Returns the path, finely cut and carried into the drawing.
+/// Returns the path, divided finely and mapped into the drawing.
 fn carried(room: &Correspondence, way: &[Point<World>]) -> Vec<Point<Sketch>> {
     let cut = |pair: &[Point<World>]| {
         let [a, b] = [pair[0], pair[1]];
@@ -199,7 +199,7 @@ fn winding(line: &[Point<Sketch>], about: Point<Sketch>) -> i64 {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
-    /// The map from plane to plane keeps paths homotopic, however the drawing is deformed.
+    /// The map between the planes keeps paths homotopic, however the drawing is deformed.
     #[test]
     fn a_path_is_homotopic_to_its_image(anchors in drawings(), points in prop::collection::vec(inside(), 2..12)) {
         let Ok(room) = Correspondence::new(&anchors) else { return Ok(()) };
@@ -223,7 +223,7 @@ proptest! {
         prop_assert!(unwound || !room.is_homotopic(&a, &drawn));
     }
 
-    /// A corner of the path may slide as long as it sweeps over no anchor.
+    /// A corner of the path may slide as long as the path does not sweep over an anchor.
     #[test]
     fn a_corner_may_move_unless_it_crosses_an_anchor(
         points in prop::collection::vec(inside(), 3..8), which in 0_usize..6, to in inside(),
@@ -239,7 +239,7 @@ proptest! {
         prop_assert_eq!(room.is_homotopic(&way(&slid), &route(&points)), !passed);
     }
 
-    /// The answer stays the same if path and route are both reversed, or if a detour there and back is added.
+    /// The answer remains the same if path and route are both reversed, or if a detour that is retraced is added.
     #[test]
     fn reversal_and_retraced_detours_do_not_matter(
         a in prop::collection::vec(inside(), 2..7), b in prop::collection::vec(inside(), 2..7), detour in prop::collection::vec(inside(), 1..5),

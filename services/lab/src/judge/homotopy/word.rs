@@ -11,13 +11,13 @@ impl Word {
         &self.0
     }
 
-    /// Returns true if no letters are left.
+    /// Returns true if no letters remain.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// Appends a letter. If it equals the last one, both are dropped, since an edge crossed twice in a row is crossed there and
-    /// back.
+    /// Appends a letter. If it equals the last one, both are removed, since an edge that is crossed twice in a row is crossed there
+    /// and back.
     pub(super) fn push(&mut self, edge: [usize; 2]) {
         if self.0.last() == Some(&edge) {
             self.0.pop();

@@ -1,12 +1,11 @@
-//! A raster around the robot that stores how close each cell is to a wall of the map, and maxima over blocks
-//! of cells.
+//! A raster around the robot that stores how close each cell is to a wall of the map, along with the maxima over blocks of cells.
 
 use crate::grid::floor;
 use crate::occupancy::Occupancy;
 
-/// Sides of the blocks of each level, in cells. A cell's block begins at that cell and extends to the right and up.
+/// Side lengths of the blocks of each level, in cells. A cell's block begins at that cell and extends to the right and up.
 pub const BLOCKS: [usize; 4] = [1, 2, 4, 8];
-/// Number of cells of a kernel's row that are drawn at once.
+/// Number of cells in a row of the kernel that are drawn at once.
 const TOGETHER: usize = 16;
 
 /// A square of cells whose values are 255 · exp(−d² / 2σ²), where d is the distance to the nearest occupied cell.

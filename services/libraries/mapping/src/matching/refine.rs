@@ -1,5 +1,5 @@
-//! Refines the best cell to the best pose, on the assumption that the posterior is a parabola near its peak. Its slopes and
-//! curvatures are measured on the interpolated field, first over a cell and then over half a cell, which evens out the steps of the
+//! Refines the best cell to the best pose, assuming that the posterior is a parabola near its peak. Slopes and curvatures are
+//! measured on the interpolated field, first over a whole cell and then over half a cell, which smooths out the steps of the
 //! raster.
 
 use nalgebra::{Matrix3, Vector3};
@@ -98,7 +98,7 @@ pub(super) fn refine(
         if then > now {
             (pose, now) = (next, then);
         } else {
-            // Repeating the step would lead to the same place.
+            // Another step would lead to the same pose.
             in_vain = Some(cells);
         }
     }
@@ -137,7 +137,7 @@ mod tests {
         field
     }
 
-    /// Returns the ends of beams that hit the centres of the walls' cells, seen from a pose.
+    /// Returns the endpoints of beams that hit the centres of the walls' cells, as seen from a pose.
     fn seen_from(pose: &Pose<Map>) -> Vec<[f64; 2]> {
         let along = (0..60).map(|k| -1.475 + 0.05 * f64::from(k));
         let up = (0..40).map(|k| -0.975 + 0.05 * f64::from(k));

@@ -12,7 +12,7 @@ use crate::{Map, Parameters};
 const MAX_ANGLES: usize = 161;
 const COARSEST: usize = BLOCKS.len() - 1;
 
-/// The extent of the search on either side of the prior.
+/// Extent of the search on either side of the prior.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Window {
     pub half_m: f64,

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use sketchnav_schemas::geometry::{Odom, Pose, World};
 
-/// A scan of a log.
+/// A scan from a log.
 pub struct LogScan {
     pub ranges_m: Vec<f32>,
     pub reference: Pose<World>,

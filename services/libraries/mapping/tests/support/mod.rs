@@ -1,4 +1,4 @@
-//! Helpers for several tests.
+//! Helpers shared by several tests.
 
 #![allow(dead_code, reason = "each test uses a part")]
 

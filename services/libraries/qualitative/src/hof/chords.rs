@@ -1,12 +1,12 @@
 //! Constant forces between two objects that a line separates, computed by integrating the product of their chords.
 //!
-//! If the whole argument is after the referent, F_0(θ) = ∫ X(u) Z(u) du, where X and Z are the lengths of the two objects
-//! on the parallel u. For a simple ring, the length follows from the edges that the parallel meets: it is the sum of the
-//! heights of those that run one way, less the heights of those that run back. Between neighbouring corners this length is
-//! linear in u, so nothing has to be sorted along the direction.
+//! If the whole argument is after the referent, F_0(θ) = ∫ X(u) Z(u) du, where X and Z are the lengths of the two objects on the
+//! parallel u. For a simple ring, this length follows from the edges that the parallel meets: it is the sum of the heights of those
+//! that run one way, minus the heights of those that run back. Between neighbouring corners it is linear in u, so nothing has to be
+//! sorted along the direction.
 
-/// An edge that runs across the direction: where it begins and ends, and the height at 0 and slope of its line. Height and
-/// slope are negated for edges that run backwards.
+/// An edge that runs across the direction: where it begins and ends across, and the height at 0 and the slope of its line. Height
+/// and slope are negated for edges that run backwards.
 #[derive(Debug, Clone, Copy)]
 struct Edge {
     low: f64,
@@ -15,7 +15,7 @@ struct Edge {
     slope: f64,
 }
 
-/// The edges of two objects between two parallels. Keeping this value between calls reuses its memory.
+/// The edges of two objects between two parallels, kept between calls to reuse its memory.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Chords {
     edges: [Vec<Edge>; 2],

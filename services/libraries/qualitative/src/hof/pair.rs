@@ -25,7 +25,7 @@ pub struct Pair {
     edges_at: Vec<[usize; 2]>,
     /// The centre and radius of a circle around each object.
     circles: [([f64; 2], f64); 2],
-    /// Lengths up to this one are rounding errors.
+    /// Lengths up to this value count as rounding errors.
     rounding: f64,
     /// The normal, towards the argument, of a line that separates the objects. Only set if each object is a single ring that
     /// does not cross itself.
@@ -39,8 +39,8 @@ pub struct Workspace {
     turns: Vec<(f64, f64)>,
     /// The coordinates of the knots across and along the direction.
     turned: Vec<[f64; 2]>,
-    /// The indices of the knots in order across the direction. The order for one direction is nearly that for the next, so it
-    /// is kept.
+    /// The indices of the knots in order across the direction. They are kept, because the order for the next direction is nearly
+    /// the same.
     order: Vec<usize>,
     argument: Cut,
     referent: Cut,
@@ -115,8 +115,8 @@ impl Pair {
             .all(|(i, j)| !polygon::touch(ends(i), ends(j), self.rounding))
     }
 
-    /// Returns the normal of a line that separates the objects, if one is found. The direction between the circles and the axes
-    /// are tried.
+    /// Returns the normal of a line that separates the objects, if one is found. Tries the direction between the centres of the
+    /// circles, and those of the axes.
     fn parting_normal(&self) -> Option<[f64; 2]> {
         let [(a, _), (b, _)] = self.circles;
         let between = [a[0] - b[0], a[1] - b[1]];
@@ -292,7 +292,7 @@ fn circle(corners: &[Point]) -> ([f64; 2], f64) {
     (centre, radius)
 }
 
-/// Sorts the indices of points by their position across the direction. This is quick if they are nearly sorted already.
+/// Sorts the indices of points by their position across the direction. This is fast if they are nearly sorted already.
 fn sort(order: &mut Vec<usize>, turned: &[[f64; 2]]) {
     if order.len() != turned.len() {
         order.clear();

@@ -92,7 +92,7 @@ impl Polygon {
         crossed.count() % 2 == 1
     }
 
-    /// Returns the proximity: the least distance between a point of this object and one of the other, or 0 if they overlap.
+    /// Returns the proximity: the minimum distance between a point of this object and a point of the other, or 0 if they overlap.
     pub fn distance(&self, other: &Self) -> f64 {
         let is_inside = |of: &Self, ring: &[Point]| of.contains(ring[0]);
         if other.rings().any(|ring| is_inside(self, ring)) || self.rings().any(|ring| is_inside(other, ring))
@@ -103,7 +103,7 @@ impl Polygon {
         pairs.fold(f64::INFINITY, f64::min)
     }
 
-    /// Returns the least distance from a point to this object, or 0 if the point is inside.
+    /// Returns the minimum distance from a point to this object, or 0 if the point is inside.
     pub fn distance_to(&self, at: Point) -> f64 {
         if self.contains(at) {
             return 0.0;
@@ -116,7 +116,7 @@ const fn no_extent() -> Error {
     Error::Extent { what: "polygon", found: 0.0 }
 }
 
-/// Checks that a ring has three corners that are not on one line.
+/// Checks that a ring has three corners that do not lie on one line.
 fn check(mut corners: impl Iterator<Item = Point> + Clone) -> Result<(), Error> {
     let Some(first) = corners.next() else { return Err(no_extent()) };
     let pairs = corners.clone().zip(corners.skip(1));

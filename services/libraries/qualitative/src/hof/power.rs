@@ -10,10 +10,11 @@ use crate::geometry::not_negative;
 
 /// Ratio of distance to section length above which sections are integrated by quadrature.
 const FAR: f64 = 4.0;
-/// Ratio below which a distance that changes within a strip counts as steady. Five points then give its logarithm to 1e-10.
+/// Ratio below which a distance that changes within a strip counts as nearly constant. Five points then give its logarithm to
+/// 1e-10.
 const STEADY: f64 = 1.4;
 
-/// The section of an object by a parallel, at both sides of a strip. The low end is first, then the high end.
+/// The section of an object cut by a parallel, at both sides of a strip: first the low end, then the high end.
 pub(super) type Section = [[f64; 2]; 2];
 
 /// The exponent r of a force, and the integrals of its law.

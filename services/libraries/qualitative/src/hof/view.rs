@@ -28,7 +28,7 @@ pub struct Assessment {
     pub degree: f64,
 }
 
-/// Says how well a single direction describes the position of the argument.
+/// How well a single direction describes the position of the argument.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Grade {
     /// No single direction describes the position: use [`Surround`] instead.
@@ -39,7 +39,7 @@ pub enum Grade {
     Satisfactory,
 }
 
-/// Describes how the argument surrounds the referent (Chronis 2007, 3.2.2). The values are indices of directions.
+/// How the argument surrounds the referent (Chronis 2007, 3.2.2). The values are indices of directions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Surround {
     /// The argument surrounds the referent from the side of the main direction.
@@ -90,13 +90,13 @@ impl<'a> View<'a> {
         degree_of_truth(self.forces, self.heading_rad + direction_rad)
     }
 
-    /// Returns the best of `directions` directions, and the first of them if several are equally good. Returns `None` if no
-    /// degree is known.
+    /// Returns the best of `directions` directions. If several are equally good, returns the first. Returns `None` if no degree is
+    /// known.
     pub fn assess(&self, directions: usize) -> Option<Assessment> {
         best(directions, |direction_rad| self.degree(direction_rad))
     }
 
-    /// Like [`Self::assess`], but takes the lesser of the degrees by two histograms: `self`, of constant forces, and
+    /// Like [`Self::assess`], but uses the lesser of the degrees of two histograms: `self`, of constant forces, and
     /// `gravitational`. If gravitational forces are infinite, only constant forces count.
     pub fn assess_with(&self, gravitational: &Self, directions: usize) -> Option<Assessment> {
         best(directions, |direction_rad| {
@@ -105,7 +105,7 @@ impl<'a> View<'a> {
         })
     }
 
-    /// Returns the width of the histogram, which is the part of a full turn over which there are forces, from 0 to 2π.
+    /// Returns the width of the histogram, in radians: the part of a full turn over which there are forces, from 0 to 2π.
     pub fn width_rad(&self) -> f64 {
         let some = self.forces.iter().filter(|force| force.is_some()).count();
         some as f64 * TAU / self.forces.len() as f64

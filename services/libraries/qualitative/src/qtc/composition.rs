@@ -1,9 +1,9 @@
-//! The composition of QTC_C. A point that moves is an oriented point, and its signs give the segment of OPRA_2 in which it sees the
-//! other point. The table is therefore that of OPRA_2, with any heading for a point at rest, and with coincident points, which move
+//! The composition of QTC_C. A moving point is an oriented point, and its signs tell in which segment of OPRA_2 it sees the other
+//! point. The table is therefore that of OPRA_2, where a point at rest may have any heading, and coincident points either move
 //! straight away from each other or rest.
 //!
-//! The composition of QTC_B22 follows: speeds compose like numbers and do not depend on directions, except that a point at rest has
-//! none. Points that must move because another is slower cannot have all directions.
+//! The composition of QTC_B22 follows from it. Speeds compose like numbers and do not depend on directions, except that a point at
+//! rest has none. Points that must move because another one is slower cannot have all directions.
 
 use std::iter;
 use std::sync::LazyLock;
@@ -31,28 +31,28 @@ const SIGNS: [[Sign; 2]; AROUND] = {
     ]
 };
 const AT_REST: [Sign; 2] = [Sign::Zero; 2];
-/// The signs of a moving point if the other one is in the same position.
+/// The signs of a moving point if the other one is at the same position.
 const AWAY: [Sign; 2] = SIGNS[4];
 
 /// The motion of one point with respect to the other.
 type Part = [Sign; 2];
 
-/// Returns the segments where a point may see the other one. A point at rest has any heading.
+/// Returns the segments in which a point may see the other one. A point at rest may have any heading.
 fn segments(part: Part) -> impl Iterator<Item = usize> + Clone {
     (0..AROUND).filter(move |segment| part == AT_REST || SIGNS[*segment] == part)
 }
 
-/// Returns the possible motions of a point with respect to one that may be anywhere.
+/// Returns the motions that a point may have with respect to one that may be anywhere.
 fn anything(part: Part) -> impl Iterator<Item = Part> {
     (0..AROUND).map(move |segment| seen(part, segment))
 }
 
-/// Returns the motion of a point with respect to one in a segment.
+/// Returns the motion of a point with respect to one in the given segment.
 fn seen(part: Part, segment: usize) -> Part {
     if part == AT_REST { AT_REST } else { SIGNS[segment] }
 }
 
-/// Returns the motion of a point with respect to one in the same position.
+/// Returns the motion of a point with respect to one at the same position.
 fn met(part: Part) -> Part {
     if part == AT_REST { AT_REST } else { AWAY }
 }
@@ -69,7 +69,7 @@ fn bit([[k, k_side], [l, l_side]]: [Part; 2]) -> u128 {
     1 << QtcC { k, l, k_side, l_side }.index()
 }
 
-/// The compositions of OPRA_2's relations of points in different positions, as bits.
+/// The compositions of the relations of OPRA_2 between points at different positions, as bit masks.
 static APART: LazyLock<Vec<Vec<u128>>> = LazyLock::new(|| {
     let apart = || Opra::<2>::all().take(AROUND * AROUND);
     let bits = |set: RelationSet<Opra<2>>| set.iter().fold(0, |bits, relation| bits | 1 << relation.index());
@@ -99,7 +99,7 @@ fn composed(first: QtcC, next: QtcC) -> u128 {
     found
 }
 
-/// Returns the possible relations of k to m, as bits, if l is in a different position from both.
+/// Returns the possible relations of k to m, as a bit mask, if the position of l differs from both of theirs.
 fn apart([k, l]: [Part; 2], [l_next, m]: [Part; 2]) -> u128 {
     let index = |a: usize, b: usize| a * AROUND + b;
     let firsts = segments(k).flat_map(|k| segments(l).map(move |l| index(k, l)));
@@ -121,7 +121,7 @@ impl Compose for QtcC {
     }
 }
 
-/// Returns the relative speeds that two points may have, given which of them rest.
+/// Returns the relative speeds that two points may have, given which of them are at rest.
 fn speeds(rest: [bool; 2]) -> &'static [Sign] {
     match rest {
         [true, true] => &[Sign::Zero],
@@ -131,8 +131,8 @@ fn speeds(rest: [bool; 2]) -> &'static [Sign] {
     }
 }
 
-/// Returns true if there are three speeds of which the first and the second, the second and the third, and the first and the third
-/// compare like this.
+/// Returns true if there are three speeds that compare like this: the first with the second, the second with the third, and the
+/// first with the third.
 fn speeds_exist([first, next, last]: [Sign; 3]) -> bool {
     match (first, next) {
         (Sign::Zero, other) | (other, Sign::Zero) => last == other,

@@ -20,8 +20,8 @@ pub struct QtcB22 {
     pub speed: Sign,
 }
 
-/// A relation of QTC_C22. A point with two signs of 0 rests. The relative speed if one of the points rests, and the angle unless
-/// both move within the same quadrants, follow from the other signs, so 257 relations exist.
+/// A relation of QTC_C22. A point whose two signs are 0 is at rest. If one of the points rests, the relative speed follows from the
+/// other signs, and so does the angle unless both points move within the same quadrants. Therefore, 257 relations exist.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct QtcC22 {
@@ -42,7 +42,7 @@ impl QtcB22 {
         Self { basic: QtcB::of(k, l, threshold), speed: speed(k, l, threshold) }
     }
 
-    /// Returns the signs in order.
+    /// Returns the signs, in order.
     pub const fn signs(self) -> [Sign; 3] {
         [self.basic.k, self.basic.l, self.speed]
     }
@@ -61,9 +61,8 @@ impl Converse for QtcB22 {
     }
 }
 
-/// Returns the part of the half circle, from towards the other point to away from it, in which a motion lies: 0 for straight
-/// towards, 1 for less than a right angle, 2 for a right angle, 3 for more, and 4 for straight away. Returns `None` for a point at
-/// rest.
+/// Returns where in the half circle, from towards the other point to away from it, a motion lies: 0 for straight towards it, 1 for
+/// less than a right angle, 2 for a right angle, 3 for more, and 4 for straight away. Returns `None` for a point at rest.
 const fn part(along: Sign, side: Sign) -> Option<usize> {
     match (along, side) {
         (Sign::Zero, Sign::Zero) => None,
@@ -77,7 +76,8 @@ const fn part(along: Sign, side: Sign) -> Option<usize> {
 
 impl QtcC22 {
     /// Returns the relation of two motions, each from a position at t − 1 to a position at t. Speeds are equal if the distances
-    /// differ by at most `threshold`, and angles if the shorter motion, turned by the difference, ends within it.
+    /// differ by at most `threshold`. Angles are equal if the shorter motion, turned by their difference, ends within `threshold`
+    /// of where it ended.
     pub fn of(k: [Point; 2], l: [Point; 2], threshold: f64) -> Self {
         let cross = QtcC::of(k, l, threshold);
         let follows = Self::known(cross);
@@ -93,7 +93,7 @@ impl QtcC22 {
         Self { cross, speed, angle }
     }
 
-    /// Returns the speed and the angle if they follow from the other signs.
+    /// Returns the speed and the angle, each if it follows from the other signs.
     const fn known(cross: QtcC) -> [Option<Sign>; 2] {
         match (part(cross.k, cross.k_side), part(cross.l, cross.l_side)) {
             (None, None) => [Some(Sign::Zero), Some(Sign::Zero)],
@@ -122,13 +122,13 @@ impl QtcC22 {
         self.angle
     }
 
-    /// Returns the signs in order.
+    /// Returns the signs, in order.
     pub const fn signs(self) -> [Sign; 6] {
         let [k, l, k_side, l_side] = self.cross.signs();
         [k, l, k_side, l_side, self.speed, self.angle]
     }
 
-    /// Creates a relation from its signs, or returns `None` if no motions have them.
+    /// Creates a relation from its signs, or returns `None` if no motions have these signs.
     pub fn from_signs([k, l, k_side, l_side, speed, angle]: [Sign; 6]) -> Option<Self> {
         let cross = QtcC::from_signs([k, l, k_side, l_side]);
         let agrees = |known: Option<Sign>, sign| known.is_none_or(|known| known == sign);
@@ -136,7 +136,7 @@ impl QtcC22 {
         (agrees(known_speed, speed) && agrees(known_angle, angle)).then_some(Self { cross, speed, angle })
     }
 
-    /// Returns the relation in a mirror image, where left and right are swapped.
+    /// Returns the relation in a mirror image, which swaps left and right.
     #[must_use]
     pub const fn mirrored(self) -> Self {
         Self { cross: self.cross.mirrored(), ..self }
@@ -212,14 +212,14 @@ impl From<QtcC22> for String {
 /// [`QtcB22`] of two points.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Speeds {
-    /// The smallest motion, and the smallest difference of distances, that counts.
+    /// Threshold above which a change of position, or a difference of distances, counts.
     pub quantisation: Quantisation,
 }
 
 /// [`QtcC22`] of two points.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Angles {
-    /// The smallest motion, and the smallest difference of distances, that counts.
+    /// Threshold above which a change of position, or a difference of distances, counts.
     pub quantisation: Quantisation,
 }
 

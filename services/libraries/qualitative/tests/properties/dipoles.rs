@@ -23,7 +23,7 @@ fn on_grid(width: u8, height: u8) -> Vec<Dipole> {
     pairs.filter(|[start, end]| start != end).map(dipole).collect()
 }
 
-/// All arrangements of three dipoles on small grids.
+/// Tries all arrangements of three dipoles on small grids.
 #[test]
 fn the_composition_of_dipoles_contains_what_three_segments_show() {
     let mut shown = vec![RelationSet::<DraF>::EMPTY; 72 * 72];
@@ -47,7 +47,7 @@ fn the_composition_of_dipoles_contains_what_three_segments_show() {
             entries[1] += shown.len();
         }
     }
-    // Entries that the grids lack need finer ones.
+    // Entries that do not occur on these grids need finer ones.
     assert!(entries[1] * 10 > entries[0] * 9, "{entries:?}");
 }
 
@@ -112,7 +112,7 @@ fn letters_say_where_the_ends_are() {
     assert_eq!(of(a, dipole([[2.0, 0.0], [2.0, 2.0]])).to_string(), "ells");
     assert_eq!(of(a, dipole([[1.0, -1.0], [1.0, 1.0]])).to_string(), "rllr");
     assert_eq!(DraC::of(a, ahead, 0.0), None);
-    // The start of b may come nearer to the end of a by a step, while it is on the left by the square of one.
+    // The start of b may come nearer to the end of a by one step, while its distance from the line is only the square of a step.
     let limits = |from: &str, to: &str| from.parse::<DraF>().unwrap().limits_to(to.parse().unwrap());
     assert!(limits("lllr", "eses") && limits("blrr", "sese") && !limits("llll", "sese"));
     assert_eq!(DraF::of(a, dipole([[2.0, 0.01], [2.0, 2.0]]), 0.1).unwrap().to_string(), "ells");
@@ -122,7 +122,7 @@ fn letters_say_where_the_ends_are() {
     );
 }
 
-/// A polygon whose dipoles follow each other and turn left cannot contain a last one that turns right everywhere.
+/// Dipoles that follow each other in a polygon and all turn left rule out a last one that turns right everywhere.
 #[test]
 fn a_network_of_dipoles_is_closed() {
     let table = Table::<DraC>::default();

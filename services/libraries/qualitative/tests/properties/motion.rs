@@ -1,4 +1,4 @@
-//! Checks that continuous motion only passes from neighbour to neighbour.
+//! Checks that continuous motion passes only from neighbour to neighbour.
 
 use std::f64::consts::TAU;
 use std::fmt::Debug;
@@ -23,7 +23,7 @@ use sketchnav_qualitative::{Oriented, Point, Rect};
 use crate::point;
 use crate::scenes::anywhere;
 
-/// A smooth curve that is the sum of two circular motions.
+/// A smooth curve: the sum of two circular motions.
 #[derive(Debug, Clone, Copy)]
 struct Curve([f64; 8]);
 
@@ -48,7 +48,7 @@ fn curve() -> impl Strategy<Value = Curve> {
         .prop_map(|([x, y], [r1, w1, p1], [r2, w2, p2])| Curve([x / 4.0, y / 4.0, r1, w1, p1, r2, w2, p2]))
 }
 
-/// Checks that a motion with relations that hold only for an instant, such as equal speeds, passes through neighbours. These
+/// Checks that a motion passes through neighbours even if some relations, such as equal speeds, hold only for an instant. Such
 /// instants are never sampled, so the relations before and after one must have a neighbour in common.
 fn passes_instants_only<R: Relation>(relation: impl Fn(f64) -> R) -> Result<(), TestCaseError> {
     let mut last = relation(0.0);
@@ -62,8 +62,8 @@ fn passes_instants_only<R: Relation>(relation: impl Fn(f64) -> R) -> Result<(), 
     Ok(())
 }
 
-/// Follows a motion from time 0 to 3. An interval between successive times is refined until the change over it is one
-/// between neighbours.
+/// Follows a motion from time 0 to 3. The interval between successive times is refined until the relations at its ends are
+/// neighbours.
 fn passes_neighbours_only<R: Relation>(relation: impl Fn(f64) -> R) -> Result<usize, TestCaseError> {
     fn refined<R: Relation>(
         f: &impl Fn(f64) -> R,

@@ -14,7 +14,7 @@ use crate::point;
 use crate::scenes::{anywhere, rect};
 use crate::tables::of_cells;
 
-/// Generates a set of relations, each of which is in it with the given probability.
+/// Generates a set of relations that contains each relation with the given probability.
 fn some<R: Relation>(probability: f64) -> impl Strategy<Value = RelationSet<R>> {
     prop::collection::vec(prop::bool::weighted(probability), R::COUNT).prop_map(|chosen| {
         R::all().zip(chosen).filter(|(_, is_in)| *is_in).map(|(relation, _)| relation).collect()
@@ -109,7 +109,7 @@ fn is_minimal<O: Copy, R: Relation>(
     Ok(())
 }
 
-/// Checks that closure and search keep the relations of objects that exist.
+/// Checks that neither closure nor search removes a relation that actual objects have.
 fn keeps_what_holds<O, R: Relation>(
     table: &Table<R>,
     objects: &[O],
@@ -132,7 +132,7 @@ fn keeps_what_holds<O, R: Relation>(
     Ok(())
 }
 
-/// Returns all intervals with ends at eight places, which are enough for four intervals.
+/// Returns all intervals whose ends are at eight positions, which are enough for four intervals.
 fn intervals() -> Vec<Interval> {
     let ends = (0..8).flat_map(|low| (low + 1..8).map(move |high| [f64::from(low), f64::from(high)]));
     ends.map(|ends| Interval::try_from(ends).unwrap()).collect()
@@ -177,7 +177,7 @@ proptest! {
 
     #[test]
     fn minimal_networks_of_regions_are_what_regions_of_cells_show(sets in prop::collection::vec(some::<Rcc8>(0.4), 3)) {
-        // Three regions of cells on a line show each consistent triangle, as the composition table does.
+        // Three regions of cells on a line exhibit every triangle that the composition table allows.
         let mut network = Network::new(3);
         for ((i, j), set) in [(0, 1), (1, 2), (0, 2)].into_iter().zip(sets) {
             network.constrain(i, j, set).unwrap();

@@ -12,8 +12,8 @@ use crate::scenes::oriented;
 
 const TOLERANCE_RAD: f64 = 1e-9;
 
-/// Returns three points for each arrangement: triangles with angles in steps of π/steps in both orientations, points on a line, and
-/// points in the same position.
+/// Returns three points for each arrangement: triangles in both orientations with angles in steps of π/steps, points on a line, and
+/// points at the same position.
 fn triples(steps: u32) -> Vec<[Point; 3]> {
     let (a, b) = ([0.0, 0.0], [1.0, 0.0]);
     let angles = (1..steps).flat_map(|at_a| (1..steps - at_a).map(move |at_b| [at_a, at_b]));

@@ -19,7 +19,7 @@ fn square(reach: i32) -> impl Iterator<Item = [i32; 2]> + Clone {
     (-reach..=reach).flat_map(move |x| (-reach..=reach).map(move |y| [x, y]))
 }
 
-/// The two signs of a point that moves with respect to another one.
+/// Returns the two signs of a point that moves with respect to another one.
 fn part(at: [i32; 2], by: [i32; 2], other: [i32; 2]) -> [Sign; 2] {
     let relation = QtcC::of(motion(at, by), motion(other, [0, 0]), 0.0);
     [relation.k, relation.k_side]
@@ -30,7 +30,7 @@ fn parts(at: [i32; 2], others: [[i32; 2]; 2]) -> BTreeSet<[[Sign; 2]; 2]> {
     square(3).map(|by| others.map(|other| part(at, by, other))).collect()
 }
 
-/// Three points on a grid that move by whole numbers, or rest.
+/// Tries three points on a grid that move by whole numbers, or rest.
 #[test]
 fn the_composition_of_qtc_is_what_three_moving_points_show() {
     let mut shown = vec![RelationSet::<QtcC>::EMPTY; 81 * 81];
@@ -59,7 +59,7 @@ fn the_composition_of_qtc_is_what_three_moving_points_show() {
 #[test]
 fn the_composition_of_speeds_is_what_three_moving_points_show() {
     let mut shown = vec![RelationSet::<QtcB22>::EMPTY; 27 * 27];
-    // In sixteen directions, motions of three speeds are towards, away from and past all others.
+    // In sixteen directions, motions at three speeds lead towards, away from and past all others.
     let places = [[0, 0], [1, 0], [2, 0], [0, 1], [1, 1]];
     let directions = || square(2).filter(|[x, y]| x.abs().max(y.abs()) == 2).map(|to| to.map(f64::from));
     let moving = || {
@@ -96,7 +96,7 @@ fn nothing_follows_from_relations_of_qtc_b() {
     }
 }
 
-/// Every relation that is declared to exist does, and no other is found.
+/// Every relation that is declared to exist does exist, and no others are found.
 #[test]
 fn all_relations_with_speed_and_angle_are_those_of_two_moving_points() {
     let mut found = [RelationSet::<QtcC22>::EMPTY];
@@ -106,7 +106,7 @@ fn all_relations_with_speed_and_angle_are_those_of_two_moving_points() {
     assert_eq!(found[0], RelationSet::universal());
 }
 
-/// Returns the sign of the difference of the angles between a motion and the line to the other point, by their cosines.
+/// Returns which of the angles between a motion and the line to the other point is greater, by comparing their cosines.
 fn angle(k: [Point; 2], l: [Point; 2]) -> Sign {
     let cosine = |[before, now]: [Point; 2], other: Point| {
         let (moved, to) = (now - before, other - before);

@@ -78,7 +78,7 @@ fn edges<R: Relation>() -> usize {
 
 #[test]
 fn the_number_of_neighbours_agrees_with_the_literature() {
-    // Van de Weghe 2004 has 16 for QTC_B and 544 for QTC_C. Randell et al. 1992 have 11 for RCC8.
+    // Van de Weghe 2004 gives 16 for QTC_B and 544 for QTC_C. Randell et al. 1992 give 11 for RCC8.
     assert_eq!([edges::<QtcB>(), edges::<QtcC>(), edges::<QtcBc>()], [16, 544, 16 + 544 + 225]);
     assert_eq!([edges::<Rcc8>(), edges::<Rcc5>(), edges::<Rcc2>()], [11, 6, 1]);
     assert_eq!(Rcc5::Po.neighbours().to_string(), "{dr pp ppi eq}");

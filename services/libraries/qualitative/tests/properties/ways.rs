@@ -84,8 +84,8 @@ fn crossed([a, b, c]: [Point; 3]) -> DoubleCross {
     DoubleCross::of(a, b, c, 1e-9)
 }
 
-/// Returns the relation of c, at the given angle from straight ahead at b. `distance` says whether c is farther from b than the
-/// perpendicular at a is in that direction, nearer, or as far. It does not matter if c is ahead of b.
+/// Returns the relation of c, which lies at the given angle from straight ahead at b. `distance` says whether c is farther from b
+/// than the perpendicular at a is in that direction (1), nearer (−1), or as far (0). It does not matter if c is ahead of b.
 fn at_angle(angle: f64, distance: Option<i32>) -> DoubleCross {
     let zone = match (angle.cos(), distance) {
         (ahead, _) if ahead > 1e-9 => 0,
@@ -102,9 +102,9 @@ fn at_angle(angle: f64, distance: Option<i32>) -> DoubleCross {
     DoubleCross::ALL[5 * side + zone]
 }
 
-/// Returns whether c and d exist at angles from straight ahead at b, c by the first and d by the last. `signs` compare the distance
-/// of c from b with that to the perpendicular at a, that of d with that to the perpendicular at c, and that of d with that to the
-/// one at a, where there are such.
+/// Returns whether c and d can exist at the given angles from straight ahead at b. `signs` compare distances: that of c from b with
+/// that of the perpendicular at a, that of d with that of the perpendicular at c, and that of d with that of the perpendicular at
+/// a, where these exist.
 fn lengths_exist([to_c, to_d]: [f64; 2], signs: [Option<i32>; 3]) -> bool {
     let [Some(c), Some(d), Some(last)] = signs else { return true };
     let at_c = 1.0 / (to_c.cos().abs() * (to_d - to_c).cos());
@@ -127,7 +127,7 @@ fn lengths_exist([to_c, to_d]: [f64; 2], signs: [Option<i32>; 3]) -> bool {
     }
 }
 
-/// The composition by grids of points, against all angles in steps of 3° and the order of lengths.
+/// Compares the composition that was found on grids of points with all angles in steps of 3° and all orders of lengths.
 #[test]
 fn the_composition_of_the_double_cross_is_what_angles_and_lengths_permit() {
     let mut shown = [[RelationSet::<DoubleCross>::EMPTY; 17]; 17];
@@ -143,7 +143,7 @@ fn the_composition_of_the_double_cross_is_what_angles_and_lengths_permit() {
                 for last in compared(to_d, false) {
                     if lengths_exist([to_c, to_d], [c, d, last]) {
                         let first = at_angle(to_c, c);
-                        // Ahead of b, the perpendicular at c divides; behind b, there is none.
+                        // If d is ahead of b, the perpendicular at c separates its positions. Behind b, there is none.
                         let next = match (d, at_angle(turn, d)) {
                             (Some(distance), seen) => {
                                 let zone = [2, 1, 0][(distance + 1) as usize];
@@ -202,6 +202,6 @@ fn the_perpendiculars_divide_the_way_into_zones() {
     assert_eq!(ahead.map(|x| at(x, -1.0)), ["rf", "rp", "rc", "rl", "rb"]);
     let words = |by| DoubleCross::Lc.permuted(by).to_string();
     assert_eq!(words(Permutation::Inverse), "{rc}");
-    // c is at least a right angle away from a or b, or both are as seen from it.
+    // Either c is at least a right angle away from a or b, or both are as seen from c.
     assert_eq!(words(Permutation::Homing), "{lf lp lc}");
 }

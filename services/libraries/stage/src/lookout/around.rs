@@ -12,13 +12,13 @@ use crate::{Denied, Incoming};
 
 /// Maximum distance shown to each side, in metres.
 const MOST_REACH_M: f64 = 6.0;
-/// Distance shown to each side for a camera that looks down, in sides of its view.
+/// Distance shown to each side for a camera that looks down, as a multiple of the side of its view.
 const WINDOWS: f64 = 3.0;
-/// Smallest number of corners of an arc, and largest angle between two of them, in radians.
+/// Minimum number of corners of an arc, and maximum angle between two of them, in radians.
 const ARC: usize = 6;
 const CORNER_RAD: f64 = 0.25;
 
-/// The part of the surroundings that the sheet around a robot shows. It is a square with the robot at its centre, facing up.
+/// The part of the surroundings that is shown around a robot: a square with the robot at its centre, facing up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Around {
     /// Distance from the robot to each side, in metres.
@@ -34,20 +34,20 @@ impl Around {
             robot.camera.as_ref().map(|camera| camera.range_max_m),
         ];
         let reach_m = match &robot.view {
-            // A robot with a camera that looks down.
+            // The robot has a camera that looks down.
             Some(view) => WINDOWS * view.side_m,
             None => ranges.into_iter().flatten().fold(0.0, f64::max).clamp(1.0, MOST_REACH_M),
         };
         Self { reach_m }
     }
 
-    /// Returns true if the sheet shows the place.
+    /// Returns true if the sheet shows a position.
     pub fn shows(&self, place: [f64; 2]) -> bool {
         place.iter().all(|v| v.abs() <= self.reach_m)
     }
 }
 
-/// Returns the place at a distance and in a direction from `origin`.
+/// Returns the point at a distance and in a direction from `origin`.
 pub fn polar(origin: [f64; 2], range_m: f64, angle_rad: f64) -> [f64; 2] {
     [origin[0] + range_m * angle_rad.cos(), origin[1] + range_m * angle_rad.sin()]
 }
@@ -120,7 +120,7 @@ fn view_cone(camera: &MarkerCamera) -> Vec<Shape> {
     let ranges = [camera.range_min_m, camera.range_max_m];
     let side = |turn: f64| Shape::line(ranges.map(|range| polar(origin, range, yaw + turn)), Color::Edge);
     let arcs = ranges.map(|range| arc(origin, range, yaw, half, Color::Edge));
-    // A view all around has no sides.
+    // A camera that sees all around has no sides.
     let sides = if half < PI { vec![side(half), side(-half)] } else { Vec::new() };
     sides.into_iter().chain(arcs).collect()
 }

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-/// Maximum number of points left in a thinned list.
+/// Maximum number of points that remain in a thinned list.
 const MAX_POINTS: usize = 256;
 
 /// A shape on the sheet.
@@ -99,7 +99,7 @@ impl Shape {
         Self::Line { points: points.into(), color, stroke: Stroke::Plain }
     }
 
-    /// Moves each point of the shape by `place`.
+    /// Maps each point of the shape by `place`.
     #[must_use]
     pub fn placed(mut self, place: impl Fn([f64; 2]) -> [f64; 2]) -> Self {
         match &mut self {
@@ -114,7 +114,7 @@ impl Shape {
     }
 }
 
-/// Keeps every n-th item of a list, so that messages stay small on a slow link.
+/// Keeps every n-th item of a list, so that few enough remain for messages to stay small on a slow link.
 pub fn thinned<T>(list: impl ExactSizeIterator<Item = T>) -> impl Iterator<Item = T> {
     let step = list.len().div_ceil(MAX_POINTS).max(1);
     list.step_by(step)

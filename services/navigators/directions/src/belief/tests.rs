@@ -7,9 +7,9 @@ use super::policy::Belief;
 use super::*;
 use crate::generate::uniform;
 use crate::geometry::Window;
-use crate::markers::Seen;
 use crate::navigator::Settings;
 use crate::navigator::guide::{Decision, Guide, Next};
+use crate::navigator::view::Seen;
 use crate::path::{Measure, Objective, best};
 use crate::signature::Signature;
 use crate::traversal::{Helicopter, Noise, STEP_S};
@@ -97,7 +97,7 @@ fn a_state_survives_a_checkpoint_at_every_step() {
     let (atlas, pilot) = world(700_001, 5.0);
     let (charted, model, journey) = charted(&atlas, &pilot, 16, 1);
     let navigator = super::navigator(&charted.chart, &pilot, &model, journey).unwrap();
-    let mut helicopter = Helicopter { centre: journey.start, heading_rad: 0.0 };
+    let mut helicopter = Helicopter::new(journey.start, 0.0);
     let (mut state, mut rng, mut view) = (navigator.start(), stream(3, "journey"), Seen::default());
     while state.outcome().is_none() {
         helicopter.look(&atlas.plane, pilot.settings.window, pilot.noise, &mut rng, &mut view);

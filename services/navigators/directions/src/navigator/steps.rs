@@ -5,12 +5,14 @@ use arrayvec::ArrayVec;
 use super::guide::{Decision, Guide, Next, Order};
 use super::heading::Heading;
 use super::tracks::{Track, Tracks, nearest};
+use super::view::View;
 use super::{Mark, Navigator, Outcome, Phase, Settings, State, detour};
 use crate::custom_map::Direction;
 use crate::description::{Descriptor, MOST_CANDIDATES};
 use crate::geometry::{Corner, Point};
-use crate::markers::{LandmarkKind, View};
+use crate::markers::LandmarkKind;
 use crate::sides::Course;
+use crate::sight::bearing_rad;
 use crate::trajectory::Slide;
 
 /// Displacements to the places from which a robot on land looks again, along the diagonal of the quadrant, as multiples of its
@@ -36,8 +38,7 @@ pub(super) fn step<G: Guide>(
     }
     let settings = &navigator.settings;
     state.spent_s += elapsed_s;
-    let moved = state.velocity * elapsed_s;
-    state.heading.drift(settings.heading_drift_rad, moved.norm());
+    let moved = state.moves(settings, elapsed_s);
     state.before.shift(moved);
     state.tracks.shift(moved);
     state.began = state.began.map(|place| place - moved);
@@ -84,8 +85,7 @@ pub(super) fn step<G: Guide>(
 /// Brings the reference under the middle of the window. Returns true, with the window at rest, once it is there or out of sight. A
 /// robot on land has to see the reference at the end.
 pub(super) fn hover<M>(settings: &Settings, state: &mut State<M>, view: View<'_>, elapsed_s: f64) -> bool {
-    let moved = state.velocity * elapsed_s;
-    state.heading.drift(settings.heading_drift_rad, moved.norm());
+    let moved = state.moves(settings, elapsed_s);
     let Some(mark) = &mut state.reference else { return true };
     let is_followed = mark.follow(settings, view, moved);
     let (place, is_seen) = (mark.place, mark.missed == 0 || settings.window.land.is_none());
@@ -125,6 +125,18 @@ impl<M> State<M> {
     fn finish(&mut self, outcome: Outcome) {
         self.velocity = Point::default();
         self.phase = Phase::Finished { outcome };
+    }
+
+    /// Returns the movement since the last step, and adds the uncertainty of the heading after it.
+    fn moves(&mut self, settings: &Settings, elapsed_s: f64) -> Point {
+        let moved = self.velocity * elapsed_s;
+        self.heading.drift(settings.heading_drift_rad, moved.norm());
+        if let (Some(turning), Some(way)) = (settings.turning, moved.direction()) {
+            let faces = way.turned(-self.heading.turned_rad);
+            self.heading.drift(turning.drift_rad, bearing_rad(self.faces, faces).abs());
+            self.faces = faces;
+        }
+        moved
     }
 
     /// On land, makes way for a while if the reference is out of sight, because a person in the line of sight may be waiting for

@@ -6,7 +6,7 @@ use sketchnav_schemas::seed::stream;
 
 use super::*;
 use crate::geometry::Land;
-use crate::markers::Seen;
+use crate::navigator::view::Seen;
 use crate::orientation::Around;
 use crate::plane::DotId;
 use crate::testing::{camera, config, plane, plane_of_kinds};
@@ -180,7 +180,7 @@ fn on_land_a_robot_that_faces_anywhere_finds_its_heading_first() {
 fn a_state_survives_a_checkpoint_at_every_step() {
     let world = plane(&[(0.0, 0.0), (7.0, 6.0), (13.0, 14.0), (46.0, 58.0), (15.0, 8.0)]);
     let navigator = navigator();
-    let mut helicopter = Helicopter { centre: Point::default(), heading_rad: 0.0 };
+    let mut helicopter = Helicopter::new(Point::default(), 0.0);
     let (mut state, mut rng, mut view) = (navigator.start(), stream(3, "journey"), Seen::default());
     let mut largest = 0;
     for step in 0..2000 {

@@ -6,9 +6,10 @@
 use arrayvec::ArrayVec;
 use serde::{Deserialize, Serialize};
 
+use super::view::View;
 use crate::description::MOST_CANDIDATES;
 use crate::geometry::{Point, Window};
-use crate::markers::{LandmarkKind, View};
+use crate::markers::LandmarkKind;
 
 /// Number of consecutive misses after which a dot outside the window proper is forgotten.
 const MOST_MISSED: u8 = 3;

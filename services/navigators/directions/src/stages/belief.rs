@@ -91,7 +91,7 @@ impl Charts {
 }
 
 impl Instructed for Policy {
-    const FORM: &'static str = "directions planner with a belief 4";
+    const FORM: &'static str = "directions planner with a belief 5";
     const WAITING: &'static str = "waiting for the list of landmarks";
 
     fn receive(

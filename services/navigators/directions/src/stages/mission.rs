@@ -60,64 +60,97 @@ use crate::transitions::Kinds;
 /// The value of `[navigator] kind`.
 pub const KIND: &str = "directions";
 /// The values of `[navigator] method`, the default first.
-pub const METHODS: [&str; 9] =
-    ["arrival", "branching", "belief", "shortest", "simplest", "fewest-views", "quickest", "reliable", "d-r"];
+pub const METHODS: [&str; Method::ALL.len()] = {
+    let mut names = [""; Method::ALL.len()];
+    let mut index = 0;
+    while index < names.len() {
+        names[index] = Method::ALL[index].name();
+        index += 1;
+    }
+    names
+};
 
 /// The criterion by which a path is chosen.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Method {
     /// The probability of arrival, estimated by simulation. This method is our own.
     #[default]
-    #[serde(rename = "arrival")]
     Arrival,
     /// The probability of arrival when branching maps are considered as well.
-    #[serde(rename = "branching")]
     Branching,
     /// The probability of arrival of a navigator that knows the positions of the landmarks instead of a map.
-    #[serde(rename = "belief")]
     Belief,
     /// The shortest distance.
-    #[serde(rename = "shortest")]
     Shortest,
     /// The smallest number of map entries.
-    #[serde(rename = "simplest")]
     Simplest,
     /// The smallest number of views that the navigator needs for its decisions.
-    #[serde(rename = "fewest-views")]
     FewestViews,
     /// The shortest time of the journey.
-    #[serde(rename = "quickest")]
     Quickest,
     /// The largest product of reliabilities.
-    #[serde(rename = "reliable")]
     Reliable,
     /// The smallest ratio of distance to reliability.
-    #[serde(rename = "d-r")]
     Ratio,
 }
 
 impl Method {
+    /// All methods, the default first.
+    pub const ALL: [Self; 9] = [
+        Self::Arrival,
+        Self::Branching,
+        Self::Belief,
+        Self::Shortest,
+        Self::Simplest,
+        Self::FewestViews,
+        Self::Quickest,
+        Self::Reliable,
+        Self::Ratio,
+    ];
+
+    /// Returns the name in missions.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Arrival => "arrival",
+            Self::Branching => "branching",
+            Self::Belief => "belief",
+            Self::Shortest => "shortest",
+            Self::Simplest => "simplest",
+            Self::FewestViews => "fewest-views",
+            Self::Quickest => "quickest",
+            Self::Reliable => "reliable",
+            Self::Ratio => "d-r",
+        }
+    }
+
+    /// Returns the method with the given name. `turns` is true on land or if the heading may be wrong. The error for an unknown
+    /// or unsuitable method lists those that are possible.
+    fn of(name: &str, turns: bool) -> Result<Self, MissionError> {
+        let method = Self::ALL.into_iter().find(|method| method.name() == name);
+        let is_possible = |method: &Self| !turns || method.lacks().is_none();
+        if let Some(method) = method.filter(is_possible) {
+            return Ok(method);
+        }
+        let possible = names(Self::ALL.into_iter().filter(is_possible), "or");
+        let place = if turns { " on land or with heading_noise_deg" } else { "" };
+        let because =
+            method.and_then(Self::lacks).map_or(String::new(), |lacks| format!(", because {lacks}"));
+        let reason = format!("expected {possible}{place}{because}, found {name}");
+        Err(MissionError::Key { key: "navigator.method".into(), reason })
+    }
+
+    /// Returns what a method lacks among walls and for a robot whose heading may be wrong, or `None` if it lacks nothing.
+    fn lacks(self) -> Option<&'static str> {
+        match self {
+            Self::Branching => Some("maps that branch have no walls and no bearings"),
+            Self::Belief => Some("the list of landmarks has no walls and no bearings"),
+            _ => None,
+        }
+    }
+
     /// Returns true if the probability of arrival is found by simulated journeys.
     fn is_simulated(self) -> bool {
         matches!(self, Self::Arrival | Self::Branching | Self::Belief)
-    }
-
-    /// Rejects methods that support neither walls nor bearings.
-    fn is_for_land(self) -> Result<(), MissionError> {
-        let (expected, found) = match self {
-            Self::Branching => (
-                "arrival, shortest, simplest, fewest-views, quickest, reliable or d-r on land or with heading_noise_deg, because maps that \
-                 branch have no walls and no bearings",
-                "branching",
-            ),
-            Self::Belief => (
-                "arrival, shortest, simplest, fewest-views, quickest, reliable or d-r on land or with heading_noise_deg, because the \
-                 list of landmarks has no walls and no bearings",
-                "belief",
-            ),
-            _ => return Ok(()),
-        };
-        Err(wrong("navigator.method", expected, found))
     }
 
     /// Returns the objective that the search minimises for a navigator with the given settings, or `None` if the plan is chosen by
@@ -212,8 +245,7 @@ pub struct DirectionsMission {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct NavigatorKeys {
-    #[serde(default)]
-    method: Method,
+    method: Option<String>,
     plane_file: Option<String>,
     calibration: Option<Vec<[f64; 4]>>,
     map_noise_m: Option<f64>,
@@ -261,25 +293,25 @@ impl DirectionsMission {
     /// [`MissionError`] with the key and the expected value.
     pub fn of(mission: &Mission) -> Result<Self, MissionError> {
         let keys: NavigatorKeys = keys("navigator", &mission.navigator.given)?;
-        if keys.verify.is_some() && keys.method.is_simulated() {
-            let expected =
-                "no such key for `arrival`, `branching` and `belief`, which verify where that pays";
-            return Err(wrong("navigator.verify", expected, "it"));
+        let heading_noise_deg = heading_noise_deg(&keys)?;
+        let turns = keys.landmark_radius_m.is_some() || heading_noise_deg > 0.0;
+        let method = keys.method.as_deref().map_or(Ok(Method::default()), |name| Method::of(name, turns))?;
+        if keys.verify.is_some() && method.is_simulated() {
+            let simulated = names(Method::ALL.into_iter().filter(|method| method.is_simulated()), "and");
+            let reason =
+                format!("expected no such key for {simulated}, which verify where that pays, found it");
+            return Err(MissionError::Key { key: "navigator.verify".into(), reason });
         }
         let verify = match keys.verify {
             Some(VerifyWord::Nothing) => Verify::Nothing,
             Some(VerifyWord::Recoverable) | None => Verify::Recoverable,
             Some(VerifyWord::Detectable) => Verify::Detectable,
         };
-        let (method, words) = (keys.method, words(keys.words.as_deref())?);
-        let (land, heading_noise_deg) = (land(&keys)?, heading_noise_deg(&keys)?);
+        let (land, words) = (land(&keys)?, words(keys.words.as_deref())?);
         let least_probability = least_probability(&keys)?;
-        let ordinals = ordinals(&keys)?;
+        let ordinals = ordinals(&keys, method)?;
         let markers = markers(&keys)?;
         let heading_unknown = keys.heading.is_some();
-        if land.is_some() || heading_noise_deg > 0.0 {
-            method.is_for_land()?;
-        }
         let source = source(keys)?;
         let is_written = matches!(source, Source::Map { .. });
         if is_written && method == Method::Belief {
@@ -337,6 +369,13 @@ impl DirectionsMission {
         words.extend(counted);
         words
     }
+}
+
+/// Lists the names of methods.
+fn names(methods: impl Iterator<Item = Method>, joint: &str) -> String {
+    let mut names: Vec<_> = methods.map(Method::name).collect();
+    let last = names.pop().unwrap_or_default();
+    if names.is_empty() { last.to_owned() } else { format!("{} {joint} {last}", names.join(", ")) }
 }
 
 pub(super) fn wrong(key: &str, expected: &'static str, found: &str) -> MissionError {
@@ -442,8 +481,8 @@ fn least_probability(keys: &NavigatorKeys) -> Result<f64, MissionError> {
 }
 
 /// Reads whether the map-maker counts landmarks.
-fn ordinals(keys: &NavigatorKeys) -> Result<bool, MissionError> {
-    let expected = match (keys.method, &keys.map_file) {
+fn ordinals(keys: &NavigatorKeys, method: Method) -> Result<bool, MissionError> {
+    let expected = match (method, &keys.map_file) {
         _ if !keys.ordinals => return Ok(false),
         (_, Some(_)) => "no such key with map_file, in which a person decides what to count",
         (Method::Arrival, None) => return Ok(true),

@@ -28,8 +28,9 @@ use crate::arrival::Pilot;
 use crate::custom_map::CustomMap;
 use crate::error::Error;
 use crate::geometry::Point;
-use crate::markers::{LandmarkKind, View};
+use crate::markers::LandmarkKind;
 use crate::navigator::guide::Guide;
+use crate::navigator::view::View;
 use crate::navigator::{self, Activity, Navigator, Outcome, Output, Settings};
 
 /// A guide that the planner receives in an instruction.
@@ -286,7 +287,7 @@ fn navigators(text: &str, settings: Settings) -> Result<Vec<Navigator>, Error> {
 }
 
 impl Instructed for CustomMap {
-    const FORM: &'static str = "directions planner 9";
+    const FORM: &'static str = "directions planner 10";
     const WAITING: &'static str = "waiting for the custom map";
 
     fn receive(

@@ -11,7 +11,7 @@ use crate::arrival::{Effort, Pilot};
 use crate::description::Vocabulary;
 use crate::error::Error;
 use crate::geometry::{Land, Window};
-use crate::navigator::Settings;
+use crate::navigator::{Settings, Turning};
 use crate::pillars::Finder;
 use crate::traversal::Noise;
 use crate::walls::Body;
@@ -141,13 +141,20 @@ pub fn body(mission: &Mission, robot: &Robot) -> Result<Body, DirectionsError> {
     Ok(Body { radius: robot.radius_m, keeps: robot.radius_m + BERTH_M, merges })
 }
 
-/// Returns the standard deviation of the change of a robot's heading error over one metre, in radians. The odometry of a robot that
-/// turns drifts steadily. A random walk that is as wrong after the robot's range stands for that drift.
-fn heading_drift_rad(robot: &Robot, window: &Window) -> f64 {
-    match (robot.drive, robot.odometry, window.land) {
-        (Drive::Differential, Some(odometry), Some(land)) => odometry.drift_yaw_radpm * land.range.sqrt(),
-        _ => 0.0,
-    }
+/// Returns the standard deviation of the change of the heading error of a robot that turns over one metre, in radians, and its
+/// turns. `None` if the robot need not turn.
+///
+/// The odometry drifts steadily. A random walk that is as wrong after the robot's range stands for that drift. The noise of the turn
+/// rate has the variance (α₃ v² + α₄ ω²)/dt (Thrun, Burgard and Fox, *Probabilistic Robotics*, table 5.3), which adds up to α₃ v over
+/// one metre and to α₄ ω over one radian. The robot turns at up to its maximum rate.
+fn turning(robot: &Robot, window: &Window, speed: f64) -> Option<(f64, Turning)> {
+    let (Drive::Differential, Some(odometry), Some(land)) = (robot.drive, robot.odometry, window.land) else {
+        return None;
+    };
+    let rate_radps = robot.limits.yaw_rate_radps;
+    let steady_rad = odometry.drift_yaw_radpm * land.range.sqrt();
+    let drift_rad = steady_rad.hypot((odometry.alpha_turn_speed * speed).sqrt());
+    Some((drift_rad, Turning { rate_radps, drift_rad: (odometry.alpha_turn_turn * rate_radps).sqrt() }))
 }
 
 /// Returns the settings of a mission's navigator.
@@ -168,13 +175,16 @@ pub fn settings(mission: &Mission, robot: &Robot) -> Result<Settings, Directions
     let PlannerParameters { looks, patience, most_recoveries, longest_entry_s, gain, weight } =
         mission.parameters.over(Process::Planner, &defaults)?;
     let DirectionsMission { words, heading_noise_deg, heading_unknown, .. } = DirectionsMission::of(mission)?;
+    // A step lasts one tick, so this keeps the window from moving further per step than the view allows.
+    let speed = usual.speed.min(robot.limits.speed_mps);
+    let turning = turning(robot, &window, speed);
     let settings = Settings {
         vocabulary: Vocabulary::of(&words),
         heading_rad: heading_noise_deg.to_radians(),
-        heading_drift_rad: heading_drift_rad(robot, &window),
+        heading_drift_rad: turning.map_or(0.0, |(drift_rad, _)| drift_rad),
+        turning: turning.map(|(_, turning)| turning),
         heading_unknown,
-        // A step lasts one tick, so this keeps the window from moving further per step than the view allows.
-        speed: usual.speed.min(robot.limits.speed_mps),
+        speed,
         looks,
         patience,
         most_recoveries,

@@ -273,6 +273,32 @@ fn on_land_bearings_correct_the_heading() {
     assert!(with >= 39 && without <= 35, "{with} {without}");
 }
 
+/// A robot with a differential drive turns before it drives to the west. This takes time, and its heading error grows with every turn.
+/// It then takes some landmarks for being in another quadrant, but still knows them by their bearings.
+#[test]
+fn on_land_turns_take_time_and_cost_heading() {
+    let world = plane(&[(0.0, 0.0), (-4.0, 3.0), (-4.19, 8.5), (-8.9, 4.0)]);
+    let noise = Noise { heading_rad: 0.5_f64.to_radians(), ..Noise::NONE };
+    let journeys = |(turning, map): (Option<Turning>, &str)| {
+        let usual = Settings::new(on_land(), 0.0);
+        let settings = Settings { speed: 0.5, heading_rad: noise.heading_rad, turning, ..usual };
+        let navigator = Navigator::new(settings, map.parse().unwrap()).unwrap();
+        let journey = Traversal::new(&world, &navigator, &[0, 1, 2], noise).unwrap();
+        let from = on_land().centre_from(Corner::Se);
+        let run = |seed| journey.run(from, &mut stream(seed, "journey"), |_, _, _| {});
+        let reports: Vec<_> = (0..40).map(run).collect();
+        let direct = reports.iter().filter(|report| report.kind == Kind::Direct).count();
+        (direct, reports.iter().map(|report| report.steps).sum::<u32>())
+    };
+    let words = "(*, SE)\n(Isol, SE)\n(Isol, -)";
+    let bearings = "(*, SE)\n(*, 307, SE)\n(*, 358, -)";
+    let turning = |drift_deg: f64| Some(Turning { rate_radps: 1.0, drift_rad: drift_deg.to_radians() });
+    let cases = [(None, words), (turning(0.0), words), (turning(4.0), words), (turning(4.0), bearings)];
+    let [free, turns, drifts, by_bearing] = cases.map(journeys);
+    assert!(free.0 == 40 && turns.0 == 40 && turns.1 > free.1 + 120, "{free:?} {turns:?}");
+    assert!(drifts.0 <= 36 && by_bearing.0 >= 39, "{drifts:?} {by_bearing:?}");
+}
+
 /// Regression test: the corrected heading was applied to the navigator's movements, but not to its view.
 #[test]
 fn above_a_plane_bearings_correct_the_heading_too() {

@@ -11,7 +11,7 @@ use super::track::{Sight, Step, Track};
 /// An event around a change of the command.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Event {
-    /// The object as it is seen.
+    /// The object as seen from the step.
     pub sight: Sight,
     /// Significance of the event, from 0 to 1.
     pub significance: f64,
@@ -19,8 +19,8 @@ pub struct Event {
     pub is_new: bool,
 }
 
-/// Returns the events around the change of the command at a step, the most significant first. If an object has several events
-/// in the same place, the most significant one is kept.
+/// Returns the events around the change of the command at a step, most significant first. Of several events of an object in the
+/// same direction, only the most significant one is kept.
 pub fn around(track: &Track, step: usize, parameters: &Parameters) -> Vec<Event> {
     let from = step.saturating_sub(parameters.event_steps);
     let to = (step + parameters.event_steps).min(track.steps.len() - 1);
@@ -57,8 +57,8 @@ pub fn seen(step: &Step, landmark: usize) -> Option<Sight> {
     step.sights.iter().find(|sight| sight.landmark == landmark).copied()
 }
 
-/// Returns the status of a landmark at a step. An object in view at the first step is not new, and nothing disappears at the
-/// last.
+/// Returns the status of a landmark at a step. An object in view at the first step is not new, and none disappears at the last
+/// step.
 fn status(track: &Track, step: usize, landmark: usize) -> Status {
     let is_seen = |step: usize| seen(&track.steps[step], landmark).is_some();
     if step > 0 && !is_seen(step - 1) {

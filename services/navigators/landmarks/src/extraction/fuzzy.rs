@@ -65,7 +65,8 @@ pub fn significance(steps_off: usize, place: Place, status: Status) -> f64 {
     sum / rules.iter().map(|(degree, _)| degree).sum::<f64>()
 }
 
-/// Returns the angle of a place from the front, in sixteenths of a turn. An object around the robot has a main direction as well.
+/// Returns the angle of a place from the front, in sixteenths of a turn. Objects that surround the robot have a main direction,
+/// too.
 fn off_front(place: Place) -> u8 {
     match place {
         Place::Direction(direction) => between(direction, 0),

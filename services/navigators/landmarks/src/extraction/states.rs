@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::route::{Command, Kind, Place, Range, Relation, Route, State, between};
 use crate::sketch::Sketch;
 
-/// Builds the route from the start, a state for each change of the command, additional states, and the end.
+/// Builds the route: the start, a state for each change of the command, additional states, and the end.
 ///
 /// # Errors
 /// [`Error::NothingInView`] if the robot has to turn where no object is in view.
@@ -47,8 +47,8 @@ pub fn route(track: &Track, parameters: &Parameters, sketch: &Sketch) -> Result<
 /// events of another object. The first state after the start has no previous state and keeps only its most
 /// significant events.
 ///
-/// The added object must be a different one. Another direction of the same object would be an alternative, so
-/// the state would be met more often instead of less often ("a more strict definition", 4.9).
+/// The added object must be a different one. Another direction of the same object would be an alternative, and the state would
+/// match more often instead of less often ("a more strict definition", 4.9).
 ///
 /// The thesis asks for "at least one object direction at an angle greater than 45 degrees from any of the object directions in
 /// conditions defining the previous QLS". The five decisions of the example in 4.9 are only consistent with this if it means at
@@ -81,8 +81,8 @@ fn is_distinct(events: &[Event], previous: &[Place], distinct: u8) -> bool {
     })
 }
 
-/// Returns the parts of a turn at which states are added: one for more than 90°, two for more than 180° (4.6.2). The heading is
-/// a mean over five points of the route, so a right angle that is drawn exactly only turns by about 82° between its states.
+/// Returns the fractions of a turn at which states are added: one for more than 90°, two for more than 180° (4.6.2). Since the
+/// heading is a mean over five points of the route, a right angle that is drawn exactly turns by only about 82° between its states.
 pub fn additional_parts(turned_rad: f64) -> &'static [f64] {
     if turned_rad > PI {
         &[1.0 / 3.0, 2.0 / 3.0]
@@ -93,8 +93,8 @@ pub fn additional_parts(turned_rad: f64) -> &'static [f64] {
     }
 }
 
-/// Adds states in the middle of a turn: one for more than 90°, two for more than 180° (4.6.2). None is added where nothing is
-/// in view.
+/// Adds states in the middle of a turn: one for more than 90°, two for more than 180° (4.6.2). None is added at a step where
+/// nothing is in view.
 fn add_additional(states: &mut Vec<State>, track: &Track, parameters: &Parameters, [from, to]: [usize; 2]) {
     let command = track.steps[from].command;
     let turn = track.turned_rad(from, to);
@@ -112,7 +112,7 @@ fn add_additional(states: &mut Vec<State>, track: &Track, parameters: &Parameter
     }
 }
 
-/// Makes a state of the chosen events. Relations of the same object follow each other, with the most significant object first.
+/// Builds a state from the chosen events. Relations of the same object are adjacent, starting with the most significant object.
 fn state(
     track: &Track,
     step: usize,
@@ -137,7 +137,7 @@ fn state(
     State { kind, relations, command, after: Some(track.along(step)) }
 }
 
-/// Turns distances from the start into distances from the previous state, in whole centimetres.
+/// Converts distances from the start to distances from the previous state, in whole centimetres.
 fn legs(states: &mut [State]) {
     for i in (1..states.len()).rev() {
         let [before, along] = [states[i - 1].after, states[i].after];
@@ -150,13 +150,13 @@ fn hundredths(number: f64) -> f64 {
     (number * 100.0).round() / 100.0
 }
 
-/// Makes the start or the end, with all objects in view, but only their directions (table 4.1).
+/// Builds the start or the end, which list all objects in view, but only their directions (table 4.1).
 fn terminal(track: &Track, step: usize, kind: Kind, command: Command) -> State {
     let relations = track.steps[step].sights.iter().map(|sight| relation(track, sight, None)).collect();
     State { kind, relations, command, after: Some(track.along(step)) }
 }
 
-/// Makes a relation. Its ranges of proximity and width are given by tolerances (4.3.2, 4.3.3), and left out for an object
+/// Builds a relation. Its ranges of proximity and width follow from the tolerances (4.3.2, 4.3.3), and are left out for an object
 /// around the robot (4.3.1).
 fn relation(track: &Track, sight: &Sight, ranges: Option<&Parameters>) -> Relation {
     let object = track.encountered.iter().position(|landmark| *landmark == sight.landmark).unwrap_or(0);
@@ -171,7 +171,7 @@ fn relation(track: &Track, sight: &Sight, ranges: Option<&Parameters>) -> Relati
     }
 }
 
-/// Rounds a range to whole centimetres or whole units of width, so that the route driven is exactly the one printed.
+/// Rounds a range to whole centimetres or whole units of width, so that the printed route is exactly the one that is driven.
 fn rounded(range: Range, round: fn(f64) -> f64) -> Range {
     Range { low: round(range.low), high: round(range.high) }
 }
@@ -197,8 +197,8 @@ mod tests {
             .collect()
     }
 
-    /// The second and the third object have only their direction ("in direction 12") if table 4.1 is taken literally, and also
-    /// their ranges if figure 4.23 is.
+    /// If table 4.1 is taken literally, the second and the third object have only a direction ("in direction 12"). By figure 4.23,
+    /// they have ranges as well.
     #[test]
     fn objects_after_the_first_have_ranges_or_their_direction_alone() {
         let (at, command) = (Point::new(0.0, 0.0), Command::Left);
@@ -227,14 +227,14 @@ mod tests {
         assert_eq!(directions(&[event(2, 12, 0.9), event(5, 5, 0.5)], Some(&[2, 5])), [12]);
     }
 
-    /// The cabinet slightly to the left became "slightly left, left-front or left". The trash next to the robot met that in the
-    /// middle of the previous turn, so routes that were drawn exactly led elsewhere.
+    /// The cabinet slightly to the left once became "slightly left, left-front or left". The trash next to the robot met that
+    /// condition in the middle of the previous turn, so routes that were drawn exactly led elsewhere.
     #[test]
     fn what_makes_a_state_differ_is_another_object_and_no_alternative() {
         let events =
             [event(0, 1, 0.9), event(0, 2, 0.85), event(0, 4, 0.8), event(1, 6, 0.7), event(1, 7, 0.6)];
         assert_eq!(directions(&events, Some(&[1, 2])), [1, 6]);
-        // Two events are equally significant, so both belong to the state, whatever it is compared with.
+        // Two events are equally significant, so both are part of the state, whatever it is compared with.
         let equal = [event(0, 1, 0.9), event(0, 2, 0.9), event(1, 6, 0.7)];
         assert_eq!(directions(&equal, Some(&[1])), [1, 2, 6]);
     }

@@ -21,7 +21,7 @@ fn pixels([x, y]: [f64; 2]) -> Point<Drawn> {
     Point::new(x * PIXEL, y * PIXEL)
 }
 
-/// Makes a sketch with a route in pixels of the PDA.
+/// Creates a sketch with a route in pixels of the PDA.
 fn sketch(landmarks: Vec<Landmark>, way: &[[f64; 2]]) -> Sketch {
     let way: Vec<_> = way.iter().copied().map(pixels).collect();
     Sketch { landmarks, route: resample(&way, 4.0 * PIXEL), metres_per_pixel: PIXEL }
@@ -83,13 +83,14 @@ fn a_turn_before_a_desk_is_a_state_with_the_desk_in_front() {
     assert_eq!(route.states[0].relations[0].proximity_m, None);
     let [desk] = &route.states[1].relations[..] else { panic!("{route:?}") };
     assert_eq!((desk.object, desk.place), (1, Place::Direction(0)));
-    // About 30 pixels from centre to edge, minus 2 for half the robot, make 140 inches, ± 22, and ± 4 for a step.
+    // From centre to edge, the distance is about 30 pixels. Minus 2 for half the robot, that is 140 inches, ± 22, and ± 4 for a
+    // step.
     let range = desk.proximity_m.unwrap();
     assert!((range.middle() / INCH_M - 140.0).abs() < 25.0, "{range:?}");
     assert!((range.high - range.low - 44.0 * INCH_M).abs() < 0.011);
     let width = desk.width.unwrap();
     assert!((width.high - width.middle() - 30.0).abs() < 1.0 || width.low == 0.0);
-    // The states are as far apart as along the route.
+    // The distances between the states add up to the length of the route.
     let along = route.along();
     let drawn = length(&sketch.route);
     assert!((along[3].unwrap().0 - drawn).abs() < 0.02 && along[1] < along[2]);

@@ -1,9 +1,8 @@
 //! Predicts what the robot sees and does at each step along the drawn route (Chronis 2007, 4.3 to 4.3.4).
 //!
-//! The turning rate is "normalized" in the thesis, with a threshold of 0.7, but no unit is given. We
-//! interpret it as degrees per pixel of the PDA (5 inches). In this unit, the robot's own turn, 10° per
-//! second at 25 inches per second, is 2. Turns in the examples of figure 4.29 (8 to 10 steps for a right
-//! angle) are about the same.
+//! The thesis calls the turning rate "normalized" and gives a threshold of 0.7, but no unit. We interpret it as degrees per pixel
+//! of the PDA (5 inches). In this unit, the robot's own turning rate, 10° per second at 25 inches per second, is 2. Turns in the
+//! examples of figure 4.29 (8 to 10 steps for a right angle) have about the same rate.
 
 use sketchnav_qualitative as qualitative;
 use sketchnav_qualitative::hof::{Force, Grade, Pair, Polygon, Surround, View, Workspace};
@@ -19,7 +18,7 @@ use crate::sketch::Sketch;
 /// Number of directions of a histogram (Chronis 2007, 3.2.1), which is also the scale of widths.
 pub const HISTOGRAM: usize = 180;
 
-/// An object as seen at a step.
+/// An object as seen from a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sight {
     /// Index of the landmark in the sketch.
@@ -47,17 +46,16 @@ pub struct Step {
     pub sights: Vec<Sight>,
 }
 
-/// A stretch of the route with a single command.
+/// A section of the route with a single command.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Piece {
-    /// Command along the piece.
+    /// Command along the section.
     pub command: Command,
-    /// Absolute angle by which the robot turns along the stretch, in radians.
+    /// Absolute angle by which the robot turns along the section, in radians.
     pub turned_rad: f64,
 }
 
-/// Returns the stretches of a route, from its start. Each begins with a state, and the last one also ends
-/// with a state.
+/// Returns the sections of a route, in order from its start. Each begins with a state, and the last one also ends with a state.
 pub fn pieces(route: &[Point<Drawn>], parameters: &Parameters) -> Vec<Piece> {
     let headings = headings(route);
     let commands = commands(&turning_rates(route, &headings, parameters), &headings, parameters);
@@ -70,12 +68,12 @@ pub fn pieces(route: &[Point<Drawn>], parameters: &Parameters) -> Vec<Piece> {
     runs(&commands).into_iter().filter(|[begin, _]| *begin == 0 || *begin < last).map(piece).collect()
 }
 
-/// All steps along a route.
+/// The steps along a route.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Track {
     /// The steps, from the start.
     pub steps: Vec<Step>,
-    /// Indices of the landmarks in the order in which they come into view (4.3: sequential numbers).
+    /// Indices of the landmarks in the order in which they come into view (the "sequential numbers" of 4.3).
     pub encountered: Vec<usize>,
 }
 
@@ -122,8 +120,8 @@ impl Track {
 }
 
 /// Returns the heading at each point of the route: "averaging 5 adjacent points (centered on the considered trajectory point)"
-/// (4.3). The steps between five points have equal lengths, so their mean direction is that from two points before to two
-/// points after. Near the ends of the route there are fewer points.
+/// (4.3). Since the steps have equal lengths, the mean direction is that from two points before to two points after. Near the ends
+/// of the route, fewer points are used.
 pub fn headings<F>(route: &[Point<F>]) -> Vec<f64> {
     let last = route.len() - 1;
     (0..=last).map(|i| route[i.saturating_sub(2)].direction_rad(&route[(i + 2).min(last)])).collect()
@@ -138,8 +136,8 @@ fn turning_rates(route: &[Point<Drawn>], headings: &[f64], parameters: &Paramete
     (0..route.len()).map(|i| rate(i.max(1))).collect()
 }
 
-/// Returns the commands, without spurious changes. Figure 4.11 has left and right swapped with respect to
-/// 4.3.4, which says that left is positive. We follow 4.3.4.
+/// Returns the commands, without spurious changes. Figure 4.11 swaps left and right compared with 4.3.4, which says that left is
+/// positive. We follow 4.3.4.
 fn commands(rates: &[f64], headings: &[f64], parameters: &Parameters) -> Vec<Command> {
     let command = |rate: f64| match rate {
         rate if rate > parameters.turn_threshold => Command::Left,
@@ -147,7 +145,7 @@ fn commands(rates: &[f64], headings: &[f64], parameters: &Parameters) -> Vec<Com
         _ => Command::Forward,
     };
     let mut commands: Vec<_> = rates.iter().map(|rate| command(*rate)).collect();
-    // A short straight piece within a turn belongs to the turn.
+    // A short straight section within a turn is part of the turn.
     for [begin, end] in runs(&commands) {
         let is_within = begin > 0 && end < commands.len() && commands[begin - 1] == commands[end];
         if commands[begin] == Command::Forward && end - begin < parameters.least_steps && is_within {
@@ -176,7 +174,7 @@ fn runs(commands: &[Command]) -> Vec<[usize; 2]> {
     ends.collect()
 }
 
-/// Looks around in a sketch.
+/// Computes which objects are in view in a sketch, and how they are seen.
 struct Eye {
     outlines: Vec<Vec<Point<Drawn>>>,
     polygons: Vec<Polygon>,
@@ -202,8 +200,7 @@ impl Eye {
         })
     }
 
-    /// Returns the objects in view, which are those with a point within the radius. If one point is, the whole object counts
-    /// (4.3).
+    /// Returns the objects in view. An object is in view as a whole if any of its points lies within the radius (4.3).
     fn look(&mut self, at: Point<Drawn>, heading_rad: f64) -> Result<Vec<Sight>, Error> {
         let half = self.robot_m / 2.0;
         let corners = [[-half, -half], [half, -half], [half, half], [-half, half]];
@@ -251,7 +248,7 @@ pub fn place(constant: &[Force], gravitational: &[Force], heading_rad: f64) -> O
     if found.grade() > Grade::Unsatisfactory {
         return Some((direction, width));
     }
-    // A direction without a force is a way out: the robot's box can move there without meeting anything.
+    // A direction without a force is a way out: the robot's box can leave through it without touching anything.
     let can_escape = constant.opening().is_some();
     let surround = Surround::by_width(width_rad, found.direction, directions, can_escape);
     Some((surround.map_or(direction, Place::Surrounds), width))

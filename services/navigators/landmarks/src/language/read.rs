@@ -1,4 +1,4 @@
-//! Reads routes in words, with one method for each rule of the grammar, from the sentence down to the place.
+//! Reads routes in words, with one method for each rule of the grammar, from whole sentences down to single places.
 
 use sketchnav_qualitative::hof::Surround;
 
@@ -106,7 +106,7 @@ impl Reader {
         if kind == Some(Kind::End) {
             return Err(self.words.error("\"stop\"", &["stop"]));
         }
-        // If the first word is correct, the second one is wrong, so that one is reported.
+        // If the first word is correct, the second one must be wrong, so the error reports that one.
         for (first, seconds) in
             [("turn", &["left", "right"][..]), ("move", &["forward"]), ("go", &["straight", "forward"])]
         {
@@ -142,12 +142,12 @@ impl Reader {
         }
     }
 
-    /// Takes a word, with or without a comma in front of it.
+    /// Takes a word that may be preceded by a comma.
     fn joint(&mut self, word: &str) -> bool {
         self.words.take_all(&[",", word]) || self.words.take(word)
     }
 
-    /// Reads an object, which is either anonymous or known by its name.
+    /// Reads an object, which is either anonymous or has a name.
     fn subject(&mut self) -> Result<usize, Error> {
         let is_anonymous = ["a", "an"].iter().any(|article| self.words.take_all(&[article, "object", "is"]))
             || self.words.take_all(&["another", "is"])
@@ -307,7 +307,7 @@ impl Reader {
         Ok(Range::around(low, WIDTH_TOLERANCE))
     }
 
-    /// Reads a number that is not below `low`.
+    /// Reads a number that must be at least `low`.
     fn at_least(&mut self, low: f64, most: f64) -> Result<f64, Error> {
         let is_below = self.words.peek().parse::<f64>().is_ok_and(|high| high < low);
         if is_below {

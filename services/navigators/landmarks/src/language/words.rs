@@ -128,7 +128,7 @@ fn split(line: &str, number: usize, tokens: &mut Vec<Token>) -> Result<(), Error
             };
             push(name, true);
             rest = after;
-            // Punctuation after a closing quote belongs to the same word.
+            // Punctuation after a closing quote is part of the same word.
             let marks = rest.len() - rest.trim_start_matches([',', '.', ':', ';']).len();
             rest[..marks].chars().for_each(|mark| push(mark.encode_utf8(&mut [0; 4]), false));
             rest = rest[marks..].trim_start();

@@ -1,13 +1,12 @@
-//! Interprets each stroke by its shape. Chronis 2007, 3.3, names the four classes. The thesis does not say
-//! how the PDA's interface separated them (Bailey 2003), so the rules and numbers are ours:
+//! Interprets each stroke by its shape. Chronis 2007, 3.3, names the four classes but does not say how the PDA's interface told
+//! them apart (Bailey 2003), so the rules and numbers are ours:
 //!
 //! - A stroke smaller than 1.5 % of the canvas is stray.
 //! - A stroke that goes back and forth is a deletion of those earlier strokes that it crosses out. If it crosses out nothing,
 //!   it is stray.
-//! - A stroke whose ends meet around an area is an object. Small loops, such as those where the ends
-//!   overshoot, are cut off. Open strokes that meet end to end are joined, since an object may be drawn one
-//!   side at a time.
-//! - The longest of the other strokes is the route. Strokes of less than a quarter of its length are stray.
+//! - A stroke whose ends meet around an area is an object. Small loops, such as those of ends that overshoot, are cut off. Open
+//!   strokes that meet end to end are joined, since people may draw an object one side at a time.
+//! - The longest of the remaining strokes is the route. Strokes of less than a quarter of its length are stray.
 
 use sketchnav_schemas::geometry::{encloses, wrap_angle};
 
@@ -22,7 +21,7 @@ const SMALLEST: f64 = 0.015;
 const JOINT: f64 = 0.03;
 /// Maximum gap between the ends of an outline, as a share of its length.
 const CLOSING: f64 = 0.2;
-/// Minimum area of an outline, as a share of its squared length (a bar of 1 to 20).
+/// Minimum area of an outline, as a share of its squared length (that of a bar of 1 by 20).
 const COMPACT: f64 = 0.011;
 /// Minimum number of times that a deletion reverses its direction.
 const REVERSALS: usize = 4;
@@ -30,16 +29,16 @@ const REVERSALS: usize = 4;
 const DENSE: f64 = 2.5;
 /// Number of times that a deletion must cross a stroke to delete it.
 const CROSSED: usize = 3;
-/// Maximum length of a loop that is attributed to the pen, as a share of the outline's length.
+/// Maximum length of a loop that counts as a slip of the pen, as a share of the outline's length.
 const LOOP: f64 = 0.3;
-/// Maximum size of an outline that may be a blob, as a share of the canvas.
+/// Maximum size of an outline that counts as a blob if it crosses itself, as a share of the canvas.
 const BLOB: f64 = 0.08;
-/// Distance between the corners of an outline, as a share of the canvas: two of the PDA's pixels.
+/// Spacing of the corners of an outline, as a share of the canvas: two of the PDA's pixels.
 const DENSITY: f64 = 1.0 / 80.0;
-/// Minimum length of a line, as a share of the route's length. Shorter ones are stray.
+/// Minimum length of a line, as a share of the route's length. Shorter lines are stray.
 const SHORT: f64 = 0.25;
 
-/// The strokes of a drawing by class.
+/// The strokes of a drawing, by class.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Classified {
     /// Outlines of objects, resampled, without overshooting ends.
@@ -52,7 +51,7 @@ pub struct Classified {
     pub deleted: usize,
 }
 
-/// A line of one or more strokes, with the number of the first one, from 0.
+/// A line of one or more joined strokes, with the number of the first one, from 0.
 #[derive(Debug, Clone)]
 struct Line {
     number: usize,
@@ -115,7 +114,7 @@ fn marks(drawing: &Drawing) -> Marks {
     }
 }
 
-/// Returns the lines that are neither stray nor deletions nor deleted, and how many were stray and deleted.
+/// Returns the lines that are neither stray nor deletions nor deleted, and the numbers of stray and of deleted strokes.
 fn without_deletions(drawing: &Drawing, canvas: f64) -> (Vec<Line>, usize, usize) {
     let mut lines: Vec<Line> = Vec::new();
     let (mut stray, mut deleted) = (0, 0);
@@ -144,13 +143,13 @@ fn is_scribble(points: &[Pixel]) -> bool {
     if plane::length(points) < DENSE * size {
         return false;
     }
-    // The steps are short enough for the strokes of a scribble, and long enough for a trembling hand.
+    // The steps are short enough to resolve the strokes of a scribble, and long enough to ignore a trembling hand.
     let steps = plane::resample(points, size / 16.0);
     let turns = steps.windows(5).map(|at| {
         let [before, after] = [at[0].direction_rad(&at[2]), at[2].direction_rad(&at[4])];
         wrap_angle(after - before).abs() > 2.0
     });
-    // Neighbouring steps detect the same reversal.
+    // Neighbouring steps detect the same reversal, which must count only once.
     let mut reversals = 0;
     let mut was_turn = false;
     for is_turn in turns {
@@ -173,7 +172,7 @@ fn is_outline(points: &[Pixel]) -> bool {
     points.len() > 2 && gap <= CLOSING * length && plane::area(points) >= COMPACT * length * length
 }
 
-/// Joins lines that meet end to end. Returns those that become outlines, and those that stay open.
+/// Joins lines that meet end to end. Returns the lines that become outlines, and those that stay open.
 fn join(mut lines: Vec<Line>, within: f64) -> (Vec<Line>, Vec<Line>) {
     let mut outlines = Vec::new();
     while let Some((i, j)) = nearest_ends(&lines, within) {
@@ -217,7 +216,7 @@ fn joined(first: Line, second: Line) -> Line {
     Line { number, points }
 }
 
-/// Removes small loops from an outline: ends that overshoot the meeting point, and what a trembling hand adds.
+/// Removes small loops from an outline: ends that overshoot the meeting point, and loops of a trembling hand.
 fn without_loops(points: &[Pixel]) -> Vec<Pixel> {
     let mut outline = points.to_vec();
     // Each round removes at least one point.
@@ -236,8 +235,8 @@ fn without_loops(points: &[Pixel]) -> Vec<Pixel> {
     outline
 }
 
-/// Returns the outline of a closed line. Resampling may cause nearly parallel stretches to cross, so loops
-/// are cut off twice. If a small outline still crosses itself, it is a blob, and its convex hull is used.
+/// Returns the outline of a closed line. Because resampling can make nearly parallel sections cross, loops are cut off both before
+/// and after it. If a small outline still crosses itself, it is a blob, which is replaced by its convex hull.
 fn outline(points: &[Pixel], canvas: f64) -> Vec<Pixel> {
     let outline = without_loops(&resample_outline(&without_loops(points), DENSITY * canvas));
     let [width, height] = plane::extent(&outline);
@@ -254,7 +253,7 @@ fn resample_outline(points: &[Pixel], step: f64) -> Vec<Pixel> {
     outline
 }
 
-/// Returns the part of a route between the object in which it begins and the one in which it ends.
+/// Returns the part of a route between the object in which it begins and the object in which it ends.
 fn between_objects(route: &[Pixel], outlines: &[Vec<Pixel>]) -> Vec<Pixel> {
     let is_inside = |at: &Pixel| outlines.iter().any(|outline| encloses(outline, *at));
     let begin = route.iter().position(|at| !is_inside(at)).unwrap_or(route.len());

@@ -32,7 +32,7 @@ fn a_closed_line_is_an_object_and_an_open_one_the_route() {
     assert_eq!(sketch.landmarks.len(), 1);
     assert_eq!(sketch.landmarks[0].name, "desk");
     assert!((plane::area(&sketch.landmarks[0].outline) / (30.0 * 20.0 * 0.127 * 0.127) - 1.0).abs() < 0.05);
-    // The route has 110 pixels of 5 inches, in steps of 20 inches.
+    // The route is 110 pixels of 5 inches long, in steps of 20 inches.
     assert_eq!(sketch.route.len(), 29);
     assert!((plane::length(&sketch.route) - 110.0 * 0.127).abs() < 1e-9);
 }
@@ -59,7 +59,7 @@ fn scribbles_delete_what_they_cross_out() {
     drawing.strokes.push(stroke(&zigzag));
     let found = classify(&drawing).unwrap();
     assert_eq!((found.outlines.len(), found.deleted, found.stray), (1, 1, 0));
-    // Away from everything else, the scribble is a stray mark.
+    // If it is away from everything else, the scribble is a stray mark.
     let beside = zigzag.iter().map(|[x, y]| [x + 40.0, y + 40.0]).collect::<Vec<_>>();
     *drawing.strokes.last_mut().unwrap() = stroke(&beside);
     let found = classify(&drawing).unwrap();

@@ -29,7 +29,7 @@ use world::{Object, RANGE_MAX_M, ROBOT_RADIUS_M, World};
 
 const CYCLE_S: f64 = 0.192;
 
-/// Ways in which a drive ends.
+/// How a drive ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum End {
     /// The robot stops in front of its goal.
@@ -38,11 +38,11 @@ enum End {
     Elsewhere,
     /// The robot reports that it is lost.
     Lost,
-    /// None of the other ends comes within the time given.
+    /// The time given is over before any of the other ends.
     Nowhere,
 }
 
-/// Outcome of a drive by states: how it ended, how many states were matched, and where the robot is.
+/// Outcome of a drive by states: how it ended, how many states were matched, and where the robot is at the end.
 #[derive(Debug, Clone, PartialEq)]
 struct Followed {
     end: End,
@@ -54,7 +54,8 @@ fn follow(objects: &[Object], scene: &Scene, route: &Route, seed: u64) -> Follow
     follow_from(objects, scene, route, seed, None)
 }
 
-/// Follows a route from a state that a person led the robot to, given by its number from 0 and its distance along the route.
+/// Follows a route from a state to which a person led the robot. The state is given by its number, from 0, and its distance along
+/// the route.
 fn follow_from(
     objects: &[Object],
     scene: &Scene,
@@ -90,7 +91,7 @@ fn follow_from(
     Followed { end, matched, at: world.pose.position() }
 }
 
-/// Returns the pose of a robot that has come this far along the route of a scene.
+/// Returns the pose of a robot that has driven this far along the route of a scene.
 fn on_the_way(scene: &Scene, DrawnMetres(along): DrawnMetres) -> Pose<Floor> {
     let way = scene.as_sketch().route;
     let step = length(&way) / (way.len() - 1) as f64;
@@ -102,7 +103,7 @@ fn arrived(world: &World<'_>, scene: &Scene) -> End {
     if world.nearest().0 == scene.goal { End::Goal } else { End::Elsewhere }
 }
 
-/// Drives by our own method. Returns how the drive ended, and the path that the robot took.
+/// Drives by our own method. Returns how the drive ended, and the robot's path.
 fn guide(objects: &[Object], scene: &Scene, sketch: &Sketch, seed: u64) -> (End, Vec<Point<Drawn>>) {
     let angles_rad: [f64; 16] = std::array::from_fn(|i| i as f64 * FRAC_PI_8);
     let mut locator = Locator::new(sketch, Locating::default(), seed).unwrap();
@@ -129,8 +130,8 @@ fn guide(objects: &[Object], scene: &Scene, sketch: &Sketch, seed: u64) -> (End,
     (End::Nowhere, way)
 }
 
-/// Returns the path of a robot that software guides along the route of a scene by its true position (Chronis 2007, 5.2.3), with
-/// the speeds of the thesis.
+/// Returns the path of a robot that software guides along the route of a scene by its true pose (Chronis 2007, 5.2.3), at the
+/// speeds of the thesis.
 fn guided_exactly(scene: &Scene, seed: u64) -> Vec<Point<Drawn>> {
     let settings = Guiding { ahead_m: 0.4, avoid: 0.0, ..Guiding::default() };
     let mut guide = Guide::new(&scene.as_sketch(), settings).unwrap();
@@ -155,7 +156,7 @@ fn guided_exactly(scene: &Scene, seed: u64) -> Vec<Point<Drawn>> {
     panic!("the robot did not arrive");
 }
 
-/// Replaces ranges without a return by infinity.
+/// Replaces ranges that count as no return by infinity.
 fn sectors(ranges_m: [f64; 16]) -> [f64; 16] {
     ranges_m.map(|range| if range < RANGE_MAX_M { range } else { f64::INFINITY })
 }
@@ -175,7 +176,7 @@ fn of(counts: &BTreeMap<String, usize>, end: End) -> usize {
     counts.get(&format!("{end:?}")).copied().unwrap_or(0)
 }
 
-/// Makes five runs by states for each sketch.
+/// Drives by states five times for each sketch.
 fn by_states(scene: &Scene, sketches: &[&str], parameters: &Parameters) -> BTreeMap<String, usize> {
     count(sketches.iter().flat_map(|text| {
         let route = extract(&read(text), parameters);
@@ -185,7 +186,7 @@ fn by_states(scene: &Scene, sketches: &[&str], parameters: &Parameters) -> BTree
     }))
 }
 
-/// Makes `runs` runs by our own method for each sketch.
+/// Drives by our own method `runs` times for each sketch.
 fn by_belief(scene: &Scene, sketches: &[&str], runs: u64) -> BTreeMap<String, usize> {
     count(sketches.iter().flat_map(|text| {
         let sketch = read(text);
@@ -193,7 +194,7 @@ fn by_belief(scene: &Scene, sketches: &[&str], runs: u64) -> BTreeMap<String, us
     }))
 }
 
-/// States of scene A, chosen by hand from what the sonars see at changes of the command (Chronis 2007, 5.2.3).
+/// States of scene A, chosen by hand from what the sonars see when the command changes (Chronis 2007, 5.2.3).
 const BY_HAND: &str = include_str!("../../../../../sim/missions/landmarks/route.txt");
 
 #[test]
@@ -209,8 +210,8 @@ fn states_of_the_true_scene_lead_to_the_goal() {
 
 #[test]
 fn states_of_the_exact_way_lead_to_the_goal_of_scene_b() {
-    // They used to lead nowhere, because what was meant to make them stricter made them looser, and objects within the sensors'
-    // range were not in view. In scene A they still lead nowhere, for the reasons given in the navigator's docs.
+    // Such runs used to lead nowhere, because what was meant to make the states stricter made them looser, and objects within the
+    // sensors' range were not in view. In scene A they still lead nowhere, for the reasons given in the navigator's docs.
     let scene = scene_b();
     let extracted = extract(&scene.as_sketch(), &Parameters::default()).unwrap();
     let runs = count((0..20).map(|seed| follow(&scene.objects, &scene, &extracted, seed).end));
@@ -231,8 +232,8 @@ fn routes_that_the_robot_drove_lead_to_the_goal() {
     let counts = count((0..5).flat_map(|drawn| by_way(&guided_exactly(&scene, drawn), drawn)));
     println!("routes that the robot drove: {counts:?}");
     assert!(of(&counts, End::Goal) >= 24, "{counts:?}");
-    // Paths driven by a belief cut their turns by some decimetres, which makes them different routes. The thesis does not have
-    // these.
+    // A robot that drives by a belief cuts its turns by some decimetres, which makes its path a different route. The thesis does
+    // not report this case.
     let believed = count((0..5).flat_map(|drawn| {
         let (end, way) = guide(&scene.objects, &scene, &scene.as_sketch(), drawn);
         assert_eq!(end, End::Goal);
@@ -286,15 +287,15 @@ fn a_route_in_words_drives_as_the_sketch_that_it_was_made_from() {
 
 #[test]
 fn sketches_are_followed_by_states() {
-    // The thesis reports 27 of 55 for A, 48 with additional states, and 32 of 45 for B. The sketches and scenes here are
-    // different ones.
+    // The thesis reports 27 of 55 for A, 48 with additional states, and 32 of 45 for B, but with other sketches and scenes than
+    // these.
     for (name, scene) in [("A", scene_a()), ("B", scene_b())] {
         for additional_states in [false, true] {
             let parameters = Parameters { additional_states, ..Parameters::default() };
             let counts = by_states(&scene, &scene.sketches, &parameters);
             println!("scene {name}, by states, additional {additional_states}: {counts:?}");
             assert!(of(&counts, End::Goal) >= 5, "{counts:?}");
-            // When it fails, it mostly knows.
+            // When the robot fails, it mostly knows that it does.
             assert!(of(&counts, End::Lost) > of(&counts, End::Elsewhere), "{counts:?}");
         }
     }
@@ -318,8 +319,7 @@ fn careless_sketches_are_followed_by_belief() {
 
 #[test]
 fn a_lost_robot_that_is_led_on_reaches_its_goal() {
-    // Chronis 2007, 4.8: the trash is gone, so states that contain it are not matched. A person leads the robot to each of
-    // them.
+    // Chronis 2007, 4.8: the trash is gone, so states that include it are not matched. A person leads the robot to each of them.
     let scene = scene_a();
     let route = extract(&scene.as_sketch(), &Parameters::default()).unwrap();
     let objects: Vec<_> = scene.objects.iter().filter(|one| one.name != "trash").cloned().collect();

@@ -20,7 +20,7 @@ pub struct Scene {
     pub way: Vec<Point<World>>,
     /// Sketches by careful people, as many as in the thesis.
     pub sketches: Vec<&'static str>,
-    /// As many sketches by careless people: sizes from 0.72 to 1.08, sides stretched by 0.86 to 1.16, objects moved by a metre.
+    /// As many sketches by careless people: scaled by 0.72 to 1.08, sides stretched by 0.86 to 1.16, and objects moved by a metre.
     pub coarse: Vec<&'static str>,
 }
 
@@ -40,8 +40,8 @@ pub fn exactly(at: &Point<World>) -> Point<Drawn> {
     Point::new(at.x, at.y)
 }
 
-/// Makes a route from pieces: each is a distance straight ahead, then a quarter circle to the left (1), to the right (−1) or
-/// none (0).
+/// Builds a route from pieces, each of which is a distance straight ahead followed by a quarter circle: 1 for left, −1 for right, 0
+/// for none.
 fn way(pieces: &[(f64, f64, f64)]) -> Vec<Point<World>> {
     let (mut at, mut heading) = ([0.0, 0.0], 0.0_f64);
     let mut points = vec![at];

@@ -1,4 +1,4 @@
-//! A world to drive in: polygons, a ring of sonars, and a robot that moves along and turns (Chronis 2007, 4.2).
+//! A world to drive in, which consists of polygons and a robot with a ring of sonars that moves and turns (Chronis 2007, 4.2).
 //!
 //! A sonar sees exactly the nearest point in its cone, with an error of 1 %. The thesis does not give the width of the cone, so
 //! it is that of the Polaroid sensor, 25°.
@@ -17,7 +17,7 @@ const RANGE_MIN_M: f64 = 17.0 * INCH_M;
 pub const RANGE_MAX_M: f64 = 255.0 * INCH_M;
 pub const ROBOT_RADIUS_M: f64 = 10.0 * INCH_M;
 
-/// An object with its name.
+/// A named object.
 #[derive(Debug, Clone)]
 pub struct Object {
     pub name: &'static str,
@@ -48,7 +48,8 @@ impl World<'_> {
         })
     }
 
-    /// Drives for a time. A robot that meets an object stops. Returns the distance and the angle, with the error of odometry.
+    /// Drives for some time, and stops if the robot meets an object. Returns the distance and the angle, with the errors of
+    /// odometry.
     pub fn drive(&mut self, drive: Drive, time_s: f64) -> [f64; 2] {
         let turned = drive.yaw_rate_radps * time_s * self.one();
         let moved = drive.speed_mps * time_s * self.one();
@@ -79,7 +80,7 @@ impl World<'_> {
     }
 }
 
-/// Returns the distance of the nearest point of a segment in a cone, or `None` if it is outside.
+/// Returns the distance to the nearest point of a segment within a cone, or `None` if the segment is outside.
 fn in_cone(eye: Point<Floor>, axis_rad: f64, segment: [Point<Floor>; 2]) -> Option<f64> {
     // Coordinates along and across the axis.
     let (sin, cos) = axis_rad.sin_cos();
@@ -87,7 +88,7 @@ fn in_cone(eye: Point<Floor>, axis_rad: f64, segment: [Point<Floor>; 2]) -> Opti
         let [x, y] = [at.x - eye.x, at.y - eye.y];
         Point::<Base>::new(x * cos + y * sin, y * cos - x * sin)
     });
-    // The cone is the intersection of two half-planes: across ≤ along · tan, −across ≤ along · tan.
+    // The cone is the intersection of two half-planes: across ≤ along · tan and −across ≤ along · tan.
     let slope = (CONE_RAD / 2.0).tan();
     for side in [1.0, -1.0] {
         let inside = |at: Point<Base>| at.x * slope - side * at.y;

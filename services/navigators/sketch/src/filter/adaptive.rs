@@ -43,7 +43,7 @@ impl SampleSize {
     }
 }
 
-/// Returns the number of a bin, which has 24 bits each for column and row and 16 for the direction.
+/// Returns the number that identifies a bin: 24 bits each for its column and its row, and 16 bits for its direction.
 fn bin(column: f32, row: f32, yaw_rad: f32) -> u64 {
     let cell = |v: f32| u64::from((v.floor() as i32).wrapping_add(1 << 23) as u32 & 0xff_ffff);
     let direction = (yaw_rad / TAU * DIRECTIONS).floor().rem_euclid(DIRECTIONS) as u64;

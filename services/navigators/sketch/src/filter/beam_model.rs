@@ -9,7 +9,7 @@
 //! ```
 //!
 //! which is the proper likelihood of a reading whose error in bearing is unknown. A maximum over δ instead of the sum would be most
-//! forgiving at places from which most is visible, and would attract the estimate to them.
+//! forgiving at positions with the widest view, and would attract the estimate to them.
 //!
 //! Around an expected range x, with e = ln(r / x), a reading r is one of three kinds. It is near the expected range (a Laplace
 //! distribution of width w), anywhere, or short of the expected range because of objects that are not drawn. The last kind sets a
@@ -317,7 +317,7 @@ mod tests {
         beams
     }
 
-    /// Returns the likelihood of the reading in the middle of `measured` if the drawing shows `drawn`.
+    /// Returns the likelihood of the middle reading of `measured` if the drawing shows the ranges `drawn`.
     fn likelihood(parameters: &Parameters, measured: &[f32], drawn: &[f32]) -> f32 {
         let mut beam_model = BeamModel::new(parameters);
         beam_model.read(&fan(measured), parameters.hit_width);
@@ -362,8 +362,8 @@ mod tests {
         beam_model.likelihood_of_each(simd, reading, &vec![expected; beam_model.readings.len()]).into()
     }
 
-    /// Regression test: with a laser of 79 m, a reading and a wall both closer than 7 cm fitted infinitely well, because their
-    /// ratio to the maximum range, raised to the power 1/w of a map, left the range of single precision.
+    /// Regression test: with a maximum range of 79 m, a reading and a wall both closer than 7 cm fitted infinitely well, because
+    /// their ratio to the maximum range, raised to the power 1/w of a map, left the range of single precision.
     #[test]
     fn the_shortest_ranges_of_a_long_laser_are_as_likely_as_any() {
         let p = Parameters::default();

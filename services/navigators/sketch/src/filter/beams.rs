@@ -30,9 +30,9 @@ pub const SHORTEST_M: f32 = 0.05;
 pub struct Beams {
     /// Directions in the robot's axes, in radians.
     pub angle_rad: Vec<f32>,
-    /// Forward components of the directions, as unit vectors.
+    /// Forward components of the unit vectors in these directions.
     pub forward: Vec<f32>,
-    /// Left components of the directions, as unit vectors.
+    /// Leftward components of the unit vectors in these directions.
     pub left: Vec<f32>,
     /// Measured ranges, in metres, or the sensor's maximum range if nothing returned.
     pub range_m: Vec<f32>,
@@ -40,7 +40,7 @@ pub struct Beams {
     pub log2_range: Vec<f32>,
     /// Whether each beam returned.
     pub returned: Vec<bool>,
-    /// End points of the beams that returned, as forward and left in the robot's axes, in metres.
+    /// End points of the beams that returned, as forward and leftward components in the robot's axes, in metres.
     pub end_m: Vec<[f32; 2]>,
     /// Position of the sensor in the robot's axes, in metres.
     pub origin_m: [f32; 2],

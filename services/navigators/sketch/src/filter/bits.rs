@@ -32,7 +32,7 @@ impl Bits {
         bits
     }
 
-    /// Returns a grid of the same size with no cell set.
+    /// Returns bits of the same size, of which none is set.
     pub fn blank(&self) -> Self {
         Self { words: vec![0; self.words.len()], ..*self }
     }
@@ -58,7 +58,7 @@ impl Bits {
         cells
     }
 
-    /// Sets some cells of a row.
+    /// Sets the cells of a row in these columns.
     pub fn fill(&mut self, row: usize, columns: Range<usize>) {
         let words = &mut self.words[row * self.stride..][..self.stride];
         for (k, word) in
@@ -70,7 +70,7 @@ impl Bits {
         }
     }
 
-    /// Returns the ranges of a row that are not set.
+    /// Returns the ranges of columns in which a row is not set.
     pub fn free(&self, row: usize) -> impl Iterator<Item = Range<usize>> + '_ {
         let words = &self.words[row * self.stride..][..self.stride];
         let mut end = 0;

@@ -7,7 +7,7 @@ use super::parameters::Parameters;
 
 /// Factor on the share of the weight near the mode that a doubtful estimate needs to be trusted again.
 const REGAINED: f64 = 1.5;
-/// Upper limit of the required share of the weight.
+/// Upper limit of the share of the weight that is required to trust a doubtful estimate again.
 const NEARLY_ALL: f64 = 0.8;
 /// Rate at which the running mean of the fit adapts, as a share per update.
 const FOLLOW: f32 = 0.25;

@@ -114,7 +114,7 @@ impl Side {
         BESIDE * self.width_px + SLOPE * along.max(0.0)
     }
 
-    /// Returns the position at given distances along the wall and off the gap's line.
+    /// Returns the position that is `along` pixels along the wall and `beside` pixels off the gap's line.
     fn at(&self, along: f32, beside: f32) -> Vector {
         self.end + self.away * along + turned(self.away) * beside
     }
@@ -280,7 +280,7 @@ impl<'a> Nearest<'a> {
         is_opposite.then(|| Gap::between(place + here, next + there))
     }
 
-    /// Returns true if there is more space on both sides of the wall than in the gap.
+    /// Returns true if there is more space on both sides of the wall than in the gap itself.
     fn opens_out(&self, gap: &Gap) -> bool {
         let [middle, side] = [gap.middle(), gap.sides()[0].away];
         let step = gap.width_px / 2.0 + BEYOND_PX;
@@ -310,8 +310,8 @@ impl Known {
     }
 }
 
-/// Finds, for each cell, the nearest of the walls of the three adjacent cells in the row on the side `SIDE`. Ties go to the first
-/// from that side. This function and those below use masks and plain slices so that the compiler can vectorize them.
+/// Finds, for each cell, the nearest of the walls of the three adjacent cells in the row on the side `SIDE`. On a tie, the first
+/// one from that side counts. This function and those below use masks and plain slices so that the compiler can vectorize them.
 #[inline(always)]
 fn ask<const SIDE: isize>(
     x: &[i16],

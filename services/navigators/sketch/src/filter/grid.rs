@@ -71,7 +71,7 @@ impl Grid {
         f32::from(step) / STEPS_PER_CELL * self.px_per_cell
     }
 
-    /// Returns true if a place, in pixels, is in a wall or outside the drawing.
+    /// Returns true if a position, in pixels, is in a wall or outside the drawing.
     #[inline]
     pub fn is_wall(&self, x_px: f32, y_px: f32) -> bool {
         let inv = 1.0 / self.px_per_cell;
@@ -111,7 +111,7 @@ impl Grid {
         t_max
     }
 
-    /// Returns true if the straight line from one place to another, in pixels, enters a wall or ends in one.
+    /// Returns true if the straight line from one position to another, in pixels, enters a wall or ends in one.
     pub fn crosses_wall(&self, from: [f32; 2], to: [f32; 2]) -> bool {
         self.is_wall(to[0], to[1]) || self.cast(from, [to[0] - from[0], to[1] - from[1]], 1.0, 1.0) < 1.0
     }
@@ -291,8 +291,8 @@ fn column_distance(wall: &[bool], width: usize) -> Vec<u8> {
     distance
 }
 
-/// The lower envelope of the parabolas over one row. Each parabola has its apex, its height there, and the position from which on
-/// it is the lowest.
+/// The lower envelope of the parabolas over one row. Each parabola is given by its apex, its height there, and the position from
+/// which on it is the lowest.
 #[derive(Default)]
 struct Envelope {
     parabolas: Vec<[i64; 3]>,

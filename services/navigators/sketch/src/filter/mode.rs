@@ -1,5 +1,5 @@
-//! Finds the densest place of the particle set, rather than a mean over several places, because the robot is never between two
-//! modes.
+//! Finds the pose around which the particles are densest. A mean over several modes would not do, because the robot is never
+//! between them.
 
 use fearless_simd::{Level, dispatch, f32x16, prelude::*};
 
@@ -8,7 +8,7 @@ use super::metric::wrap;
 use super::particles::ParticleSet;
 use super::scales::ScaledPose;
 
-/// The densest place and the spread of the particles around it.
+/// The pose around which the particles are densest, and their spread around it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mode {
     /// Weighted mean of the particles near the mode.
@@ -28,7 +28,7 @@ pub struct Kernel {
     pub radius_rad: f32,
 }
 
-/// Number of particles, drawn evenly by weight, that are candidates for the densest place.
+/// Number of particles, drawn evenly by weight, that are candidates for the mode.
 const CANDIDATES: usize = 4 * LANES;
 /// Number of rounds of mean shift, in each of which the mean of the nearby particles becomes the new centre.
 const SHIFTS: usize = 3;
@@ -41,7 +41,7 @@ impl Kernel {
     }
 }
 
-/// Candidates for the densest place, and the density around each.
+/// The candidates for the mode, and the density around each.
 struct Candidates {
     particle: [usize; CANDIDATES],
     density: [f32; CANDIDATES],

@@ -16,7 +16,7 @@ use super::metric::{ScaleFrame, wrap};
 use super::parameters::{Parameters, Scales};
 use super::particles::ParticleSet;
 
-/// The odometry's motion between two updates, in the robot's axes at the first of them.
+/// The robot's motion between two updates according to the odometry, in the robot's axes at the first update.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Motion {
     /// Displacement forward, in metres.
@@ -66,7 +66,7 @@ impl Proportions {
 
     /// Draws a particle's assumption about the stretch of the whole drawing. Most particles assume none, since most drawings are in
     /// proportion except in a few places. But some drawings are stretched from end to end, so a share of `anisotropic_share`
-    /// assumes a part of the stretch at the place of the first scan.
+    /// assumes a part of the stretch that the first scan shows.
     pub(super) fn anisotropy(&self, p: &Parameters, rng: &mut Pcg64Mcg) -> f32 {
         let is_anisotropic = p.anisotropic_share > 0.0 && rng.random::<f32>() < p.anisotropic_share;
         if is_anisotropic { self.first_anisotropy * rng.random::<f32>() } else { 0.0 }
@@ -154,7 +154,7 @@ pub fn propagate(
 }
 
 /// Perturbs each particle with probability `share`. Position, heading and scales get wide noise, so that the set can return to a
-/// place that it had abandoned. No particle is moved into a wall.
+/// pose that it had abandoned. No particle is moved into a wall.
 pub fn perturb(
     set: &mut ParticleSet,
     share: f32,
@@ -185,7 +185,7 @@ pub fn perturb(
     }
 }
 
-/// Returns a random free place in the drawing, or `None` if a hundred attempts find none.
+/// Returns a random free position in the drawing, or `None` if a hundred attempts find none.
 pub(super) fn free_place_anywhere(terrain: &Terrain<'_>, rng: &mut Pcg64Mcg) -> Option<[f32; 2]> {
     let mut place = || terrain.grid.size_px().map(|size| size * rng.random::<f32>());
     std::iter::repeat_with(&mut place).take(100).find(|&[x, y]| !terrain.grid.is_wall(x, y))
@@ -227,7 +227,7 @@ mod tests {
         }
     }
 
-    /// Returns twenty thousand particles with the scales 30 and 10 px/m after a motion, which started at the same place.
+    /// Returns twenty thousand particles that began at the same position, with the scales 30 and 10 px/m, after a motion.
     fn moved(motion: &Motion, parameters: &Parameters) -> ParticleSet {
         let (grid, frame) = (open_floor(), ScaleFrame::new(0.0));
         let mut set = ParticleSet::new(20_000);
@@ -238,8 +238,8 @@ mod tests {
         set
     }
 
-    /// Regression test: the perturbation was along the axes of the picture, although a drawing is stretched along its walls. In a
-    /// drawing tilted by 45°, particles moved equally far along and across a corridor drawn nine times too long.
+    /// Regression test: particles were perturbed along the axes of the picture, although a drawing is stretched along its walls. In
+    /// a drawing tilted by 45°, they moved equally far along and across a corridor drawn nine times too long.
     #[test]
     fn a_perturbation_is_stretched_along_the_walls() {
         let (grid, frame) = (open_floor(), ScaleFrame::new(std::f64::consts::FRAC_PI_4));

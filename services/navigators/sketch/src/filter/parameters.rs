@@ -95,7 +95,7 @@ pub struct Parameters {
     /// open the outline.
     pub door_width_m: f32,
 
-    /// True if the robot searches the whole map for its place when it may be anywhere or is lost. This requires a map whose scale is
+    /// Whether the robot searches the whole map for its pose when it may be anywhere or is lost. This requires a map whose scale is
     /// known.
     pub searches: bool,
 
@@ -109,8 +109,8 @@ pub struct Parameters {
     pub start_scales: StartScales,
     /// Share of the difference between the two scales in the first scan that is accepted, from 0 to 1.
     pub start_anisotropy: f32,
-    /// Share of the particles that assume the whole drawing to be stretched, each by a different part of the stretch at the place
-    /// of the first scan. The others assume that the drawing as a whole is in proportion.
+    /// Share of the particles that assume the whole drawing to be stretched, each by a different part of the stretch that the first
+    /// scan shows. The others assume that the drawing as a whole is in proportion.
     pub anisotropic_share: f32,
     /// Extent of a typical building, in metres. Together with the extent of the drawing, it gives a guess of the scale. Not used in
     /// a learned map, whose scale is known.
@@ -157,14 +157,14 @@ pub struct Parameters {
     /// Standard deviation of a perturbation of the logarithms of the scales.
     pub perturbation_log_scale: f32,
 
-    /// Radius of the kernel that finds the densest place, in metres.
+    /// Radius of the kernel that finds the densest pose, in metres.
     pub mode_radius_m: f32,
     /// Radius of the kernel in heading, in radians.
     pub mode_radius_rad: f32,
-    /// Factor on the density near the last estimate, which a rival has to exceed.
+    /// Factor on the density near the last estimate, which the density near a rival has to exceed.
     pub mode_hysteresis: f32,
 
-    /// Share of the weight near the estimate below which the estimate is doubtful, because other places are plausible as well.
+    /// Share of the weight near the estimate below which the estimate is doubtful, because other poses are plausible as well.
     pub one_place_share: f64,
     /// Mean log likelihood of a beam below which the estimate is doubtful.
     pub doubtful_below: f32,
@@ -248,7 +248,7 @@ impl Parameters {
     }
 
     /// Returns the parameters for a map recorded by laser, in which the robot may be anywhere. The scale is known and the same
-    /// everywhere. The search finds the place, so that few particles are enough from then on (Fox 2003).
+    /// everywhere. Once the search has found the robot, few particles are enough (Fox 2003).
     pub fn learned() -> Self {
         Self {
             least_particles: 1500,

@@ -141,7 +141,7 @@ impl ParticleSet {
     }
 }
 
-/// Systematic resampling, with its buffers.
+/// Systematic resampling with its buffers.
 #[derive(Debug, Clone)]
 pub struct Resampler {
     /// For each particle of the new set, the index of its original in the old set. An additional entry at the end receives marks

@@ -2,7 +2,7 @@
 //!
 //! For each cell of the reduced drawing and each of [`DIRECTIONS`] directions, an entry contains the logarithm of the range to the
 //! first wall, in a byte. Parallel lines that sweep over the drawing fill the table (`sweep.rs`). An entry is the exact range from
-//! a place in the cell, in a direction that is off by at most half a step.
+//! a point in the cell, in a direction that is off by at most half a step.
 //!
 //! For a cell in a wall, the table also contains the distance out of that wall (see [`Grid::cast`]). The table is independent of
 //! the drawing's scale.
@@ -195,7 +195,7 @@ mod tests {
         (way.max(SHORTEST_LOG2.exp2()) - found).abs() < 0.03 * found + 1.5 / PARTS
     }
 
-    /// Returns the place in `cell` from which a direction was swept, and the unit vector of that direction.
+    /// Returns the point of `cell` from which a direction was swept, and the unit vector of that direction.
     fn swept_from(cell: [usize; 2], size: [usize; 2], direction: usize) -> ([f32; 2], [f32; 2]) {
         let (dy, dx) = (direction as f64 / DIRECTIONS as f64 * std::f64::consts::TAU).sin_cos();
         let major = usize::from(dy.abs() > dx.abs());

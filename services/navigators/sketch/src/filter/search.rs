@@ -1,11 +1,12 @@
-//! Finds out where the robot is in a map in which it may be anywhere, by evidence for each hypothesis.
+//! Finds out where the robot is in a map in which it may be anywhere, by collecting evidence for each hypothesis.
 //!
-//! The scans of the last metres, placed by odometry, are a rigid local map, as in correlative scan matching (Olson 2009). A
-//! hypothesis is a pose of this local map in the map, and its evidence is the mean log likelihood of all beams of the local map, so
-//! that all hypotheses are judged by the same readings however late they were found. A lattice of poses over the free space is swept
-//! again and again, a part of it in each step, and the poses that fit best become hypotheses, which are refined by trying poses
-//! around them. Hypotheses never compete for particles: they end when they coincide with a better one, or when many others fit
-//! better. The search ends when one hypothesis explains the readings so much better than all others that chance is ruled out.
+//! The scans of the last metres are placed by odometry and form a rigid local map, as in correlative scan matching (Olson 2009). A
+//! hypothesis is a pose of this local map in the map. Its evidence is the mean log likelihood of all beams of the local map, so
+//! that all hypotheses are judged by the same readings, however late they were found. The search goes through a lattice of poses
+//! over the free space again and again, a part of it in each step. The poses that fit best become hypotheses, which are refined by
+//! trying poses around them. Hypotheses never compete for particles: a hypothesis ends when it coincides with a better one, or when
+//! many others fit better. The search ends when one hypothesis explains the readings so much better than all others that chance is
+//! ruled out.
 //!
 //! A step takes the same time wherever the robot is, and does not allocate.
 
@@ -25,35 +26,35 @@ use super::sight::{self, Densities, Reading, Sight};
 use super::workers::Workers;
 use crate::sketch::SketchGrid;
 
-/// Distance, in metres, and turn, in radians, between two scans of the local map.
+/// Distance, in metres, and turn, in radians, after which a scan is added to the local map.
 const SCAN_EVERY: (f64, f64) = (0.5, 0.5);
-/// Maximum number of scans in the local map. They are those of a full turn and of 6 m.
+/// Maximum number of scans in the local map. This is enough for a full turn and 6 m.
 const SCANS: usize = 24;
 /// Number of beams of each scan that are used.
 const BEAMS: usize = 32;
-/// Distance between places of the lattice, in metres, and number of headings at each.
+/// Distance between the positions of the lattice, in metres, and number of headings at each.
 const LATTICE_M: f32 = 0.3;
 const HEADINGS: usize = 32;
-/// Minimum distance of these places from walls, in metres.
+/// Minimum distance of these positions from walls, in metres.
 const OFF_WALLS_M: f32 = 0.15;
 /// Number of poses of the lattice that are tried in a step, and number of scans by which they are judged.
 const POSES: usize = 6144;
 const VIEWS: usize = 4;
-/// Number of poses of a step that become hypotheses, and number of steps in which they are refined before they have to compete.
+/// Number of poses that become hypotheses in a step, and number of steps in which they are refined before they have to compete.
 const NEW: usize = 16;
 const GRACE: u32 = 4;
-/// Maximum number of hypotheses. It includes those of four steps that do not compete yet.
+/// Maximum number of hypotheses. It includes those of four steps that do not have to compete yet.
 const HYPOTHESES: usize = 96;
-/// Hypotheses nearer to each other than this, in metres and radians, are the same.
+/// Distance, in metres, and angle, in radians, within which two hypotheses are the same.
 const SAME: (f32, f32) = (0.4, 0.3);
-/// Hypotheses farther from each other than this are clearly different places.
+/// Distance, in metres, and angle, in radians, beyond which two hypotheses are clearly different places.
 const ELSEWHERE: (f32, f32) = (1.0, 0.6);
-/// Distance in metres and turn in radians of the poses that are tried around a hypothesis at first.
+/// Initial distance, in metres, and turn, in radians, of the poses that are tried around a hypothesis.
 const AROUND: (f32, f32) = (0.12, 0.08);
-/// Factor on them when no such pose is better, and their least share.
+/// Factor on this distance and turn whenever no such pose is better, and the smallest share of them that is tried.
 const NARROWER: f32 = 0.7;
 const NARROWEST: f32 = 0.1;
-/// Typical error of ranges, as |ln(measured / expected)|, by which poses of the lattice and hypotheses are judged.
+/// Typical error of ranges, as |ln(measured / expected)|, by which poses of the lattice are judged, and the one for hypotheses.
 const ROUGH: f32 = 0.25;
 const FINE: f32 = 0.15;
 const ROUGH_DENSITIES: usize = 0;
@@ -64,21 +65,21 @@ const BLOCK: usize = 256;
 const INDEPENDENT: f32 = 40.0;
 /// Evidence, in nats, of a scan whose beams have a mean log likelihood of 1.
 const NATS: f32 = INDEPENDENT / SCANS as f32;
-/// Minimum share of the evidence of a hypothesis that is certain.
+/// Minimum share of the evidence that a hypothesis needs to be certain.
 const CERTAIN: f32 = 0.99;
-/// Minimum number of scans in the local map of a hypothesis that is certain.
+/// Minimum number of scans in the local map for a hypothesis to be certain.
 const LEAST_SCANS: usize = 9;
-/// The same for the pose at which the robot stood when it was last localized.
+/// Same as [`LEAST_SCANS`], for the pose at which the robot stood when it was last localized.
 const LEAST_SCANS_LIKELY: usize = 4;
 /// Log odds, in nats, that the robot still stands where it was last localized, against any other place that fits its scans: ten to
-/// one. Alone, they do not make it certain, so that a robot that was carried to a room that looks the same goes on to look.
+/// one. They are not enough to make it certain, so that a robot that was carried to a room that looks the same goes on to look.
 const LAST_POSE: f32 = std::f32::consts::LN_10;
-/// Number of scans with which a robot that has doubted searches again.
+/// Number of scans with which the search begins again for a robot that doubts where it is.
 const RECENT: usize = 8;
-/// Minimum share of the beams of the local map that returned for a hypothesis to be certain. In the middle of a hall, where hardly
-/// any does, more places look alike than there can be hypotheses.
+/// Minimum share of the local map's beams that must have returned for a hypothesis to be certain. In the middle of a hall, where
+/// hardly any beam returns, more places look alike than there can be hypotheses.
 const RETURNED: f32 = 0.4;
-/// Minimum mean log likelihood of a beam of a hypothesis that is certain, and of one that has been.
+/// Minimum mean log likelihood of a beam for a hypothesis to become certain, and to remain so.
 const FITS: f32 = -0.3;
 const STILL_FITS: f32 = -0.6;
 
@@ -90,7 +91,7 @@ struct Keyframe {
 }
 
 impl Keyframe {
-    /// Creates room for a scan.
+    /// Creates an empty scan with room for its beams.
     fn room() -> Self {
         Self { odometry: Pose::new(0.0, 0.0, 0.0), beams: Beams::with_capacity(BEAMS) }
     }
@@ -107,31 +108,31 @@ pub struct Hypothesis {
     pub yaw_rad: f32,
     /// Mean log likelihood of a beam of the local map.
     pub fit: f32,
-    /// Sum of the mean log likelihoods of scans that have left the local map, less that of the best hypothesis. One that is found
-    /// later has the same past as the best.
+    /// Sum of the mean log likelihoods of the scans that have left the local map, less that of the best hypothesis. A hypothesis
+    /// that is found later starts with the past of the best one.
     past: f32,
     /// Log odds, in nats, in favour of this hypothesis before any scan.
     prior: f32,
-    /// Width of the poses that are tried around it, as a share of [`AROUND`].
+    /// Distance and turn of the poses that are tried around it, as a share of [`AROUND`].
     width: f32,
-    /// Number of steps in which it was refined.
+    /// Number of steps in which it has been refined.
     age: u32,
 }
 
-/// The state of a search, for a checkpoint.
+/// State of a search, as saved in a checkpoint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct State {
     scans: Vec<Keyframe>,
-    /// Room for further scans.
+    /// Empty scans for later use.
     #[serde(skip)]
     spare: Vec<Keyframe>,
-    /// The hypotheses, the best one first, at the pose `at` of the odometry.
+    /// The hypotheses, the best one first. They apply to the moment at which the odometry's pose was `at`.
     hypotheses: Vec<Hypothesis>,
     at: Option<Pose<Odom>>,
-    /// Number of poses of the lattice that were tried.
+    /// Number of poses of the lattice that have been tried.
     tried: usize,
     is_certain: bool,
-    /// True if the robot was certain of a place and is no longer.
+    /// Whether the robot was certain of a place and no longer is.
     has_doubted: bool,
 }
 
@@ -158,7 +159,7 @@ impl State {
         state
     }
 
-    /// Reserves room, so that steps do not allocate.
+    /// Reserves memory, so that steps do not allocate.
     pub fn reserve(&mut self) {
         let free = SCANS.saturating_sub(self.scans.len());
         self.scans.reserve(free);
@@ -172,7 +173,7 @@ impl State {
         self.is_certain
     }
 
-    /// Returns true if the robot was certain of a place and is no longer.
+    /// Returns true if the robot was certain of a place and no longer is.
     pub fn has_doubted(&self) -> bool {
         self.has_doubted
     }
@@ -189,7 +190,7 @@ impl State {
         (self.is_certain, self.has_doubted) = (true, false);
     }
 
-    /// Begins a search with the last scans.
+    /// Begins a search with only the latest scans.
     pub fn doubt(&mut self) {
         let old = self.scans.len().saturating_sub(RECENT);
         self.spare.extend(self.scans.drain(..old));
@@ -214,7 +215,7 @@ impl State {
         self.scans.len() >= least && returned as f32 >= RETURNED * beams as f32
     }
 
-    /// Returns the share of the evidence of each hypothesis.
+    /// Returns each hypothesis's share of the evidence.
     pub fn shares(&self) -> impl Iterator<Item = f32> + '_ {
         let scans = self.scans.len();
         let best = self.hypotheses.first().map_or(0.0, |best| best.evidence(scans));
@@ -241,7 +242,7 @@ impl State {
         }
     }
 
-    /// Sorts the hypotheses, and drops those that coincide with better ones and those that many others exceed.
+    /// Sorts the hypotheses, and drops those that coincide with better ones and those that are worse than many others.
     fn merge(&mut self, scale_pxpm: f32) {
         let hypotheses = &mut self.hypotheses;
         let scans = self.scans.len();
@@ -273,7 +274,7 @@ pub struct Map<'a> {
     pub grid: &'a Grid,
     /// Table of its ranges.
     pub table: &'a RangeTable,
-    /// Its scale.
+    /// Scale of the map, in pixels per metre.
     pub scale_pxpm: f32,
 }
 
@@ -290,14 +291,14 @@ pub struct Search {
     mounting: Mounting,
     scale_pxpm: f32,
     sight: Sight,
-    /// Likelihoods of readings for poses of the lattice and for hypotheses, once the sensor's range is known.
+    /// Likelihoods of readings, first for poses of the lattice and then for hypotheses, once the sensor's range is known.
     densities: Option<[Densities; 2]>,
     parameters: Parameters,
-    /// The free places of the lattice, in pixels.
+    /// The free positions of the lattice, in pixels.
     places: Vec<[f32; 2]>,
     readings: Vec<Reading>,
     tries: Vec<Try>,
-    /// Numbers of the tries, the best one first.
+    /// Indices of the tries, the best one first.
     order: Vec<usize>,
 }
 
@@ -318,7 +319,7 @@ impl Search {
         }
     }
 
-    /// Takes in a scan and the odometry of the same time. `known` is where the robot is if it is certain.
+    /// Processes a scan and the odometry at the same time. `known` is the robot's pose, which counts if the robot is certain of it.
     pub fn step(
         &mut self,
         state: &mut State,
@@ -349,7 +350,7 @@ impl Search {
         self.judge(state);
     }
 
-    /// Adds the scan to the local map if the robot has moved since the last one. Returns true if it did.
+    /// Adds the scan to the local map if the robot has moved since the last scan in it. Returns true if the scan was added.
     fn keep(
         &mut self,
         state: &mut State,
@@ -394,7 +395,7 @@ impl Search {
         state.hypotheses.iter_mut().for_each(|hypothesis| hypothesis.past -= best);
     }
 
-    /// Tries the next poses of the lattice, and makes hypotheses of the best ones.
+    /// Tries the next poses of the lattice, and turns the best ones into hypotheses.
     fn sweep(&mut self, state: &mut State, table: &RangeTable, workers: &Workers) {
         let all = self.places.len() * HEADINGS;
         let count = POSES.min(all);
@@ -427,7 +428,7 @@ impl Search {
         }
     }
 
-    /// Judges each hypothesis again, and moves it to the best pose around it.
+    /// Judges each hypothesis anew, and moves it to the best pose around it.
     fn refine(&mut self, state: &mut State, table: &RangeTable, workers: &Workers) {
         self.tries.clear();
         for hypothesis in &state.hypotheses {
@@ -454,7 +455,7 @@ impl Search {
         }
     }
 
-    /// Computes the log likelihood of every `stride`-th of some scans of the local map, counted from the newest, at each try.
+    /// Adds up the log likelihoods of every `stride`-th of some scans of the local map, counted from the newest, at each try.
     fn weigh(
         &mut self,
         state: &State,
@@ -469,7 +470,7 @@ impl Search {
         for scan in state.scans[scans].iter().rev().step_by(stride) {
             let back = now.motion_to(&scan.odometry);
             let (forward_m, left_m, turn_rad) = (back.x as f32, back.y as f32, back.yaw_rad as f32);
-            // The sensor's pose then, in the robot's axes now.
+            // The sensor's pose at that time, in the robot's present axes.
             let (sin, cos) = turn_rad.sin_cos();
             let [x_m, y_m] = scan.beams.origin_m;
             let sensor_px =
@@ -491,7 +492,7 @@ impl Search {
         }
     }
 
-    /// Judges whether the robot is certain of the best hypothesis.
+    /// Decides whether the robot is certain of the best hypothesis.
     fn judge(&self, state: &mut State) {
         let Some(best) = state.hypotheses.first() else { return };
         if !state.is_certain {
@@ -531,13 +532,13 @@ impl Hypothesis {
         self.is_within(other, SAME.0 * scale_pxpm, SAME.1)
     }
 
-    /// Returns true if the other place is at most this far away, and its heading as well.
+    /// Returns true if the other hypothesis is at most this far away and its heading is at most this different.
     fn is_within(&self, other: &Self, off_px: f32, off_rad: f32) -> bool {
         (self.x_px - other.x_px).hypot(self.y_px - other.y_px) < off_px
             && wrap(self.yaw_rad - other.yaw_rad).abs() < off_rad
     }
 
-    /// Returns true if this is clearly another place.
+    /// Returns true if this hypothesis is clearly another place.
     pub fn is_elsewhere(&self, other: &Self, scale_pxpm: f32) -> bool {
         !self.is_within(other, ELSEWHERE.0 * scale_pxpm, ELSEWHERE.1)
     }
@@ -563,7 +564,7 @@ const TRIES: [[f32; 3]; 16] = [
     [0.0, 0.0, 2.0],
 ];
 
-/// Returns the free places of a lattice over the map, in pixels.
+/// Returns the free positions of a lattice over the map, in pixels.
 fn places(grid: &Grid, scale_pxpm: f32) -> Vec<[f32; 2]> {
     let step_px = LATTICE_M * scale_pxpm;
     let off_px = OFF_WALLS_M * scale_pxpm;

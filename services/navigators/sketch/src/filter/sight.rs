@@ -1,9 +1,9 @@
-//! The likelihood of a scan at a pose in a map of what a laser has seen, from look-ups alone.
+//! The likelihood of a scan at a pose in a map of what a laser has seen, computed by look-ups alone.
 //!
-//! It is the beam model ([`super::beam_model`]) with two simplifications and one addition. Ranges are compared as codes of the
-//! [table of ranges](super::range_table), so that the likelihood of each difference can be tabulated, and the bearing may be off by
-//! one direction of the table. What was not seen on earlier drives is unknown and no wall: a beam that leaves what was seen may
-//! return from anywhere beyond.
+//! This is the beam model ([`super::beam_model`]) with two simplifications and one addition. Ranges are compared as codes of the
+//! [table of ranges](super::range_table), so that the likelihood of each difference can be tabulated. The bearing may be off by one
+//! direction of the table. In addition, what was not seen on earlier drives is unknown rather than a wall: a beam that leaves what
+//! was seen may return from anywhere beyond.
 
 use super::beams::Beams;
 use super::grid::Grid;
@@ -12,55 +12,56 @@ use super::range_code::{DIRECTIONS, code};
 use super::range_table::RangeTable;
 use crate::sketch::SketchGrid;
 
-/// Number of differences of two codes.
+/// Number of possible differences of two codes.
 const DIFFERENCES: usize = 511;
-/// Number of codes.
+/// Number of possible codes.
 const CODES: usize = 256;
-/// Distance between two codes as a difference of logarithms, ln 2 / 16.
+/// Difference of the logarithms of two successive codes' ranges, ln 2 / 16.
 const LN_PER_CODE: f32 = std::f32::consts::LN_2 / 16.0;
-/// Shares of the bearings: a direction less, as measured, and a direction more.
+/// Shares of the bearings: one direction less, as measured, and one direction more.
 const SHARES: [f32; 3] = [0.2, 0.6, 0.2];
 /// Density over e of a reading from beyond what was seen.
 const BEYOND: f32 = 0.5;
-/// Probabilities of no return, comparable with densities of a return: of what the map explains, of what occurs anywhere, and if the
-/// beam leaves what was seen within the sensor's range.
+/// Probabilities of no return, made comparable with densities of a return: for what the map explains, for what occurs anywhere, and
+/// for a beam that leaves what was seen within the sensor's range.
 const NO_RETURN: f32 = 1.08;
 const NO_RETURN_ANYWHERE: f32 = 0.036;
 const NO_RETURN_BEYOND: f32 = 0.5;
-/// Densities of readings anywhere and of readings short of the map's range, as shares of `z_rand` and `z_short`.
+/// Densities over e of readings anywhere and of readings short of the map's range, before they are multiplied by `z_rand` and
+/// `z_short`.
 const ANYWHERE: f32 = 0.25;
 const SHORT: f32 = 0.3;
 /// Number of readings whose likelihoods are multiplied before a logarithm is taken.
 const PER_LOGARITHM: usize = 4;
 
-/// What is seen of a map.
+/// What is visible in a map.
 #[derive(Debug, Clone)]
 pub struct Sight {
-    /// For each cell of the table, a bit for each direction in which the view ends where nothing was seen.
+    /// For each cell of the table, one bit per direction, which is set if the view ends where nothing was seen.
     unseen: Vec<u64>,
 }
 
-/// The likelihoods of readings for a typical error of ranges.
+/// The likelihoods of readings, given a typical error of ranges.
 #[derive(Debug, Clone)]
 pub struct Densities {
-    /// By the difference of the codes of the measured and the map's range: where the view ends at a wall, and where it ends at what
-    /// was not seen.
+    /// Likelihoods of a return, by the difference of the codes of the measured range and the map's: if the view ends at a wall, and
+    /// if it ends where nothing was seen.
     returned: [Vec<f32>; 2],
-    /// By the code of the map's range.
+    /// Likelihoods of no return in the same two cases, by the code of the map's range.
     not_returned: [Vec<f32>; 2],
 }
 
-/// A beam as it is looked up.
+/// A beam, in the form in which it is looked up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
-    /// Direction in the robot's axes, in directions of the table.
+    /// Direction in the robot's axes, in steps of the table's directions.
     turn: f32,
-    /// Code of the measured range, or `None` without a return.
+    /// Code of the measured range, or `None` if nothing returned.
     code: Option<u8>,
 }
 
 impl Sight {
-    /// Finds out where the views of the map end at what was not seen.
+    /// Finds out where the views in the map end at what was not seen.
     pub fn new(sketch: &SketchGrid, grid: &Grid, table: &RangeTable) -> Self {
         let ([width, height], side_px) = (table.cells(), table.px_per_cell());
         let mut unseen = vec![0; width * height];
@@ -80,7 +81,7 @@ impl Sight {
         Self { unseen }
     }
 
-    /// Returns Σ ln p over the readings of a sensor at a place, in pixels, whose robot has the heading `yaw_rad`.
+    /// Returns Σ ln p over the readings of a sensor at a position, in pixels, on a robot with the heading `yaw_rad`.
     pub fn log_likelihood(
         &self,
         table: &RangeTable,
@@ -94,7 +95,7 @@ impl Sight {
         let index = |at_px: f32, most: usize| ((at_px * inverse + 1.0) as usize).min(most - 1);
         let cell = index(y_px, height) * width + index(x_px, width);
         let (unseen, row) = (self.unseen[cell], table.rows(cell).range);
-        // Two turns more, since the conversion truncates towards zero.
+        // Adds two turns, since the conversion truncates towards zero.
         let heading = yaw_rad * (DIRECTIONS as f32 / std::f32::consts::TAU) + (2 * DIRECTIONS) as f32 + 0.5;
         let mut sum = 0.0;
         for readings in readings.chunks(PER_LOGARITHM) {
@@ -123,7 +124,7 @@ impl Sight {
 }
 
 impl Densities {
-    /// Tabulates the likelihoods for a typical error of ranges, `error`, as |ln(measured / expected)|. `scale_pxpm` is the map's
+    /// Tabulates the likelihoods for `error`, a typical error of ranges as |ln(measured / expected)|. `scale_pxpm` is the map's
     /// scale.
     pub fn new(p: &Parameters, error: f32, table: &RangeTable, scale_pxpm: f32, range_max_m: f32) -> Self {
         let random = p.z_rand * ANYWHERE;
@@ -152,7 +153,7 @@ impl Densities {
     }
 }
 
-/// Converts the beams of a scan.
+/// Converts the beams of a scan into `readings`.
 pub fn read(beams: &Beams, table: &RangeTable, scale_pxpm: f32, readings: &mut Vec<Reading>) {
     readings.clear();
     let cells = f64::from(scale_pxpm / table.px_per_cell());
@@ -198,7 +199,7 @@ mod tests {
         assert!(ahead(WALL, 4.5) < -1.5 && ahead(WALL, 1.5) < -1.5 && ahead(WALL, 6.0) < -1.5);
     }
 
-    /// Whatever lies beyond what was seen fits alike, but not what was seen to be free.
+    /// Whatever lies beyond what was seen fits equally well, but a return from where the floor was seen to be free does not.
     #[test]
     fn a_reading_beyond_what_was_seen_says_nothing() {
         let [near, far, none] = [3.2, 5.0, 6.0].map(|range_m| ahead(UNSEEN, range_m));

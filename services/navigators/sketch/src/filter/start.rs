@@ -142,7 +142,7 @@ fn initial_scales(
     [pose.a_pxpm, pose.b_pxpm]
 }
 
-/// Returns the stretch at the place of the first scan, which is half the logarithm of the ratio of scale a to scale b, or 0 with a
+/// Returns the stretch that the first scan shows, which is half the logarithm of the ratio of scale a to scale b, or 0 with a
 /// single scale.
 pub(super) fn first_anisotropy(first: &ScaledPose, parameters: &Parameters) -> f32 {
     match parameters.scales {
@@ -164,7 +164,7 @@ pub(super) fn believed(first: &ScaledPose, parameters: &Parameters) -> ScaledPos
     ScaledPose { a_pxpm, b_pxpm, ..*first }
 }
 
-/// Returns a free place around `middle`, or `middle` itself if ten attempts find none.
+/// Returns a free position around `middle`, or `middle` itself if ten attempts find none.
 fn free_place(grid: &Grid, middle: [f32; 2], px_from_draw: &PxFromBase, rng: &mut Pcg64Mcg) -> [f32; 2] {
     for _ in 0..10 {
         let step = px_from_draw.apply(normal(rng), normal(rng));
@@ -201,8 +201,8 @@ pub fn extent_px(sketch: &SketchGrid) -> f32 {
 mod tests {
     use super::*;
 
-    /// The first scan gives 10 and 40 px/m, and the size of the drawing gives 90. Halfway between, in logarithms, are √(10·90) = 30
-    /// and √(40·90) = 60.
+    /// The first scan gives 10 and 40 px/m, and the size of the drawing gives 90 px/m. Halfway between, in logarithms, lie
+    /// √(10·90) = 30 and √(40·90) = 60.
     #[test]
     fn the_mean_scale_is_between_the_first_scans_and_the_drawings() {
         let start = Start { pose: Pose::new(0.0, 0.0, 0.0), spread_px: 0.0, spread_rad: 0.0 };

@@ -110,20 +110,21 @@ impl<S: Simd> Group<S> {
         }
     }
 
-    /// Returns the places to which the vector (forward, left), in metres, leads from the particles.
+    /// Returns the positions to which the vector (forward, left), in metres, leads from the particles.
     #[inline(always)]
     fn end(&self, [forward, left]: [f32; 2]) -> [f32x16<S>; 2] {
         [self.x + self.xx * forward + self.xy * left, self.y + self.yx * forward + self.yy * left]
     }
 
-    /// Returns the vector (forward, left), in metres, in the drawing's axes.
+    /// Converts the vector (forward, left), in metres, to the drawing's axes.
     #[inline(always)]
     fn span(&self, [forward, left]: [f32; 2]) -> [f32x16<S>; 2] {
         [self.xx * forward + self.xy * left, self.yx * forward + self.yy * left]
     }
 }
 
-/// Returns the index of the cell that contains a place, given in cells. For a place outside, this is the nearest cell of the ring.
+/// Returns the index of the cell that contains a position, given in cells. For a position outside, this is the nearest cell of the
+/// ring.
 #[inline(always)]
 fn cell<S: Simd>([x, y]: [f32x16<S>; 2], [width, height]: [usize; 2]) -> i32x16<S> {
     let column: i32x16<S> = x.max(0.0).min((width - 1) as f32).to_int();
@@ -469,7 +470,7 @@ mod tests {
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(24))]
-        /// Every entry of the table is exact for a place in the cell and a nearby direction, which the table's own tests verify.
+        /// Every entry of the table is exact for a point in the cell and a nearby direction, which the table's own tests verify.
         /// This test covers the model as a whole, by the mean over particles anywhere.
         #[test]
         fn the_table_agrees_with_ray_casting(case in 0u64..1_000_000) {

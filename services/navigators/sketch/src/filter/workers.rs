@@ -1,4 +1,4 @@
-//! The threads for the filter's work: either just the calling thread, or a pool supplied by the host.
+//! The threads that do the filter's work: either just the calling thread, or a pool supplied by the host.
 //!
 //! This module never starts threads. Work is divided into blocks whose bounds do not depend on the number of
 //! threads, so neither do the results.

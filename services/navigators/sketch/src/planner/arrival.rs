@@ -50,7 +50,7 @@ pub enum Belief {
 }
 
 impl Arrival {
-    /// Updates the history with the estimate of a step, given its chart and its mean log likelihood of a beam, `fit`.
+    /// Updates the history with the estimate of a step, given by its chart, and with `fit`, its mean log likelihood of a beam.
     pub fn follow(&mut self, chart: &Chart, fit: f64, dt_s: f64) {
         let before = self.fit.unwrap_or(fit);
         self.fit = Some(before + (dt_s / FIT_S).min(1.0) * (fit - before));
@@ -61,7 +61,7 @@ impl Arrival {
         }
     }
 
-    /// Decides about an arrival at this moment.
+    /// Decides about an arrival now.
     pub fn judge(&self, parameters: &Parameters) -> Belief {
         let fit = self.fit.unwrap_or_default();
         let doubt = JUMP_WEIGHT * f64::from(self.jumps).ln_1p() - fit;

@@ -49,7 +49,7 @@ enum Guide {
     ToRoute,
     /// The robot follows the drawn route.
     Route,
-    /// The explorer guides the robot to the goal's place in its map.
+    /// The explorer guides the robot to where the goal lies in the explorer's map.
     Outline,
 }
 
@@ -58,7 +58,7 @@ enum Guide {
 pub enum TaskStatus {
     /// The task continues.
     Driving(Reason),
-    /// The robot waits for a person to state its place.
+    /// The robot waits for a person to mark where it is.
     Asks(Reason),
     /// The task has ended.
     Ended(TaskState, Reason),
@@ -75,7 +75,7 @@ struct Attempt {
     stuck: StuckCounter,
     recovery: Option<Recovery>,
     blocked: Vec<Blockage>,
-    /// True if the drawing shows a path to the goal.
+    /// Whether the drawing shows a path to the goal.
     drawn: bool,
     lost_s: f64,
     limit_s: f64,
@@ -117,7 +117,7 @@ pub struct Driver {
     field_of_view_rad: f64,
     map_path: Vec<Point<Map>>,
     course_path: Vec<Point<Odom>>,
-    /// The search for the robot's place, if one is under way.
+    /// The search for the robot's pose, if one is under way.
     finding: Option<Finding>,
 }
 
@@ -187,7 +187,7 @@ impl Driver {
         self.attempt = Attempt::new(Guide::Goal, nowhere, Point::new(0.0, 0.0), blocked);
     }
 
-    /// Returns true if there is a drawing.
+    /// Returns true if the driver has a drawing.
     pub fn has_sketch(&self) -> bool {
         self.field.is_some()
     }
@@ -321,7 +321,7 @@ impl Driver {
         path.iter().map(move |&place| chart.map_or(Point::new(0.0, 0.0), |chart| chart.to_sketch(place)))
     }
 
-    /// Tracks the robot's place on the drawn route, once the robot has reached its first point.
+    /// Tracks the robot's progress along the drawn route, once the robot has reached its first point.
     fn keep_to_route(&mut self, chart: &Chart, now_s: f64) {
         let (robot, window_m) = (chart.robot_px().position(), self.parameters.route_window_m);
         let near_start =
@@ -397,7 +397,7 @@ impl Driver {
 }
 
 impl Attempt {
-    /// Resets all doubt about the robot's place, because a person has helped or has not answered.
+    /// Resets all doubt about the robot's pose, because a person has helped or has not answered.
     fn look_again(&mut self, now_s: f64, chart: Option<&Chart>) {
         (self.arrival, self.pace) = (Arrival::default(), Pace::new(now_s));
         (self.recovery, self.lost_s, self.plan_due_s) = (None, 0.0, now_s);

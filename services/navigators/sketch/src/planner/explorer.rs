@@ -57,7 +57,7 @@ const JUDGED_M: f64 = 0.9;
 const AT_GAP_M: f64 = 0.3;
 /// Distance from the end of a course, in metres, within which the goal is reached.
 const AT_GOAL_M: f64 = 0.35;
-/// Distance from the end of a course, in metres, within which a rival's place is reached.
+/// Length of the path to where a rival locates the goal, in metres, below which the robot is there already.
 const AT_RIVAL_M: f64 = 0.6;
 /// Distance, in metres, within which the goals of two rivals count as the same place, which is not looked at again.
 const LOOKED_AT_M: f64 = 1.5;
@@ -65,7 +65,7 @@ const LOOKED_AT_M: f64 = 1.5;
 const SHOWS_M2: f64 = 0.08;
 /// Distance from the robot, in metres, within which points of a gap are shut.
 const SHUT_M: f64 = 0.8;
-/// Distance, in metres, beyond the robot's distance to the middle of the gap, within which points of the gap are shut as well.
+/// Distance, in metres, by which a point of a gap may be farther from the robot than the gap's middle and still be shut.
 const SHUT_BEYOND_M: f64 = 0.3;
 /// Speed that a robot can be expected to reach, in m/s.
 const USUAL_MPS: f64 = 0.42;
@@ -87,19 +87,19 @@ pub enum Advice {
     Look,
     /// Stop, because the goal is here.
     Arrived(Evidence),
-    /// Wait for a person to state the robot's place.
+    /// Wait for a person to mark where the robot is.
     Ask,
 }
 
 /// The evidence for an arrival.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Evidence {
-    /// Amount by which the best rival costs more, and the distance to the rival's place of the goal, in metres. `None` if there was
-    /// no time to compute the rival.
+    /// Amount by which the best rival costs more, and the distance, in metres, to where it locates the goal. `None` if there was no
+    /// time to compute the rival.
     pub rival: Option<(f64, f64)>,
     /// Difference in direction between the walls around the goal and what was seen, as 1 − cos, weighted by the goal's shares.
     pub misfit: f64,
-    /// True if a person was asked and agreed.
+    /// Whether a person was asked and agreed.
     pub is_confirmed: bool,
 }
 
@@ -138,20 +138,20 @@ pub struct Exploration {
     /// The goal that the robot is looking for.
     goal: Option<Point<Sketch>>,
     has_looked: bool,
-    /// True if the filter has failed the task, although the floor consists of rooms.
+    /// Whether the filter has failed in the task, although the floor consists of rooms.
     has_taken_over: bool,
     /// Openness of the floor (see [`floor::Judge::open_share`]).
     open_share: Option<f64>,
     judged_at: Option<Place>,
     job: Option<Job>,
     course: Option<Course>,
-    /// The robot's place when the outline was last extracted.
+    /// The robot's position when the outline was last extracted.
     taken_at: Option<Place>,
     shut: Vec<Place>,
-    /// The places to shut if the current look is fruitless, and the number of free cells before it.
+    /// The places to shut if the current look is fruitless, and the number of free cells before the look.
     looking: Option<(Vec<Place>, u32)>,
     looks: u32,
-    /// Places that the robot has looked at because the goal was there, or behind a gap there, according to rivals.
+    /// Places that the robot has looked at because rivals locate the goal there, or behind a gap there.
     looked_at: Vec<Place>,
     rival: Option<Rival>,
     doubt: Option<Doubt>,
@@ -185,13 +185,13 @@ pub struct Explorer {
     mapping: sketchnav_mapping::Parameters,
     mapper: Mapper,
     survey: Survey,
-    /// True if `survey` is up to date with the map.
+    /// Whether `survey` is up to date with the map.
     is_surveyed: bool,
     judge: floor::Judge,
     paper: Option<Paper>,
     shares: Vec<f64>,
-    /// Weight of each sample of the drawing. Walls around the goal count more, because they contain the most information about its
-    /// place.
+    /// Weight of each sample of the drawing's outline. Walls around the goal count more, because they contain the most information
+    /// about where it is.
     emphasis: Vec<f64>,
     weights: Weights,
     aligner: Aligner,
@@ -284,7 +284,7 @@ impl Explorer {
         if self.paper.is_none() {
             return;
         }
-        // The error for an invalid scan can be ignored, because nothing changes then.
+        // The error for an invalid scan can be ignored, because such a scan changes nothing.
         let _ = self.mapper.update(robot, &Scan::of_message(scan, base_from_laser));
         self.is_surveyed = false;
         self.judge_floor();
@@ -366,7 +366,7 @@ impl Explorer {
         self.exploration.course.as_ref().map(|course| course.aim)
     }
 
-    /// Returns the number of times that the robot has looked at a rival's place of the goal.
+    /// Returns the number of times that the robot has looked at where a rival locates the goal.
     pub fn looks(&self) -> u32 {
         self.exploration.looks
     }
@@ -401,7 +401,7 @@ impl Explorer {
         [pose.x, pose.y]
     }
 
-    /// Surveys the map unless it has been surveyed since its last change.
+    /// Surveys the map, unless the map has not changed since the last survey.
     fn take_survey(&mut self) {
         if !std::mem::replace(&mut self.is_surveyed, true) {
             self.survey.take(self.mapper.map(), self.place(), OFF_FREE_M);
@@ -526,7 +526,8 @@ impl Explorer {
         }
     }
 
-    /// Returns the places that determine the goal's place, which have most of the goal's mass on walls, the heaviest first.
+    /// Returns the partners that determine where the goal is. They have most of the goal's mass on walls, and the heaviest comes
+    /// first.
     fn goal_places(&self, alignment: &Alignment) -> Vec<Forbidden> {
         const MOST: f64 = 0.6;
         let mut walls: Vec<_> = alignment
@@ -610,8 +611,8 @@ impl Explorer {
         self.exploration.looked_at.push(target);
     }
 
-    /// Sets a course to the place in reach that is nearest to `target`. Returns the length of the path there, in metres, or `None`
-    /// if nothing is in reach.
+    /// Sets a course to the reachable place that is nearest to `target`. Returns the length of the path there, in metres, or `None`
+    /// if nothing is reachable.
     fn set_course(&mut self, aim: Aim, target: Place, gap: Vec<Place>) -> Option<f64> {
         self.take_survey();
         let place = self.place();

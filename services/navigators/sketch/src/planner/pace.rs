@@ -1,8 +1,8 @@
 //! Compares the time under way with the length of the path in the drawing.
 //!
 //! A robot that misses the right door comes to places that look like others. It may wander among them for a long time, since each
-//! step seems to lead closer to the goal. This can be detected by a time out of all proportion to the drawn path. The time is used
-//! rather than the distance travelled, because a robot that has gone astray also stands still, backs up and looks around.
+//! step seems to lead closer to the goal. This can be detected when the time is out of all proportion to the drawn path. The time
+//! is used rather than the distance travelled, because a robot that has gone astray also stands still, backs up and looks around.
 
 use crate::paths::parameters::Parameters;
 use serde::{Deserialize, Serialize};
@@ -14,7 +14,7 @@ use sketchnav_motion::progress::USUAL_MPS;
 pub struct Pace {
     began_s: f64,
     drawn_m: Option<f64>,
-    /// True if the length of the next plan's path will be recorded.
+    /// Whether the length of the next plan's path will be recorded.
     counts: bool,
 }
 
@@ -32,7 +32,7 @@ impl Pace {
         }
     }
 
-    /// Records that the path is shut. The next plan's path, around the blockage, then counts if it is longer.
+    /// Records that the path is shut. The length of the next plan's path, around the blockage, then counts if it is longer.
     pub fn go_around(&mut self) {
         self.counts = true;
     }

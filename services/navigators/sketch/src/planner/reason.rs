@@ -1,4 +1,4 @@
-//! The reasons for a task's status, in words and without allocations.
+//! The reasons for a task's status, put into words without allocations.
 
 use std::fmt;
 
@@ -56,8 +56,8 @@ pub enum Reason {
     Matched(Evidence),
     /// The robot must have gone astray, with the time under way, in seconds, and the length of the drawn path, in metres.
     Astray(f64, f64),
-    /// A person has to choose the robot's place from several, with the number of places and the amount by which the second one's
-    /// alignment costs more.
+    /// A person has to choose where the robot is from several places, with their number and the amount by which the second
+    /// one's alignment costs more.
     Asks(usize, f64),
 }
 

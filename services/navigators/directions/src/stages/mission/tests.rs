@@ -65,14 +65,24 @@ fn errors_name_the_key() {
         (navigator("map_noise_m=-1.0"), "navigator.map_noise_m: expected 0 to 10 m, found -1"),
         (navigator("least_probability=50"), "navigator.least_probability: expected 0 to 1, found 50"),
         (navigator("words=['Isol','Lonely']"), "navigator.words: expected some of Obvious, Isol"),
-        (navigator("verify='nothing'"), "navigator.verify: expected no such key for `arrival`"),
+        (
+            navigator("verify='nothing'"),
+            "navigator.verify: expected no such key for arrival, branching and belief",
+        ),
         (
             written
                 .replace("kind='directions'", "kind='directions'\nmethod='belief'")
                 .replace("goal=[0.5, 0.9]", ""),
             "navigator.method: expected another method with map_file",
         ),
-        (navigator("method='fast'"), "navigator.method: unknown variant `fast`"),
+        (
+            navigator("method='fast'"),
+            "navigator.method: expected arrival, branching, belief, shortest, simplest, fewest-views, quickest, reliable or d-r, found fast",
+        ),
+        (
+            ON_LAND.replace("kind='directions'", "kind='directions'\nmethod='fast'"),
+            "navigator.method: expected arrival, shortest, simplest, fewest-views, quickest, reliable or d-r on land or with heading_noise_deg, found fast",
+        ),
         (MISSION.replace("goal=[0.5, 0.9]", ""), "task 1 (on).goal: expected a place in metres, found none"),
         (MISSION.replace("goal=", "goals="), "task 1 (on): unknown field `goals`"),
         (written.clone(), "task 1 (on).goal: expected no such key with navigator.map_file"),

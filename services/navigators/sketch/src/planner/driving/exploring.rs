@@ -1,5 +1,5 @@
 //! Drives by the outline of what was seen. The explorer sets courses through its map, and the local planner follows them around the
-//! obstacles in the laser's view.
+//! obstacles that the laser sees.
 
 use std::f64::consts::TAU;
 
@@ -18,7 +18,7 @@ use crate::planner::explorer::{Advice, Explorer};
 use crate::planner::pace::Pace;
 use crate::planner::reason::Reason;
 
-/// Turn of a look in addition to the angle not covered by the laser, in radians.
+/// Turn of a look around in addition to the angle that the laser does not cover, in radians.
 const LOOK_MORE_RAD: f64 = 0.3;
 
 /// Converts between the map and the odometry frame, which are joined at the robot's current pose.
@@ -110,7 +110,7 @@ impl Driver {
         if explorer.course_end() != before {
             self.attempt.plan_due_s = now_s;
         }
-        // A robot that moves back and forth between two places on purpose is not stuck.
+        // Moving back and forth between two places on purpose does not mean that the robot is stuck.
         if (explorer.aim(), explorer.looks()) != aimed {
             self.attempt.progress = ProgressChecker::new(now_s, chart.robot_m().position());
         }
@@ -137,8 +137,8 @@ impl Driver {
         TaskStatus::Driving(Reason::Surveying)
     }
 
-    /// Records that a recovery behaviour has ended. If it was a look of the explorer, the explorer evaluates it. Looks because of a
-    /// doubtful arrival by the filter do not concern the explorer.
+    /// Records that a recovery behaviour has ended. If it was a look around for the explorer, the explorer evaluates it. Looks
+    /// because of a doubtful arrival by the filter do not concern the explorer.
     pub(super) fn end_look(&mut self) {
         let is_explorers = self.attempt.guide == Guide::Outline && self.attempt.arrival.is_looking();
         if let Some(explorer) = self.explorer.as_mut().filter(|_| is_explorers) {
@@ -161,7 +161,7 @@ impl Driver {
         TaskStatus::Driving(Reason::Recovering(self.attempt.stuck.total))
     }
 
-    /// Writes the places in the drawing for a question to a person.
+    /// Writes a question to a person, with the positions in the drawing at which the robot may be.
     pub fn write_question(&self, out: &mut Question) {
         if let Some(explorer) = &self.explorer {
             explorer.write_question(out);
@@ -176,7 +176,7 @@ impl Driver {
         }
     }
 
-    /// Processes a person's report of the robot's place. `now_s` is the time since the beginning of the task.
+    /// Processes a person's report of where the robot is. `now_s` is the time since the beginning of the task.
     pub fn tell(&mut self, here: &Here, now_s: f64) {
         self.attempt.look_again(now_s, self.chart.as_ref());
         self.finding = None;
@@ -203,8 +203,8 @@ impl Driver {
         self.explorer.as_ref().map_or(f64::INFINITY, of)
     }
 
-    /// Plans a path to the farthest reachable waypoint of the course in the local window, or else to the place with the least
-    /// remaining cost.
+    /// Plans a path to the farthest reachable waypoint of the course in the local window, or else to the reachable point with the
+    /// least remaining cost.
     pub(super) fn plan_on_course(&mut self, chart: &Chart) {
         let Some(explorer) = &self.explorer else { return };
         let join = Join { map: explorer.robot(), odom: chart.robot_m() };

@@ -2,7 +2,7 @@
 //!
 //! The robot turns on the spot until only one place remains plausible to the localizer. If several are left after a full turn, the
 //! robot sets off for its goal from the most probable one, so that new views can distinguish them, and looks around again. If
-//! several are left after a number of looks, the robot is lost.
+//! several are still left after [`MOST_LOOKS`] looks, the robot is lost.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_motion::progress::ProgressChecker;
@@ -22,7 +22,7 @@ const MOST_LOOKS: u32 = 5;
 /// Time for which the localizer must be lost before the robot begins to look around, in seconds.
 const LOST_S: f64 = 2.0;
 
-/// The state of a search for the robot's place.
+/// The state of a search for the robot's pose.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Finding {
     looks: u32,
@@ -33,7 +33,7 @@ pub struct Finding {
 }
 
 impl Driver {
-    /// Begins a search for the robot's place if the localizer is lost.
+    /// Begins a search for the robot's pose if the localizer is lost.
     pub(super) fn find_if_lost(&mut self, now_s: f64) {
         if self.parameters.finds_itself && self.finding.is_none() && self.attempt.lost_s >= LOST_S {
             self.finding = Some(Finding { look_due_s: now_s, ..Finding::default() });
@@ -41,14 +41,14 @@ impl Driver {
         }
     }
 
-    /// Makes the robot look around in the next step if a search is under way, because it is stuck. Returns false without a search.
+    /// Makes a stuck robot look around in the next step if a search is under way. Returns false if there is no search.
     pub(super) fn looks_at_once(&mut self, now_s: f64) -> bool {
         let Some(finding) = &mut self.finding else { return false };
         finding.look_due_s = now_s;
         true
     }
 
-    /// Performs a step of the search for the robot's place. Returns `None` if the robot should drive on instead, because it is
+    /// Performs a step of the search for the robot's pose. Returns `None` if the robot should drive on instead, because it is
     /// localized or because it has to see more.
     pub(super) fn find(
         &mut self,
@@ -77,7 +77,7 @@ impl Driver {
             }
             self.attempt.recovery = Some(turn);
         }
-        // The time of a look must not count as a lack of progress.
+        // The time taken by a look must not count as a lack of progress.
         if self.attempt.recovery.is_some() {
             self.attempt.progress = ProgressChecker::new(now_s, chart.robot_m().position());
             self.recover(chart, now_s, dt_s);

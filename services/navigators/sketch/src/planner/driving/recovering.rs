@@ -1,4 +1,4 @@
-//! Recovers a stuck robot: it backs up, turns, and looks for another way past the blockage.
+//! Recovers a stuck robot, which backs up, turns, and looks for another way past the blockage.
 
 use sketchnav_motion::progress::ProgressChecker;
 use sketchnav_motion::recovery::{Next, Recovery};
@@ -38,7 +38,7 @@ impl Driver {
         )
     }
 
-    /// Begins a recovery. However, if the robot is stuck near the goal, it counts as having arrived, and if it has been stuck too
+    /// Begins a recovery. However, a robot that is stuck near the goal counts as having arrived, and if it has been stuck too
     /// often, the task ends as blocked.
     pub(super) fn begin_recovery(&mut self, chart: &Chart, now_s: f64, dt_s: f64) -> TaskStatus {
         self.stop(dt_s);
@@ -71,7 +71,7 @@ impl Driver {
         }
     }
 
-    /// Returns the first place on the path that is blocked according to the laser, or a place somewhat ahead if there is none.
+    /// Returns the first point of the path that is blocked according to the laser, or a point somewhat ahead if there is none.
     fn shut_place(&self, chart: &Chart) -> Point<Sketch> {
         let robot = chart.robot_px().position();
         let ahead = |p: &&Point<Sketch>| chart.distance_m(robot, **p) > 0.3;

@@ -109,8 +109,8 @@ pub(super) fn is_in_reach(local: &LocalPlanner, target: Point<Odom>, drawn_m: f6
 }
 
 /// Returns the index of the farthest waypoint of the path within the window around its first point (Boniardi et al. 2015, III-C),
-/// or the first one if several are equally far. Only the part before the path first leaves the window counts, because the path may
-/// re-enter it behind a wall, out of the laser's sight.
+/// or the first such waypoint if several are equally far. Only the part before the path first leaves the window counts, because the
+/// path may re-enter it behind a wall, out of the laser's sight.
 pub(super) fn farthest_within<F>(path: &[Point<F>], window: f64, inside: impl Fn(Point<F>) -> bool) -> usize
 where
     Point<F>: Copy,

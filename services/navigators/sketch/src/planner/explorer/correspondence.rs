@@ -1,4 +1,4 @@
-//! The explorer's display for people who watch the run.
+//! What the explorer displays to people who watch the run.
 
 use sketchnav_mapping::alignment::Partner;
 use sketchnav_mapping::outline::Place;

@@ -1,4 +1,4 @@
-//! The goal according to an alignment, and the robot's course to it.
+//! Where the goal is according to an alignment, and the robot's course to it.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_mapping::alignment::{Alignment, Partner};
@@ -13,7 +13,7 @@ pub enum Aim {
     Goal,
     /// The gap that leads to the goal.
     Gap,
-    /// The goal's place according to the best rival.
+    /// Where the best rival locates the goal, or the gap to look through for it.
     Rival,
 }
 
@@ -34,7 +34,7 @@ pub struct Course {
     pub aim: Aim,
     /// The place that the robot is looking for.
     pub target: Place,
-    /// The place in reach that is nearest to the target.
+    /// The reachable place that is nearest to the target.
     pub end: Place,
     /// Points of the gap that the course leads to.
     pub gap: Vec<Place>,
@@ -44,14 +44,14 @@ pub struct Course {
     pub cell: usize,
 }
 
-/// The goal's place according to an alignment.
+/// Where the goal is according to an alignment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Likely {
     /// Share of the goal's outline that was seen.
     pub seen: f64,
     /// Share of the goal's outline that lies behind gaps.
     pub hidden: f64,
-    /// The place in the map, if enough was seen.
+    /// The goal's place in the map, if enough was seen.
     pub place: Option<Place>,
     /// The gap with the largest share, and the point in the gap beyond which the goal lies.
     pub gap: Option<(u16, Place)>,
@@ -86,7 +86,7 @@ impl Likely {
     }
 }
 
-/// Returns the position along a gap of the goal's mass behind it, from 0 to 1.
+/// Returns how far along a gap the goal's mass behind the gap lies, from 0 to 1.
 fn along_gap(shares: &[f64], alignment: &Alignment, gap: u16) -> f64 {
     let count = shares.len();
     let is_behind = |k: usize| alignment.partners[k % count] == Partner::Gap(gap);

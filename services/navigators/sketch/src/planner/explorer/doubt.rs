@@ -13,21 +13,21 @@ use sketchnav_schemas::message::Here;
 use super::{Advice, Explorer};
 use crate::messages::{PossiblePlace, Question};
 
-/// Maximum number of places in a [`Question`].
+/// Maximum number of places that a [`Question`] offers.
 const MOST_PLACES: usize = 4;
 /// Maximum number of rivals to compute.
 const MOST_RIVALS: u32 = 6;
-/// Distance, in metres, up to which two places are the same for a person.
+/// Distance, in metres, within which two places are the same to a person.
 const APART_M: f64 = 2.0;
 
-/// The places of the robot and the goal according to an alignment.
+/// Where the robot and the goal are according to an alignment.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Hypothesis {
-    /// The robot's place in the drawing.
+    /// The robot's position in the drawing.
     at: Point<Sketch>,
     /// Amount by which the alignment costs more than the best one.
     margin: f64,
-    /// Partners that determine this alignment's place of the goal.
+    /// Partners that determine where this alignment locates the goal.
     goal: Vec<Forbidden>,
 }
 
@@ -38,10 +38,10 @@ pub(super) struct Doubt {
     margin: f64,
     /// Hypotheses, starting with that of the best alignment.
     hypotheses: Vec<Hypothesis>,
-    /// Partners that determine the places of the goal so far. The next rival must not use them.
+    /// Partners that determine where the hypotheses so far locate the goal. The next rival must not use them.
     found: Vec<Forbidden>,
     rivals: u32,
-    /// True if all rivals are known and a person is being asked.
+    /// Whether all rivals are known and a person is being asked.
     is_open: bool,
 }
 
@@ -50,16 +50,16 @@ pub(super) struct Doubt {
 pub(super) struct Settled {
     /// Amount by which the best rival costs more.
     margin: f64,
-    /// True if a person confirms the robot's place.
+    /// Whether a person has confirmed where the robot is.
     is_confirmed: bool,
 }
 
-/// A person's report of the robot's place.
+/// A person's report of where the robot is.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Told {
-    /// The robot's place in the drawing.
+    /// The robot's position in the drawing.
     pub drawn: Place,
-    /// The robot's place in the map.
+    /// The robot's position in the map.
     pub seen: Place,
     /// Angle from a direction in the map to the same direction in the drawing, in radians, if the person gave the heading.
     pub turn_rad: Option<f64>,
@@ -149,16 +149,16 @@ impl Explorer {
         self.exploration.settled = doubt.map(|doubt| Settled { margin: doubt.margin, is_confirmed: false });
     }
 
-    /// Takes the result of a settled doubt about an arrival, if there is one.
+    /// Takes the result of a doubt that has been settled, if there is one.
     pub(super) fn take_settled(&mut self) -> Option<Advice> {
         let Settled { margin, is_confirmed } = self.exploration.settled.take()?;
         let Advice::Arrived(evidence) = self.arrived(Some(margin)) else { return None };
         Some(Advice::Arrived(super::Evidence { is_confirmed, ..evidence }))
     }
 
-    /// Processes a person's report of the robot's place. If it agrees with the best alignment, the arrival in doubt is accepted. If
-    /// it agrees with a rival, the other hypotheses' places of the goal are forbidden. Unless the arrival is accepted, alignments
-    /// are anchored at the reported place from now on.
+    /// Processes a person's report of where the robot is. If it agrees with the best alignment, the arrival in doubt is accepted.
+    /// If it agrees with a rival, the goal must no longer be where the other hypotheses locate it. Unless the arrival is accepted,
+    /// alignments are anchored at the reported position from now on.
     pub fn tell(&mut self, here: &Here) {
         if !self.is_in_charge() {
             return;

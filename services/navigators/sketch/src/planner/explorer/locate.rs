@@ -1,4 +1,4 @@
-//! Locates a goal once by the outline of what was seen, without driving.
+//! Locates a goal once, by the outline of what was seen and without driving.
 
 use sketchnav_mapping::Survey;
 use sketchnav_mapping::alignment::{Aligner, Anchor, Problem, Search, Weights, turn_by_walls};

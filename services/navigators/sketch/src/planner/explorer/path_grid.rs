@@ -1,5 +1,5 @@
-//! Finds paths through the space that was seen, with a coarse grid of the map and the cost of the path from each cell to the end of
-//! a course.
+//! Finds paths through the space that was seen. Uses a coarse grid of the map, and the cost of the path from each cell to the end
+//! of a course.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_mapping::outline::{Place, distance};
@@ -30,7 +30,7 @@ const BEFORE_GAP_M: f64 = 0.9;
 /// Maximum number of points of a path.
 const MAX_PATH: usize = 2048;
 
-/// A grid of the room around each cell.
+/// A grid of how much room there is around each cell.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PathGrid {
     stride: usize,
@@ -100,7 +100,7 @@ impl PathGrid {
         frontier
     }
 
-    /// Finds the cells within reach of the robot, with the length of the path to each.
+    /// Finds the cells that the robot can reach, with the length of the path to each.
     fn reach(&mut self, robot: Place) -> Frontier {
         let own = self.cell(robot);
         self.escape.clear();
@@ -114,7 +114,7 @@ impl PathGrid {
         self.flood(&self.weights(with_room), own)
     }
 
-    /// Returns the cell in reach that is nearest to `target` by the path through free cells, and the length of the robot's path
+    /// Returns the reachable cell that is nearest to `target` by the path through free cells, and the length of the robot's path
     /// there, in metres.
     pub fn end_for(&mut self, robot: Place, target: Place) -> Option<(usize, f64)> {
         let reach = self.reach(robot);
@@ -129,8 +129,8 @@ impl PathGrid {
         Some((cell, f64::from(reach.lengths()[cell])))
     }
 
-    /// Returns the cell in reach before a gap that is nearest to `target`, a point of the gap, and the length of the robot's path
-    /// there, in metres. If no cell before the gap is in reach, returns the cell in reach that is nearest to `target`.
+    /// Returns the reachable cell before a gap that is nearest to `target`, a point of the gap, and the length of the robot's path
+    /// there, in metres. If no cell before the gap is reachable, returns the reachable cell that is nearest to `target`.
     pub fn end_near(&mut self, robot: Place, target: Place, gap: &[Place]) -> Option<(usize, f64)> {
         let reach = self.reach(robot);
         let bound = |axis: usize, start: f64, of: fn(f64, f64) -> f64| {

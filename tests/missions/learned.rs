@@ -143,12 +143,14 @@ fn a_recording_that_ends_on_the_way_teaches_what_was_seen_until_then() {
     let recording = Recording::open(&place.files().join("cut.mcap")).unwrap();
     let RecordedRun { run, files } = RecordedRun::of(&recording).unwrap();
     let files = read_from(&files);
+    // Registers the navigator's channels, which the replay passes on.
+    sketchnav_navigators::of(&run.mission).unwrap();
     let mut learning = begin(&run, &files).unwrap();
-    let mut count = 0;
+    let (mut count, mut compared) = (0, 0);
     replay(&recording, "sketch", |spec, message| {
         learning.see(spec, message.bytes(), message.cells());
         count += 1;
-        if count % 4000 != 0 {
+        if count % 1000 != 0 {
             return;
         }
         let mut until = |see: &mut See<'_>| {
@@ -161,11 +163,14 @@ fn a_recording_that_ends_on_the_way_teaches_what_was_seen_until_then() {
             })?;
             Ok(())
         };
-        let (again, _) = of_drive(&run, &files, &mut until).unwrap();
-        assert!(learning.learned().unwrap().0 == again.to_bytes(), "after {count} messages");
+        let again = of_drive(&run, &files, &mut until).map(|(again, _)| again.to_bytes());
+        let found = learning.learned().map(|(file, _)| file);
+        compared += usize::from(found.is_ok());
+        let [found, again] = [found, again].map(|learned| learned.map_err(|error| error.to_string()));
+        assert!(found == again, "after {count} messages: {:?} {:?}", found.err(), again.err());
     })
     .unwrap();
-    assert!(count > 4000, "{count}");
+    assert!(compared >= 2, "{compared} of {count} messages");
     assert!(learning.learned().unwrap().0 == read(&place, "cut.learned"));
 }
 

@@ -17,7 +17,7 @@ use crate::writer::topic_name;
 pub fn replay(
     recording: &Recording,
     kind: &str,
-    mut see: impl FnMut(&ChannelSpec, &Owned),
+    mut see: impl FnMut(&'static ChannelSpec, &Owned),
 ) -> Result<(), RecordingError> {
     let planner = Process::Planner;
     let heard = channels::read_by(planner, kind).chain(channels::written_by(planner, kind));

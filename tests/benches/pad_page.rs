@@ -1,5 +1,5 @@
-//! Measures the cost of the pad's page in a browser: the time from pen to ink with 500 strokes on the sheet, and the feed of a
-//! mission at 10 Hz.
+//! Measures the cost of the pad's page in a browser: the time from pen to ink with 500 strokes on the sheet, the feed of a
+//! mission at 10 Hz, and the size of the page.
 //!
 //! `cargo bench --bench pad_page` draws and drives with the browser of the test `pad_browser`, and prints a line for
 //! each measurement.
@@ -45,4 +45,10 @@ fn print(figures: &Value) {
         renderers + gpu,
     );
     println!("link: {:.1} ms", figure("link_ms"));
+    let [files, bytes, compressed] = ["page_files", "page_bytes", "page_gzip_bytes"].map(figure);
+    println!(
+        "page: {files} files, {:.0} kB, {:.0} kB compressed by gzip, each by itself",
+        bytes / 1e3,
+        compressed / 1e3
+    );
 }

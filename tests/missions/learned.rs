@@ -3,7 +3,12 @@
 
 use std::fs;
 
-use sketchnav_sketch::learned::Learned;
+use sketchnav_navigators::read_from;
+use sketchnav_recordings::Recording;
+use sketchnav_recordings::replay::replay;
+use sketchnav_recordings::sources::RecordedRun;
+use sketchnav_sketch::learned::{Learned, begin, of_drive};
+use sketchnav_stage::drawn::See;
 use support::{Place, building, repository};
 
 /// Drives the demo's first tasks by its drawing, learns from the drive, and writes `again.toml`. That mission uses the learned map
@@ -50,9 +55,17 @@ fn the_next_drive_starts_anywhere_in_what_was_learned() {
     let recording = place.driven("again.toml");
     place.is_reproduced(&recording, &["sketcher", "localizer", "planner"]);
     place.page_says(&recording, &["3 of 3 tasks reached"]);
-    // The option does the same as the key of the mission.
-    building::write(&place.files().join("marked.toml"), keep_tasks);
-    place.driven("marked.toml --learned building.learned");
+    // The option does the same as the key of the mission. Rooms by their position are those of the drawing.
+    building::write(&place.files().join("marked.toml"), |mission| {
+        keep_tasks(mission);
+        mission["task"][1]["goal"] = "the room right of office 1".into();
+        mission["task"][2]["goal"] = "the room left of the store".into();
+    });
+    let recording = place.driven("marked.toml --learned building.learned");
+    place.page_says(
+        &recording,
+        &["the room right of office 1 is &quot;office 2&quot; at (731, 307)", "3 of 3 tasks reached"],
+    );
     // The learned map depends only on the messages.
     place
         .fine(&format!("replay {first} --live localizer,planner,recorder --rate max --record replayed.mcap"));
@@ -111,6 +124,54 @@ fn another_robot_drives_in_what_was_learned() {
         }
     });
     place.driven("again.toml");
+}
+
+/// A recording can be learned from while it is being written, or after its recorder was killed. What was learned depends on its
+/// messages only: message by message, it is the same as from a recording that ends there.
+#[test]
+fn a_recording_that_ends_on_the_way_teaches_what_was_seen_until_then() {
+    let (place, whole) = learned();
+    let bytes = fs::read(place.files().join(&whole)).unwrap();
+    fs::write(place.files().join("cut.mcap"), &bytes[..bytes.len() / 2]).unwrap();
+    let ended = place.run("learn cut.mcap -o cut.learned --svg cut.svg --json");
+    assert!(ended.code == Some(0) && ended.err.contains("cut"), "{ended}");
+    let [cut, all] =
+        ["cut.learned", "building.learned"].map(|name| Learned::parse(&read(&place, name)).unwrap());
+    assert!(cut.map.free_cells() > 100 && cut.map.free_cells() < all.map.free_cells());
+    assert!(cut.drawing.is_same(&all.drawing));
+
+    let recording = Recording::open(&place.files().join("cut.mcap")).unwrap();
+    let RecordedRun { run, files } = RecordedRun::of(&recording).unwrap();
+    let files = read_from(&files);
+    // Registers the navigator's channels, which the replay passes on.
+    sketchnav_navigators::of(&run.mission).unwrap();
+    let mut learning = begin(&run, &files).unwrap();
+    let (mut count, mut compared) = (0, 0);
+    replay(&recording, "sketch", |spec, message| {
+        learning.see(spec, message.bytes(), message.cells());
+        count += 1;
+        if count % 1000 != 0 {
+            return;
+        }
+        let mut until = |see: &mut See<'_>| {
+            let mut left = count;
+            replay(&recording, "sketch", |spec, message| {
+                if left > 0 {
+                    left -= 1;
+                    see(spec, message.bytes(), message.cells());
+                }
+            })?;
+            Ok(())
+        };
+        let again = of_drive(&run, &files, &mut until).map(|(again, _)| again.to_bytes());
+        let found = learning.learned().map(|(file, _)| file);
+        compared += usize::from(found.is_ok());
+        let [found, again] = [found, again].map(|learned| learned.map_err(|error| error.to_string()));
+        assert!(found == again, "after {count} messages: {:?} {:?}", found.err(), again.err());
+    })
+    .unwrap();
+    assert!(compared >= 2, "{compared} of {count} messages");
+    assert!(learning.learned().unwrap().0 == read(&place, "cut.learned"));
 }
 
 #[test]

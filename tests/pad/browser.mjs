@@ -7,11 +7,11 @@
 // in OUT. Fails at the first violation. The only purpose of its time limits is to detect a test that hangs.
 
 import assert from "node:assert/strict";
-import { readFileSync, readdirSync, writeFileSync } from "node:fs";
+import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 
-import { feedCost, inkWork, manyStrokes } from "./figures.mjs";
-import { BROWSER, LIMIT_MS, assertNoFaults, chromium, opened } from "./visit.mjs";
+import { feedCost, inkWork, manyStrokes, pageSize } from "./figures.mjs";
+import { BROWSER, LIMIT_MS, assertNoFaults, chromium, opened, padPid } from "./visit.mjs";
 
 const [url, drawingFile, routeFile, out] = process.argv.slice(2);
 const drawing = JSON.parse(readFileSync(drawingFile, "utf8"));
@@ -198,24 +198,6 @@ async function savesTheMission({ page }) {
   assert.deepEqual(names, ["by-hand.toml", "by-hand.json"]);
 }
 
-/** A file in `/proc`; empty if its process has exited. */
-function fact(pid, name) {
-  try {
-    return readFileSync(`/proc/${pid}/${name}`, "utf8");
-  } catch {
-    return "";
-  }
-}
-
-const parentOf = (pid) => fact(pid, "status").match(/^PPid:\t(\d+)/m)?.[1];
-const supervisor = process.env.SKETCHNAV_PAD_PID && parentOf(process.env.SKETCHNAV_PAD_PID);
-
-/** The process that serves the page now: a child of the first one's parent. */
-function padPid() {
-  const served = (pid) => parentOf(pid) === supervisor && fact(pid, "cmdline").includes("\0serve\0pad\0");
-  return supervisor && Number(readdirSync("/proc").find((pid) => /^\d+$/.test(pid) && served(pid)));
-}
-
 /** The server dies while the path is being sent. The page sends it again, and it arrives. */
 async function sendsToTheServersSuccessor({ page }) {
   await page.waitForSelector("#send-path:enabled");
@@ -309,6 +291,7 @@ async function main() {
   await page.screenshot({ path: join(out, "arrived.png") });
   // The browser reports a broken link as well.
   assertNoFaults(/WebSocket|ERR_CONNECTION|ERR_SOCKET_NOT_CONNECTED/);
+  Object.assign(figures, await pageSize(url));
   figures.link_ms = parseFloat(await text(page, "link-latency"));
   process.stdout.write(`${JSON.stringify(figures)}\n`);
 }

@@ -2,6 +2,7 @@
 // not affect it. Times are reported without a limit.
 
 import assert from "node:assert/strict";
+import { gzipSync } from "node:zlib";
 
 /** Runs in the page before its own scripts: counts what is drawn on each canvas, and slow inputs. */
 export function inkWork() {
@@ -64,6 +65,18 @@ export async function manyStrokes({ page, hand }, canvas) {
   return {
     strokes_on_the_sheet: 500, pen_to_ink_median_ms: times[lines >> 1], pen_to_ink_worst_ms: times.at(-1),
     pen_downs_shown_after_16_ms_or_more: slow.length, their_median_ms: slow[slow.length >> 1] ?? 0,
+  };
+}
+
+/** The size of the page: of all its files, and of each compressed by itself. */
+export async function pageSize(url) {
+  const fetched = async (path) => Buffer.from(await (await fetch(new URL(path, url))).arrayBuffer());
+  const paths = JSON.parse(await fetched("/files.json"));
+  const files = await Promise.all(paths.filter((path) => path !== "/").map(fetched));
+  const total = (sizes) => sizes.reduce((sum, size) => sum + size, 0);
+  return {
+    page_files: files.length, page_bytes: total(files.map((file) => file.length)),
+    page_gzip_bytes: total(files.map((file) => gzipSync(file).length)),
   };
 }
 

@@ -65,7 +65,7 @@ async function oneDrivesAndOneWatches() {
 async function theDriverDeclines() {
   await phone.click("#plea button");
   await says(phone, "advice", "has been asked for the wheel");
-  await says(desktop, "pleas", "page 2 asks for the wheel.");
+  await says(desktop, "pleas", "guest 2 asks for the wheel.");
   await desktop.click("#pleas button:text('Not now')");
   await says(phone, "say", "keeps the wheel");
   await says(desktop, "link-role", "You drive");

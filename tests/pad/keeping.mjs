@@ -184,8 +184,29 @@ async function drawingsAreOpenedRenamedCopiedAndDeleted(context) {
   await page.close();
 }
 
-/** If two pages change one drawing, both versions are saved. */
-async function aDrawingThatIsOpenTwiceIsKeptTwice(context) {
+/** Two pages with a link draw in the same drawing, which is saved once. */
+async function aDrawingThatIsOpenTwiceIsOne(context) {
+  const [one, two] = [await visit(context), await visit(context)];
+  await isKept(one.page, "Drawing 1");
+  await one.page.bringToFront();
+  await one.hand.draw([[1000, 200], [1400, 200]]);
+  await hasAll(two.page, 4);
+  await two.page.bringToFront();
+  await two.hand.draw([[1000, 250], [1400, 250]]);
+  await hasAll(one.page, 5);
+  for (const { page } of [one, two]) {
+    await page.bringToFront();
+    await page.click("#undo");
+  }
+  for (const { page } of [one, two]) await hasAll(page, 3);
+  await library(one.page);
+  assert.deepEqual(await names(one.page), ["Drawing 1", "1-court", "corner"]);
+  for (const { page } of [one, two]) await page.close();
+}
+
+/** If two pages without a link change one drawing, both versions are saved. */
+async function aDrawingThatIsChangedTwiceIsKeptTwice(context) {
+  await context.routeWebSocket(/\/ws\?/, (socket) => socket.close());
   const [one, two] = [await visit(context), await visit(context)];
   for (const { page } of [two, one]) {
     await page.bringToFront();
@@ -205,6 +226,7 @@ async function aDrawingThatIsOpenTwiceIsKeptTwice(context) {
   await one.page.click("#undo");
   assert.equal(JSON.parse(await one.hand.saved()).strokes.length, 4);
   for (const { page } of [one, two]) await page.close();
+  await context.routeWebSocket(/\/ws\?/, (socket) => socket.connectToServer());
 }
 
 /** With fingers on a phone, and with keys only. */
@@ -291,7 +313,7 @@ async function withoutAServer(context) {
 const PHASES = {
   draws: [
     aPageThatIsClosedLosesNothing, aBrowserThatIsKilledLosesNothing, drawingsAreOpenedRenamedCopiedAndDeleted,
-    aDrawingThatIsOpenTwiceIsKeptTwice, byFingersAndByKeys, isAnAppThatInstalls,
+    aDrawingThatIsOpenTwiceIsOne, aDrawingThatIsChangedTwiceIsKeptTwice, byFingersAndByKeys, isAnAppThatInstalls,
   ],
   offline: [withoutAServer],
 };

@@ -1,8 +1,8 @@
 // Tests a robot that learns, on the running system: `node learning.mjs URL DRAWING.svg OUT`.
 // Environment: SKETCHNAV_PLAYWRIGHT (the folder of node_modules), SKETCHNAV_CHROMIUM.
 //
-// Draws the walls of a drawing with a pen, marks the start and two goals, and lets the robot drive. Looks at the learned map,
-// accepts it, and lets the robot drive back without a marked start. Then rejects the additions of the second drive, and finally the
+// Draws the walls of a drawing with a pen, marks the start and two goals, and lets the robot drive. Watches the corrected drawing
+// grow on the way, also on a second page. Then looks at the learned map, accepts it, and lets the robot drive back without a marked start. Then rejects the additions of the second drive, and finally the
 // whole map. Saves screenshots in OUT. Fails at the first violation.
 
 import assert from "node:assert/strict";
@@ -50,8 +50,47 @@ async function drives() {
   await says("headline", "Path sent");
   assert.equal(await page.locator("#learned").isVisible(), false, "nothing was learned yet");
   await press("execute");
+  await says("headline", "Driving");
+  await grows();
   await says("headline", "Finished");
   await says("task", "2 of 2 tasks reached");
+}
+
+/** Numbers of dark and of grey pixels of the corrected drawing: walls that were seen, and those as drawn. */
+const walled = () => page.evaluate(() => {
+  const picture = document.getElementById("corrected-picture");
+  const canvas = Object.assign(document.createElement("canvas"), { width: picture.naturalWidth, height: picture.naturalHeight });
+  const context = canvas.getContext("2d");
+  context.drawImage(picture, 0, 0);
+  const { data } = context.getImageData(0, 0, canvas.width, canvas.height);
+  const tones = Array.from({ length: data.length / 4 }, (_, i) => data.slice(4 * i, 4 * i + 3).join());
+  return ["28,28,28", "184,184,184"].map((tone) => tones.filter((found) => found === tone).length);
+});
+
+/** While the robot drives, the corrected drawing grows: what it saw is black, and the rest as drawn and grey. */
+async function grows() {
+  await says("learned-words", "corrects the drawing by what it sees");
+  for (const id of ["accept", "correct", "reject"]) {
+    assert.equal(await page.locator(`#${id}`).isVisible(), false, `${id} while the robot drives`);
+  }
+  await page.click("#show-corrected");
+  const differs = (before) => page.waitForFunction((old) => {
+    const picture = document.getElementById("corrected-picture");
+    return picture.complete && picture.naturalWidth > 0 && picture.src !== old;
+  }, before);
+  await differs("");
+  const [seen, drawn] = await walled();
+  assert.ok(seen > 100 && drawn > 100, `${seen} pixels of walls seen, ${drawn} as drawn`);
+  await differs(await page.locator("#corrected-picture").getAttribute("src"));
+  const [later] = await walled();
+  assert.ok(later > seen, `${seen} pixels of walls seen, then ${later}`);
+  const { page: other } = await opened(await browser.newContext(), url, CANVAS);
+  await other.waitForFunction(() => document.getElementById("learned-words").textContent.includes("corrects the drawing"));
+  await other.click("#show-corrected");
+  await other.waitForFunction(() => document.getElementById("corrected-picture").naturalWidth > 0);
+  await other.context().close();
+  await isLookedAt("growing");
+  assert.equal(await page.locator("#corrected").isVisible(), false, "closed again");
 }
 
 /** Takes screenshots for people to look at: on a wide screen and on a phone, in both themes. */
@@ -72,6 +111,8 @@ async function isLookedAt(name) {
   }
   await page.emulateMedia({ colorScheme: "light" });
   await page.setViewportSize({ width: 1500, height: 900 });
+  await page.locator("#shows").evaluate((shows) => { shows.open = true; });
+  if (await page.isVisible("#corrected")) await page.click("#close-corrected");
   await page.click("#fit");
   await hand.look();
 }

@@ -5,6 +5,7 @@ import { readFileSync, readdirSync } from "node:fs";
 import { test } from "node:test";
 
 import { erased, inside, meantStraight, squared, roomAt } from "../../services/pad/page/geometry.js";
+import * as steps from "../../services/pad/page/history.js";
 import * as model from "../../services/pad/page/model.js";
 
 const sheet = () => model.blank(model.LANDSCAPE);
@@ -80,21 +81,21 @@ test("a file that is no drawing is refused with what is wrong and where", () => 
 
 test("every step is undone and done again to the very same value", () => {
   const random = numbers(7);
-  let history = model.history(sheet());
+  let history = steps.history(sheet());
   const states = [history.now];
   for (let i = 0; i < 60; i += 1) {
     const place = [random() * 2540, random() * 1252];
     const next = i % 3 === 0 ? model.withGoal(history.now, place) : model.withStroke(history.now, [place, [5, 5]], 5);
-    history = model.changed(history, next);
+    history = steps.changed(history, next);
     states.push(next);
   }
-  for (let i = states.length - 2; i >= 0; i -= 1) assert.equal((history = model.undone(history)).now, states[i]);
-  assert.equal(model.undone(history), history);
-  for (let i = 1; i < states.length; i += 1) assert.equal((history = model.redone(history)).now, states[i]);
-  assert.equal(model.redone(history), history);
-  history = model.changed(model.undone(history), sheet());
+  for (let i = states.length - 2; i >= 0; i -= 1) assert.equal((history = steps.undone(history)).now, states[i]);
+  assert.equal(steps.undone(history), history);
+  for (let i = 1; i < states.length; i += 1) assert.equal((history = steps.redone(history)).now, states[i]);
+  assert.equal(steps.redone(history), history);
+  history = steps.changed(steps.undone(history), sheet());
   assert.equal(history.future.length, 0);
-  assert.equal(model.changed(history, history.now), history);
+  assert.equal(steps.changed(history, history.now), history);
 });
 
 test("an eraser cuts at its edge and leaves the rest as it was", () => {

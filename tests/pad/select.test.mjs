@@ -4,6 +4,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { arc, boxOf, distance, distanceToLine, ellipse, even } from "../../services/pad/page/geometry.js";
+import * as steps from "../../services/pad/page/history.js";
 import * as items from "../../services/pad/page/items.js";
 import * as model from "../../services/pad/page/model.js";
 import { Select } from "../../services/pad/page/select.js";
@@ -240,12 +241,12 @@ test("a line by hand keeps its form with fewer points", () => {
 /** A hand with the select tool, at a desk without a screen. One pixel of the screen is `px` pixels of the sheet. */
 class Hand {
   constructor(drawing, px = 1) {
-    this.history = model.history(drawing);
+    this.history = steps.history(drawing);
     this.shown = drawing;
     this.time = 0;
     const change = (next) => {
       this.tool.selection.follow(this.history.now, next);
-      this.history = model.changed(this.history, next);
+      this.history = steps.changed(this.history, next);
       this.shown = next;
     };
     this.tool = new Select({
@@ -268,7 +269,7 @@ class Hand {
 
   undo() {
     const before = this.now;
-    this.history = model.undone(this.history);
+    this.history = steps.undone(this.history);
     this.tool.selection.follow(before, this.now);
   }
 }

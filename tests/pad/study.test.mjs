@@ -3,11 +3,10 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
+import { changed, history, redone, undone } from "../../services/pad/page/history.js";
 import { transformed, without } from "../../services/pad/page/items.js";
 import { NOTHING, measured, report } from "../../services/pad/page/measure.js";
-import {
-  LANDSCAPE, blank, changed, history, redone, undone, withLabel, withObstacle, withRoute, withStroke, withoutMapAt,
-} from "../../services/pad/page/model.js";
+import { LANDSCAPE, blank, withLabel, withObstacle, withRoute, withStroke, withoutMapAt } from "../../services/pad/page/model.js";
 import { advice } from "../../services/pad/page/states.js";
 import { move } from "../../services/pad/page/transform.js";
 

@@ -2,6 +2,7 @@
 // Environment: SKETCHNAV_PLAYWRIGHT (the folder of node_modules), SKETCHNAV_CHROMIUM.
 
 import assert from "node:assert/strict";
+import { readFileSync, readdirSync } from "node:fs";
 import { createRequire } from "node:module";
 import { join } from "node:path";
 
@@ -27,6 +28,24 @@ export async function opened(context, url, canvas, prepare = () => {}) {
   prepare(page);
   await page.goto(url);
   return { page, hand: new Hand(page, await context.newCDPSession(page), canvas) };
+}
+
+/** A file in `/proc`; empty if its process has exited. */
+function fact(pid, name) {
+  try {
+    return readFileSync(`/proc/${pid}/${name}`, "utf8");
+  } catch {
+    return "";
+  }
+}
+
+const parentOf = (pid) => fact(pid, "status").match(/^PPid:\t(\d+)/m)?.[1];
+const supervisor = process.env.SKETCHNAV_PAD_PID && parentOf(process.env.SKETCHNAV_PAD_PID);
+
+/** The process that serves the page now: a child of the first one's parent. Only known with SKETCHNAV_PAD_PID, the first one. */
+export function padPid() {
+  const served = (pid) => parentOf(pid) === supervisor && fact(pid, "cmdline").includes("\0serve\0pad\0");
+  return supervisor && Number(readdirSync("/proc").find((pid) => /^\d+$/.test(pid) && served(pid)));
 }
 
 /** Runs the steps in order. If one fails, saves a screenshot of `page()` in `out`. */

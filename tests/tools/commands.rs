@@ -247,7 +247,22 @@ fn a_robot_is_sent_to_a_room_by_its_name() {
     place.fine("restart planner --kill");
     support::wait_until("the way on", || status("state") == 1);
     assert_eq!((status("name"), status("task")), ("STORE".into(), 4.into()), "the successor goes there, too");
+    // The room between them has a name of its own, which the person did not need to know.
+    let told = place.fine("send goal the room between office 2 and the store");
+    assert!(
+        told.out.contains("the room between office 2 and the store is \"office 3\" at (981, 3"),
+        "{told}"
+    );
+    support::wait_until("the way between", || status("name") == "office 3");
     for (wrong, words) in [
+        (
+            "goal the room between office 1 and the store",
+            "sketch-a.svg, found \"office 2\" at (731, 307), \"office 3\" at (981, 327); name the one that you mean",
+        ),
+        (
+            "goal the room left of office 1",
+            "found right of office 1 \"office 2\" at (731, 307); below left of",
+        ),
         ("goal washroom", "sketch-a.svg, found \"washroom\" at (192, 809) and at (362, 809)"),
         ("goal library", "there are back to work, coffee machine, for a coffee, lounge, office 1, office 2"),
         ("pause lounge", "NAME: expected the order `goal`, found `pause`"),
@@ -267,7 +282,7 @@ fn a_robot_is_sent_to_a_room_by_its_name() {
     let recording = report["recording"].as_str().unwrap();
     let orders = Recording::open(recording.as_ref()).unwrap().channel(MISSION).unwrap();
     let names: Vec<_> = orders.filter_map(|order| Some(order.unwrap().0.place()?.name)).collect();
-    assert_eq!(names.iter().map(Text::as_str).collect::<Vec<_>>(), ["STORE"]);
+    assert_eq!(names.iter().map(Text::as_str).collect::<Vec<_>>(), ["STORE", "office 3"]);
     // The step at which the planner got an order is not recorded.
     let again = place.run(&format!("rerun {recording} --process planner"));
     assert!(again.code == Some(2) && again.err.contains("people took part"), "{again}");

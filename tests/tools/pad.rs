@@ -494,6 +494,49 @@ fn are_metrics(text: &str) {
     assert!(promtool.wait().unwrap().success(), "{text}");
 }
 
+/// Changes of the shared drawing by a page that does not drive.
+fn change(entries: &[Value]) -> Value {
+    json!({ "sheet": { "id": "kitchen", "canvas": [2540, 1252] }, "instead": "", "entries": entries })
+}
+
+fn wall(id: &str, time: u64) -> Value {
+    let shape = json!({ "strokes": { "points": [[1, 1], [200, 1]], "width_px": 5 } });
+    json!({ "id": id, "time": time, "by": "anna", "order": 1, "shape": shape })
+}
+
+/// A page that sends invalid changes, too many or too large ones changes nothing, and the others still draw, and stop the robot.
+#[test]
+fn all_pages_hear_what_one_draws_and_a_flood_stops_nobody() {
+    let stage = Stage::new("together", "");
+    let (mut driver, mut guest) = (stage.page(), stage.page());
+    guest.must("/api/draw", &change(&[wall("a", 1)]));
+    driver.until_it("the wall", |page| page.drawn.contains_key("a"));
+    let presence = json!({ "name": "Berta", "sheet": "kitchen", "at": [5, 5], "draft": [[1, 1], [5, 5]] });
+    guest.say(&json!({ "presence": presence }));
+    driver.until_it("Berta", |page| page.people["all"][1]["name"] == "Berta");
+    let mut late = stage.page();
+    late.until_it("the drawing", |page| page.drawn.contains_key("a"));
+
+    for (body, status, words) in [
+        (b"{".to_vec(), 400, "the change"),
+        (change(&[wall("b", 1), wall("<b>", 1)]).to_string().into_bytes(), 400, "entries[1]"),
+        (vec![b' '; (8 << 20) + 1], 413, "bytes"),
+    ] {
+        let (found, answer) = guest.post("/api/draw", &body);
+        assert_eq!(found, status, "{answer}");
+        assert!(answer["error"].as_str().unwrap().contains(words), "{answer}");
+    }
+    for i in 0..200 {
+        let (status, answer) = guest.post("/api/draw", change(&[wall("c", 2 + i)]).to_string().as_bytes());
+        assert!([200, 429].contains(&status), "{answer}");
+    }
+    driver.must("/api/draw", &change(&[wall("d", 1)]));
+    driver.until_it("its own wall", |page| page.drawn.contains_key("d"));
+    assert_eq!(driver.drawn.keys().map(String::as_str).collect::<Vec<_>>(), ["a", "c", "d"]);
+    assert_eq!(driver.order("abort").0, 409, "nothing is in progress");
+    stage.end();
+}
+
 #[test]
 fn a_mission_from_a_file_is_watched_aborted_and_resumed() {
     let (place, port) = (Place::new(), free_port());

@@ -131,7 +131,7 @@ fn drawings_are_checked_before_a_robot_drives_by_them() {
     place.assert_nothing_left("pad");
 }
 
-/// After a drive, the page shows the robot's map over the drawing. Once a person accepts it, the robot drives by it without a mark,
+/// During a drive, the page shows the corrected drawing as it grows, and after it the robot's map over the drawing. Once a person accepts it, the robot drives by it without a mark,
 /// from wherever it stands.
 #[test]
 fn what_the_robot_has_learned_is_accepted_driven_by_and_rejected() {
@@ -140,7 +140,7 @@ fn what_the_robot_has_learned_is_accepted_driven_by_and_rejected() {
     let (mut pad, link) = pad_in(&place, "sim/missions/building/building-a", 2);
     let ended = browser.learns(&place, &link);
     let looks = ["wide-light", "wide-dark", "phone-light", "phone-dark"];
-    let pictures = ["learned", "again"].map(|name| looks.map(|look| format!("{name}-{look}.png")));
+    let pictures = ["growing", "learned", "again"].map(|name| looks.map(|look| format!("{name}-{look}.png")));
     assert_eq!(ended.code, Some(0), "{ended}");
     keep_pictures(place.files(), pictures.as_flattened());
     pad.must_live();
@@ -213,6 +213,23 @@ fn the_wheel_is_handed_over_while_the_robot_drives() {
     running.signal(Signal::SIGINT);
     running.end();
     place.assert_nothing_left("handed");
+}
+
+/// Several people draw in one drawing, one of them without a link for a while. One sends the map, another drives by it.
+#[test]
+fn several_people_draw_at_once_and_one_of_them_drives() {
+    let Some(browser) = Browser::find() else { return };
+    let place = Place::new();
+    let (mut pad, link) = pad(&place);
+    let ended = browser.draws_together(&place, &link);
+    assert_eq!(ended.code, Some(0), "{ended}");
+    let looks = ["wide-light", "wide-dark", "phone-light", "phone-dark"];
+    let pictures = ["together", "together-choice"].map(|name| looks.map(|look| format!("{name}-{look}.png")));
+    keep_pictures(place.files(), pictures.as_flattened());
+    pad.must_live();
+    pad.signal(Signal::SIGINT);
+    pad.end();
+    place.assert_nothing_left("pad");
 }
 
 /// Checks what the page of a study measures about the pen, and what it stores.

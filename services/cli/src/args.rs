@@ -240,7 +240,7 @@ pub enum Command {
     },
     /// Give a running mission one order by hand: start, abort, pause, resume, unattended, goal or here.
     #[command(
-        after_help = "The supervisor forwards the order, so this works alongside a pad, and the order is recorded.\nExit codes: 0 sent, 2 bad input, 3 anything else.\nExample: sketchnav send pause --system lab\nExample, to go to the third task now: sketchnav send goal --task 3\nExample, to go to the kitchen, which a task or the drawing names: sketchnav send goal kitchen\nExample, to set the robot's position in the drawing: sketchnav send here --at 520,90"
+        after_help = "The supervisor forwards the order, so this works alongside a pad, and the order is recorded.\nExit codes: 0 sent, 2 bad input, 3 anything else.\nExample: sketchnav send pause --system lab\nExample, to go to the third task now: sketchnav send goal --task 3\nExample, to go to the kitchen, which a task or the drawing names: sketchnav send goal kitchen\nExample, to go to a room without a name: sketchnav send goal the room left of the kitchen\nExample, to set the robot's position in the drawing: sketchnav send here --at 520,90"
     )]
     Send {
         #[command(flatten)]

@@ -121,7 +121,11 @@ mod built {
         let orders = settings.takes_orders.then(|| format!("; orders from {}", settings.topic(ORDER_TOPIC)));
         let (domain, orders) = (settings.domain, orders.unwrap_or_default());
         live!("{name} in domain {domain}: {}{orders}", names.join(" "))?;
-        let find = |name: &str| named_goal(run, name).map_err(|error| error.to_string());
+        let find = |name: &str| {
+            let (order, resolved) = named_goal(run, name).map_err(|error| error.to_string())?;
+            resolved.iter().for_each(|resolved| crate::output::say!("{resolved}"));
+            Ok(order)
+        };
         let done = sketchnav_ros2::run(&node, run, &topics, settings, &find).context("bridge ros2")?;
         Ok(report(name, &done))
     }

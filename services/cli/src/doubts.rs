@@ -41,9 +41,10 @@ fn of_map(run: &RunConfig, files: &dyn Files) -> Option<String> {
     })
 }
 
-/// Prints the doubts to standard error.
+/// Prints the doubts, and the places that goals were resolved to, to standard error.
 pub fn print(doubts: &Doubts) {
     doubts.warnings.iter().for_each(|warning| say!("warning: {warning}"));
+    doubts.resolved.iter().for_each(|what| say!("notice: {what}"));
     doubts.left_out.iter().for_each(|what| say!("left out: {what}"));
 }
 

@@ -82,7 +82,10 @@ fn successor(system: &System, process: Process, before: u32, patience: Duration)
 pub fn send(options: &SendOptions) -> Result<Outcome, Failure> {
     let system = systems::find(options.system.as_deref())?;
     let (name, run) = (system.name().to_owned(), system.run_config().or_input()?);
-    let ordered = ordered(options, &name, &run)?;
+    let (ordered, resolved) = ordered(options, &name, &run)?;
+    if let Some(resolved) = resolved.as_ref().filter(|_| !options.json) {
+        out!("{name}: {resolved}")?;
+    }
     check_place(options, &run)?;
     let node = Node::join(system, Process::Observer).with_context(|| format!("joining {name}"))?;
     let here = options.at.map(|at| here(&node, &run, at, options.heading)).transpose()?;
@@ -97,7 +100,7 @@ pub fn send(options: &SendOptions) -> Result<Outcome, Failure> {
             let is_ours = given.header.seq > last && is_order(&given, &ordered);
             last = last.max(given.header.seq);
             if is_ours {
-                return report(options, &name, &given);
+                return report(options, &name, &given, resolved.as_deref());
             }
         }
         if Instant::now() > limit || System::open(&name).is_err() {
@@ -119,24 +122,29 @@ fn is_order(given: &MissionCommand, ordered: &Ordered) -> bool {
         && (given.here(), given.place()) == (ordered.here, ordered.place)
 }
 
-/// Returns the order without the robot's position.
-fn ordered(options: &SendOptions, system: &str, run: &RunConfig) -> Result<Ordered, Failure> {
-    match (&options.name, options.order) {
-        (None, order) => Ok(Ordered::new(order, task_of(options, system, run)?)),
-        (Some(name), Order::Goal) => named_goal(run, name).or_input(),
+/// Returns the order without the robot's position, and the place that it leads to if a person describes it.
+fn ordered(
+    options: &SendOptions,
+    system: &str,
+    run: &RunConfig,
+) -> Result<(Ordered, Option<String>), Failure> {
+    let name = (!options.name.is_empty()).then(|| options.name.join(" "));
+    match (name, options.order) {
+        (None, order) => Ok((Ordered::new(order, task_of(options, system, run)?), None)),
+        (Some(name), Order::Goal) => named_goal(run, &name).or_input(),
         (Some(_), found) => Err(Failure::Input(anyhow!("NAME: expected the order `goal`, found `{found}`"))),
     }
 }
 
-/// Returns the order to go to the task or place with this name.
+/// Returns the order to go to the task or place that a person refers to, and which place that is if their words are not its name.
 ///
 /// # Errors
 /// If there is none or several, or if the run's files cannot be read.
-pub fn named_goal(run: &RunConfig, name: &str) -> anyhow::Result<Ordered> {
+pub fn named_goal(run: &RunConfig, name: &str) -> anyhow::Result<(Ordered, Option<String>)> {
     let files = sources::of_run(run)?;
     match goal::find(run, &read_from(&*files), name).map_err(|error| anyhow!("{error}"))? {
-        Goal::Task(task) => Ok(Ordered::new(Order::Goal, task as u32)),
-        Goal::Place(place) => Ok(Ordered::to_place(place)),
+        Goal::Task(task) => Ok((Ordered::new(Order::Goal, task as u32), None)),
+        Goal::Place(found) => Ok((Ordered::to_place(found.place), found.resolved)),
     }
 }
 
@@ -224,17 +232,25 @@ fn newest(node: &Node) -> anyhow::Result<u64> {
     Ok(sent.newest())
 }
 
-fn report(options: &SendOptions, system: &str, given: &MissionCommand) -> Result<Outcome, Failure> {
+fn report(
+    options: &SendOptions,
+    system: &str,
+    given: &MissionCommand,
+    resolved: Option<&str>,
+) -> Result<Outcome, Failure> {
     let (order, seq) = (options.order, given.header.seq);
     if options.json {
         let mut object = serde_json::json!({
             "system": system, "order": order, "seq": seq, "stamp_ns": given.header.stamp_ns,
         });
         if given.place().is_none() {
-            object["task"] = options.name.as_ref().map_or(options.task, |_| given.task + 1).into();
+            object["task"] = (if options.name.is_empty() { options.task } else { given.task + 1 }).into();
         }
-        if let Some(name) = &options.name {
-            object["name"] = name.as_str().into();
+        if !options.name.is_empty() {
+            object["name"] = options.name.join(" ").into();
+        }
+        if let Some(resolved) = resolved {
+            object["resolved"] = resolved.into();
         }
         if let Some(at) = options.at {
             object["at"] = at.into();

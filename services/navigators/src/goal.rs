@@ -1,18 +1,17 @@
 //! Finds the goal that a person names while a mission runs: a task or, for a navigator that knows places, a place that is no
 //! task's goal.
 
-use sketchnav_schemas::message::NamedPlace;
 use sketchnav_schemas::named::{self, NameError};
 use sketchnav_schemas::run::RunConfig;
-use sketchnav_stage::{Files, StageError};
+use sketchnav_stage::{Files, FoundPlace, StageError};
 
-/// What a name refers to.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// What a person's words refer to.
+#[derive(Debug, Clone, PartialEq)]
 pub enum Goal {
     /// The task with this index, from 0.
     Task(usize),
     /// A place.
-    Place(NamedPlace),
+    Place(FoundPlace),
 }
 
 /// Returns the task with this name, or else the one whose goal is the place with this name, or else the place itself.

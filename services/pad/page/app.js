@@ -6,9 +6,10 @@ import { doubts, withRoomNames } from "./checks.js";
 import { Desk } from "./desk.js";
 import { bindExchange } from "./exchange.js";
 import { choose, dataUrl, flattened, nameOf, photo, png, save } from "./files.js";
-import { itemOf } from "./items.js";
+import { itemOf, movedKey } from "./items.js";
 import { Keeper, begun } from "./keeper.js";
 import { Crosshair, shortcuts } from "./keyboard.js";
+import { Lessons } from "./learned.js";
 import { Library } from "./library.js";
 import { Link, takeToken } from "./link.js";
 import {
@@ -16,6 +17,7 @@ import {
   withOtherText, withPath, withStart, withText,
 } from "./model.js";
 import { ACCEPTED, fromWords, leftOut, readFile } from "./outside.js";
+import { People } from "./people.js";
 import { onQuestion, say, show, showDoubts, showFigures } from "./panel.js";
 import { Pointers, listen } from "./pointer.js";
 import { keep, load } from "./settings.js";
@@ -23,6 +25,7 @@ import { Shelf } from "./shelf.js";
 import { isAsked, meant, tooMuch } from "./states.js";
 import { Study } from "./study.js";
 import { toSvg } from "./svg.js";
+import { Together } from "./together.js";
 import { onSheet } from "./view.js";
 import { bindWheel, showWheel } from "./wheel.js";
 
@@ -34,22 +37,23 @@ const NEAR_PX = 28;
 const CHECK_MS = 250;
 /** Size of another program's drawing when it is pasted onto one, as a fraction of the sheet. */
 const PASTED = 0.5;
-const robot = { feed: null, hello: null, busy: false, fedAt: 0, walls: null, learned: null, placed: readPlaced(), sent: null };
-/** What text is being asked for: the text of the item `key`, or a new text `at` a place. */
+const robot = { feed: null, hello: null, busy: false, fedAt: 0, walls: null, placed: readPlaced(), sent: null };
+/** What text is being asked for: the text of the item `key` of the drawing `of`, or a new text `at` a place. */
 let asking = null;
 
 // ---------------------------------------------------------------------------- drawing
 
 const host = {
   settings: () => (robot.hello?.mode === "watches" ? { ...settings, shows: { ...settings.shows, walls: true } } : settings),
-  say, label: (key) => askText({ key }), write: (at) => askText({ at }), changed: drawingChanged, selected: () => showBar(desk?.selecting),
-  viewed: () => crosshair?.place(), drawn: (feed) => link.seen(feed.n),
+  say, label: (key) => askText({ key, of: desk.drawing }), write: (at) => askText({ at }), changed: drawingChanged, selected: () => showBar(desk?.selecting),
+  viewed: () => viewed(), drawn: (feed) => link.seen(feed.n),
   asked: () => isAsked(robot.feed), answer: (at, heading_deg) => answer(meant(robot.feed.question, at, desk.sheet.px(NEAR_PX)), heading_deg),
 };
-let crosshair = null;
+let [crosshair, together, people] = [null, null, null];
 const shelf = new Shelf();
 const keeper = new Keeper(shelf, {
-  keeps,
+  keeps, isShared: (drawing) => together.isInside && drawing.id === desk.drawing.id, beside: (drawing) => together.keptBeside(drawing),
+  reread: (id) => together?.reread(id),
   named: (name) => { at("drawing-name").textContent = name ?? "Not in the library yet"; }, say,
 });
 const desk = new Desk(at("sheet"), keeper.reloaded() ?? begun(blank(matchMedia("(orientation: portrait)").matches ? PORTRAIT : LANDSCAPE)), host);
@@ -64,10 +68,16 @@ crosshair = new Crosshair(at("sheet"), at("crosshair"), desk.sheet, desk, () => 
 bindBar(desk, at("sheet"));
 window.addEventListener("blur", () => pointers.cancelAll());
 
+function viewed() {
+  crosshair?.place();
+  people?.draw();
+}
+
 /** Tools that change existing items. */
 const EDITS = ["select", "door"];
 
 function drawingChanged() {
+  together?.changed(desk.drawing);
   keeper.changed(desk.drawing);
   checking ||= setTimeout(check, CHECK_MS);
   at("undo").disabled = !desk.canUndo;
@@ -138,9 +148,10 @@ function askText(what) {
 }
 
 /** The drawing with the entered text. */
-function answered(drawing, { key, at: place }, words) {
+function answered(drawing, { key: asked, of, at: place }, words) {
   if (place) return words ? withText(drawing, words, place) : drawing;
-  if (!itemOf(drawing, key)) return drawing;
+  const key = of === drawing ? asked : movedKey(asked, of, drawing);
+  if (!key || !itemOf(drawing, key)) return drawing;
   const index = Number(key.split(":")[1]);
   return key.startsWith("labels") ? withOtherText(drawing, index, words) : withLabel(drawing, index, words);
 }
@@ -162,7 +173,7 @@ const link = new Link(takeToken(), {
     if (link.failed) resume();
     refresh();
   },
-  hello(hello) {
+  hello(hello, isNew) {
     const before = robot.hello;
     robot.hello = hello;
     at("mission").textContent = hello.mission ? `· ${hello.mission}` : "";
@@ -170,9 +181,13 @@ const link = new Link(takeToken(), {
     if (hello.limits?.link_limit_s && document.activeElement !== at("limit")) at("limit").value = hello.limits.link_limit_s;
     if (hello.trail) desk.trail = hello.trail;
     study.told(hello.study ?? null, hello.drives);
-    takeDrawing(hello, before).then(resume);
+    const draws = hello.mode === "draws" && !hello.study;
+    if (isNew) together.linked(draws);
+    if (isNew && draws) people.tell();
+    if (draws) takeSent(hello, before);
+    else takeDrawing(hello, before).then(resume);
     takeWalls(hello.walls);
-    takeLearned(hello.learned);
+    lessons.take(learned());
     refresh();
   },
   feed(feed) {
@@ -180,16 +195,48 @@ const link = new Link(takeToken(), {
     robot.fedAt = performance.now();
     desk.told(feed);
     takeWalls(feed.walls);
+    lessons.take(feed.learned);
     refresh();
   },
+  drawn: (news) => together.told(news),
+  people: (all) => together.met(all),
 });
+
+together = new Together({
+  desk, link, changed: () => refresh(), say, kept: (id) => keeper.kept(id), begun: begin,
+  found: async (id) => {
+    await keeper.rescue().catch(() => {});
+    return keeper.open(id).catch(() => null);
+  },
+});
+people = new People({
+  desk, together, tell: (presence) => link.show(presence), named: (name) => { at("plea-name").value = name; },
+});
+
+/** Nobody shares a drawing: the sheet shows the robot's, or the last one of the library. */
+async function begin() {
+  if (isBlank(desk.drawing)) await takeDrawing(robot.hello, null);
+  await resume();
+}
+
+/** A page that does not drive knows what the robot was sent last, in case it will drive. */
+function takeSent({ drives, drawing, path }, before) {
+  const isNews = JSON.stringify([drawing, path]) !== JSON.stringify([before?.drawing, before?.path]);
+  if (drives || !isNews) return;
+  setPlaced(path?.start ?? null);
+  try {
+    robot.sent = drawing && !drawing.image ? fromFile(drawing) : null;
+  } catch {
+    robot.sent = null;
+  }
+}
 
 const study = new Study({
   desk, changed: () => refresh(), picture: (path) => link.fetch(path), forget: () => keeper.forget(),
   post: (told) => link.post("/api/study", JSON.stringify(told)),
 });
 
-/** A watching page shows what the driver has sent; the driving page keeps its own sheet. */
+/** A page with a blank sheet, or that takes no part in drawing, shows what the robot was sent. */
 async function takeDrawing(hello, before) {
   if (hello.mode === "watches") {
     if (desk.tool !== "hand") desk.take("hand");
@@ -224,30 +271,28 @@ async function takeWalls(number) {
   }
 }
 
-/** The picture of what was learned, shown over the drawing. */
-async function takeLearned(view) {
-  const number = view?.picture ?? null;
-  if (number === robot.learned) return;
-  robot.learned = number;
-  const blob = number && await link.fetch(`/api/learned.png?k=${number}`).catch(() => null);
-  const picture = blob ? await createImageBitmap(blob) : null;
-  if (number !== robot.learned) return;
+const lessons = new Lessons((path) => link.fetch(path), (picture) => {
   desk.learned = picture;
   desk.redrawFeed();
-}
+});
+
+/** What the robot has learned; `null` if nothing. The feed has it during a drive, before the first feed the greeting does. */
+const learned = () => (robot.feed ? robot.feed.learned : robot.hello?.learned) ?? null;
 
 function refresh() {
   const { drawing } = desk;
   const { practising } = study;
   study.refresh(robot.feed);
+  people.show();
   const drives = robot.feed?.drives ?? robot.hello?.drives ?? false;
   showWheel({ up: link.up, drives, study: Boolean(robot.hello?.study), feed: robot.feed }, say);
   show({
     up: link.up, refusal: link.refusal, latencyMs: link.latencyMs, drives,
     watches: robot.hello?.mode === "watches", busy: robot.busy, feed: robot.feed, seen: robot.hello !== null,
     practising, questions: study.hasQuestions(robot.feed),
-    learned: robot.hello?.learned ?? null,
-    map: hasMap(drawing) && !practising, path: canGo(drawing, robot.hello?.learned?.accepted || robot.feed?.pose) && !practising,
+    learned: learned(),
+    together: together.isInside,
+    map: hasMap(drawing) && !practising, path: canGo(drawing, learned()?.accepted || robot.feed?.pose) && !practising,
     silentS: robot.fedAt ? (performance.now() - robot.fedAt) / 1000 : 0,
   });
 }
@@ -295,7 +340,8 @@ async function sendSketch() {
 function standing(drawing) {
   const { pose } = robot.feed ?? {};
   const isMarked = drawing.start && JSON.stringify(drawing.start) !== JSON.stringify(robot.placed);
-  if (pose?.tracking !== "tracking" || isMarked || drawing.route || !robot.sent || !isEditOf(robot.sent, drawing)) return null;
+  const sent = robot.sent && { id: drawing.id, ...robot.sent };
+  if (pose?.tracking !== "tracking" || isMarked || drawing.route || !sent || !isEditOf(sent, drawing)) return null;
   return { at: [pose.x, pose.y], heading_deg: (pose.heading_rad * 180) / Math.PI };
 }
 
@@ -340,7 +386,7 @@ at("accept").addEventListener("click", () => answerLesson("accept", "The robot d
 at("reject").addEventListener("click", () => answerLesson("reject", "What the robot has learned is forgotten."));
 // What the robot saw is placed under the drawing for tracing; the drawing is then sent like any other.
 at("correct").addEventListener("click", () => request(async () => {
-  const picture = await dataUrl(await link.fetch(`/api/learned.png?k=${robot.learned}`));
+  const picture = await dataUrl(await link.fetch(lessons.path));
   desk.change({ ...desk.drawing, underlay: picture });
   desk.take("select");
   return "What the robot saw lies under the drawing. Correct the walls, then send the map.";
@@ -361,7 +407,7 @@ const wish = (what, words) => request(async () => {
   return words;
 });
 at("wheel").addEventListener("click", () => wish("take", "You drive."));
-bindWheel(wish);
+bindWheel(wish, people);
 
 /** Does not wait for other requests: stopping must be immediate. */
 function abort() {

@@ -3,8 +3,9 @@
 
 import { Sheet } from "./canvas.js";
 import { drawFeed, trailed } from "./feed.js";
-import { changed, history, redone, undone } from "./model.js";
+import { changed, extended, history, redone, undone } from "./history.js";
 import { drawOverlay } from "./overlay.js";
+import { replayed } from "./shared.js";
 import { makeTools } from "./tools.js";
 import { fitted, held, onSheet, panned, zoomed } from "./view.js";
 
@@ -24,6 +25,9 @@ export class Desk {
   #tools;
   #tool = "pen";
   #under = null;
+  /** During a gesture, the drawing in which it began, and what the tool would make of it: others may change the drawing meanwhile. */
+  #base = null;
+  #preview = null;
   #draft = null;
   #guides = [];
   #overlaid = false;
@@ -54,10 +58,10 @@ export class Desk {
     this.#shown = drawing;
     this.#tools = makeTools({
       sheet: this.sheet,
-      drawing: () => this.#history.now,
-      shown: () => this.#shown,
-      change: (next, tag) => this.change(next, tag),
-      preview: (next) => this.#show(next),
+      drawing: () => this.#base ?? this.#history.now,
+      shown: () => this.#preview ?? this.#base ?? this.#history.now,
+      change: (next, tag) => this.#made(next, tag),
+      preview: (next) => this.#previewed(next),
       draft: (shape) => this.#drafted(shape),
       guides: (guides) => this.#guided(guides),
       over: () => this.#redraw("over"),
@@ -105,8 +109,8 @@ export class Desk {
   /** Drops what is in progress. */
   letGo() {
     const tool = this.#under ?? this.#tools[this.#tool];
-    this.#under = null;
     tool?.cancel();
+    this.#ended();
   }
 
   /** The selection, while the select tool is active; `null` otherwise. */
@@ -126,10 +130,35 @@ export class Desk {
     this.#tools[this.#tool]?.close?.();
   }
 
+  /** What a gesture makes of the drawing in which it began, with what others have changed meanwhile. */
+  #rebased(next) {
+    return this.#base ? replayed(this.#history.now, this.#base, next) : next;
+  }
+
+  #previewed(next) {
+    if (this.#base) this.#preview = next;
+    this.#show(this.#rebased(next));
+  }
+
+  #made(next, tag) {
+    this.change(this.#rebased(next), tag);
+    if (this.#base) [this.#base, this.#preview] = [this.#history.now, null];
+  }
+
+  /** Takes over what others have changed, which is no step of the history. */
+  merge(next) {
+    const before = this.#history.now;
+    this.#history = { ...this.#history, now: next };
+    this.#tag = null;
+    if (!this.#base) this.#tools.select.selection.keep(before, next);
+    this.#show(this.#rebased(this.#preview ?? this.#base ?? next));
+    this.#host.changed();
+  }
+
   /** Replaces the drawing in one step, merged with the previous step if both have the same `tag`. */
   change(next, tag = null) {
     const before = this.#history;
-    this.#history = tag !== null && tag === this.#tag ? { ...before, now: next, future: [] } : changed(before, next);
+    this.#history = tag !== null && tag === this.#tag ? extended(before, next) : changed(before, next);
     this.#tag = tag;
     this.#tools.select.selection.follow(before.now, next);
     this.#show(next);
@@ -281,6 +310,7 @@ export class Desk {
   // ------------------------------------------------------------------ pointers and keys
 
   begin(sample) {
+    this.#base = this.#history.now;
     if (this.#host.asked()) this.#under = this.#tools.here;
     else this.#under = sample.eraser ? this.#tools.eraser : this.#tools[this.#tool];
     this.#under?.begin(this.#placed(sample));
@@ -295,15 +325,26 @@ export class Desk {
   }
 
   end() {
+    const seen = this.#preview ?? this.#base;
     this.#under?.end();
-    this.#under = null;
+    this.#ended(seen);
     this.#resized();
   }
 
   cancel() {
     this.#under?.cancel();
-    this.#under = null;
+    this.#ended();
     this.#resized();
+  }
+
+  /** The gesture is over. The selection refers to `seen`, which lacks what others have changed meanwhile. */
+  #ended(seen = this.#base) {
+    const { now } = this.#history;
+    const isOld = this.#base && seen !== now;
+    [this.#under, this.#base, this.#preview] = [null, null, null];
+    if (!isOld) return;
+    this.#tools.select.selection.keep(seen, now);
+    this.#show(now);
   }
 
   /** A mouse or pen over the sheet without a pressed button. */

@@ -6,6 +6,7 @@
 
 import { boxOf, distance, distanceToLine, inside } from "./geometry.js";
 import { rounded } from "./model.js";
+import { idOf } from "./shared.js";
 
 /** Kinds from the bottom of the sheet to the top. */
 const KINDS = ["strokes", "obstacles", "labels", "route", "goals", "start"];
@@ -39,6 +40,15 @@ export function allKeys(drawing) {
     if (LISTS.has(kind)) return drawing[kind].map((_, i) => `${kind}:${i}`);
     return drawing[kind] ? [`${kind}:0`] : [];
   });
+}
+
+/** The key in one drawing of the item that a key names in another, or of its later version; `null` if it is gone. */
+export function movedKey(key, before, after) {
+  const kind = kindOf(key);
+  if (!LISTS.has(kind)) return after[kind] ? key : null;
+  const item = itemOf(before, key);
+  const at = after[kind].findIndex((other) => other === item || (idOf(item) && idOf(item) === idOf(other)));
+  return at < 0 ? null : `${kind}:${at}`;
 }
 
 /** Whether two drawings have the same number of items of each kind, so that keys mean the same in both. */
@@ -178,7 +188,8 @@ export function keysWithin(drawing, [left, top, right, bottom]) {
 
 const groupOf = (drawing, key) => itemOf(drawing, key)?.group;
 const isGroupable = (key) => ["strokes", "obstacles"].includes(kindOf(key));
-const newGroup = (drawing) => 1 + Math.max(0, ...[...drawing.strokes, ...drawing.obstacles].map((item) => item.group ?? 0));
+/** A number that no other page picks. */
+const newGroup = () => 1 + crypto.getRandomValues(new Uint32Array(1))[0] % 2 ** 31;
 
 /** These keys and those of their groups. */
 export function withGroups(drawing, keys) {
@@ -188,7 +199,7 @@ export function withGroups(drawing, keys) {
 
 /** The drawing with these strokes and obstacles grouped; marks belong to the path and are not grouped. */
 export function grouped(drawing, keys) {
-  const group = newGroup(drawing);
+  const group = newGroup();
   return withItems(drawing, keys.filter(isGroupable), (item) => ({ ...item, group }));
 }
 
@@ -230,7 +241,7 @@ export function withCopies(drawing, items, [dx, dy]) {
     const copy = withPointsIn(kind, item, pointsIn(kind, item).map(([x, y]) => rounded([x + dx, y + dy])));
     delete copy.name;
     if (copy.group) {
-      if (!groups.has(copy.group)) groups.set(copy.group, newGroup(next));
+      if (!groups.has(copy.group)) groups.set(copy.group, newGroup());
       copy.group = groups.get(copy.group);
     }
     made.push(`${kind}:${next[kind].length}`);

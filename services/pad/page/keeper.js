@@ -3,7 +3,7 @@
 // A drawing has the `id` of its entry in the library. Undo may lead back to drawings with other ids, so each is saved to its own
 // entry.
 
-import { fromText, isBlank, sketchBody, toText } from "./model.js";
+import { fromFile, fromText, isBlank, sketchBody, toText } from "./model.js";
 import { newId } from "./shelf.js";
 
 /** Maximum delay before a change is saved, milliseconds. */
@@ -32,7 +32,14 @@ export class Keeper {
   /** By the id of a drawing: `{ drawing, id, stamp, name }`, the last saved version and its entry. */
   #kept = new Map();
 
-  /** The host has `keeps()` (whether the current drawing belongs in the library), `say(words, bad)`, `named(name)`. */
+  /** By the id of a drawing, what shared.js has kept beside it: `{ drawing, shared }`. */
+  #beside = new Map();
+
+  /**
+   * The host has `keeps()` (whether the current drawing belongs in the library), `isShared(drawing)` (whether all pages have the same
+   * version of it), `beside(drawing)` (what is kept beside it), `reread(id)` (a drawing was
+   * read), `say(words, bad)`, `named(name)`.
+   */
   constructor(shelf, host) {
     [this.#shelf, this.#host] = [shelf, host];
     // A hidden page may never be shown again.
@@ -48,7 +55,7 @@ export class Keeper {
   reloaded() {
     try {
       const { id, stamp, name, saved } = JSON.parse(sessionStorage.getItem("kept"));
-      const drawing = { ...fromText(sessionStorage.getItem("draft")), id };
+      const drawing = this.#read(id, sessionStorage.getItem("draft"));
       this.#kept.set(id, { drawing: saved ? drawing : null, id, stamp, name });
       return drawing;
     } catch {
@@ -56,12 +63,25 @@ export class Keeper {
     }
   }
 
+  #read(id, text) {
+    const file = JSON.parse(text);
+    const drawing = { ...fromFile(file), id };
+    this.#host.reread(id);
+    if (file.pad?.shared) this.#beside.set(id, { drawing, shared: file.pad.shared });
+    return drawing;
+  }
+
+  /** A drawing that was read, with what was kept beside it; `null` if nothing was. */
+  kept(id) {
+    return this.#beside.get(id) ?? null;
+  }
+
   /** The drawing that was on a sheet last; `null` if there is none, if this sheet is not blank, or on a second call. */
   async resumed(drawing) {
     if (this.#resumed) return null;
     this.#resumed = true;
     try {
-      await this.#rescue();
+      await this.rescue();
       const latest = isBlank(drawing) && await this.#latest();
       return latest ? this.#opened(latest) : null;
     } catch {
@@ -71,7 +91,7 @@ export class Keeper {
   }
 
   /** Saves what pages left behind that were closed before it reached the library. */
-  async #rescue() {
+  async rescue() {
     for (const key of Object.keys(localStorage).filter((name) => name.startsWith(LEFT))) {
       const left = JSON.parse(localStorage.getItem(key));
       if (left) await this.#shelf.save(left, true);
@@ -93,7 +113,7 @@ export class Keeper {
 
   #opened(entry) {
     if (!entry || entry.gone) throw new Error("This drawing is not in the library: another page has deleted it.");
-    const drawing = { ...fromText(entry.text), id: entry.id };
+    const drawing = this.#read(entry.id, entry.text);
     this.#kept.set(entry.id, { drawing, id: entry.id, stamp: entry.changed, name: entry.name });
     return drawing;
   }
@@ -154,7 +174,7 @@ export class Keeper {
     const drawing = this.#last;
     const { drawing: known } = drawing ? this.#of(drawing) : UNKNOWN;
     if (!drawing || (known === drawing && this.#ofPage === drawing)) return this.#saving;
-    const text = toText(drawing);
+    const text = toText(drawing, this.#host.beside(drawing));
     this.#keepForPage(drawing, text);
     if (known !== drawing) {
       this.#saving = this.#saving.then(() => this.#save(drawing, text)).catch((error) => this.#trouble(error));
@@ -171,7 +191,7 @@ export class Keeper {
   async #save(drawing, text) {
     if (!this.#isDue(drawing)) return;
     const { id, stamp, name } = this.#of(drawing);
-    const entry = await this.#shelf.save({ id, stamp, text, name });
+    const entry = await this.#shelf.save({ id, stamp, text, name, isShared: this.#host.isShared(drawing) });
     this.#kept.set(drawing.id, { drawing, id: entry.id, stamp: entry.changed, name: entry.name });
     this.follow(entry);
     this.#failed = false;
@@ -185,7 +205,7 @@ export class Keeper {
     if (drawing && this.#isDue(drawing)) {
       const { id, stamp, name } = this.#of(drawing);
       try {
-        localStorage.setItem(LEFT + id, JSON.stringify({ id, stamp, name, text: toText(drawing) }));
+        localStorage.setItem(LEFT + id, JSON.stringify({ id, stamp, name, text: toText(drawing, this.#host.beside(drawing)) }));
       } catch {
         // Photos may exceed this store's quota.
       }

@@ -50,7 +50,7 @@ export class Link {
   /** The server's reason for refusing this page; `null` if it accepts the page or gives none. */
   refusal = null;
 
-  /** The listener has `changed()`, `hello(h)`, `feed(f)`. */
+  /** The listener has `changed()`, `hello(h, isNew)` (whether the link was down before), `feed(f)`, `drawn(d)`, `people(p)`. */
   constructor(token, listener) {
     this.#token = token;
     this.#session = window.sessionStorage.getItem("session") ?? "";
@@ -88,6 +88,8 @@ export class Link {
       return;
     }
     if (message.hello) this.#hello(message.hello);
+    if (message.drawn) this.#listener.drawn(message.drawn);
+    if (message.people) this.#listener.people(message.people);
     if (message.feed) this.#listener.feed(message.feed);
     if (message.pong !== undefined) {
       this.latencyMs = performance.now() - message.pong;
@@ -98,14 +100,15 @@ export class Link {
   #hello(hello) {
     this.#session = hello.session;
     window.sessionStorage.setItem("session", hello.session);
-    if (!this.up) {
+    const isNew = !this.up;
+    if (isNew) {
       this.up = true;
       this.refusal = null;
       this.#attempts = 0;
       this.#ping();
     }
     this.#hellos += 1;
-    this.#listener.hello(hello);
+    this.#listener.hello(hello, isNew);
     this.#waiting.forEach((go) => go());
   }
 
@@ -144,12 +147,17 @@ export class Link {
       return;
     }
     if (performance.now() - this.#heard > SILENT_MS) {
-      const dead = this.#socket;
-      dead.close();
-      this.#lost(dead);
+      this.restart();
       return;
     }
     this.#ping();
+  }
+
+  /** Closes the link, and connects again. */
+  restart() {
+    const old = this.#socket;
+    old?.close();
+    if (old) this.#lost(old);
   }
 
   #ping() {
@@ -160,6 +168,11 @@ export class Link {
     if (this.#socket?.readyState !== WebSocket.OPEN) return false;
     this.#socket.send(JSON.stringify(message));
     return true;
+  }
+
+  /** Shows the others where this page draws. */
+  show(presence) {
+    this.#send({ presence });
   }
 
   /** Tells the server that a feed was drawn, so that it sends the next one. */
@@ -179,7 +192,7 @@ export class Link {
     return headers;
   }
 
-  /** Posts a body. Returns the answer; throws an `Error` with the server's message, or with `unheard` if no answer came. */
+  /** Posts a body. Returns the answer; throws an `Error` with the server's message and its `status`, or with `unheard` if no answer came. */
   async post(path, body, type = "application/json", more = {}) {
     let response;
     let answer;
@@ -190,7 +203,7 @@ export class Link {
       throw Object.assign(new Error("The server does not answer."), { unheard: true });
     }
     answer = parsed(answer);
-    if (!response.ok) throw new Error(answer.error ?? `The server answered ${response.status}.`);
+    if (!response.ok) throw Object.assign(new Error(answer.error ?? `The server answered ${response.status}.`), { status: response.status });
     return answer;
   }
 

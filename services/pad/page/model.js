@@ -1,5 +1,4 @@
-// The drawing: walls, obstacles, and where to go; its history; its file. Pure functions on immutable values, so undo is a step back
-// to an older value.
+// The drawing: walls, obstacles, and where to go; its file. Pure functions on immutable values.
 //
 // The file is sketchnav's strokes file: `canvas`, `strokes`, `obstacles`, `labels`, `start`, `goals`, `route` in canvas pixels.
 // What only this page reads is under `pad`: `pressure`, parallel to `strokes`; `groups`, each with the indices of its strokes and
@@ -10,8 +9,6 @@ import { between, boxOf, cut, distance, distanceToLine, erased, inside } from ".
 /** The sheets of paper 004: 2540 × 1252, landscape or portrait. */
 export const LANDSCAPE = [2540, 1252];
 export const PORTRAIT = [1252, 2540];
-/** Maximum number of undo steps. */
-const MAX_UNDO = 500;
 /** Maximum coordinate in a file, pixels. */
 const FAR_PX = 100000;
 
@@ -34,31 +31,6 @@ export const canGo = (d, located) => hasPath(d) && Boolean(d.route || d.start ||
 
 /** Whether the sheet is empty. */
 export const isBlank = (d) => !hasMap(d) && !hasPath(d) && !d.labels.length && !d.start && !d.underlay;
-
-// ---------------------------------------------------------------------------- history
-
-/** A history that starts at `now`. */
-export const history = (now) => ({ past: [], now, future: [] });
-
-/** A step to the drawing `now`, which discards the redo steps. An unchanged drawing is no step. */
-export function changed(history, now) {
-  if (now === history.now) return history;
-  return { past: [...history.past.slice(-(MAX_UNDO - 1)), history.now], now, future: [] };
-}
-
-/** One step back; at the beginning, the unchanged history. */
-export function undone(history) {
-  const { past, now, future } = history;
-  if (past.length === 0) return history;
-  return { past: past.slice(0, -1), now: past.at(-1), future: [now, ...future] };
-}
-
-/** One step forward; at the end, the unchanged history. */
-export function redone(history) {
-  const { past, now, future } = history;
-  if (future.length === 0) return history;
-  return { past: [...past, now], now: future[0], future: future.slice(1) };
-}
 
 // ---------------------------------------------------------------------------- drawing
 
@@ -269,8 +241,8 @@ export const pointCount = (drawing) => drawing.strokes.reduce((n, s) => n + s.po
 
 // ---------------------------------------------------------------------------- file
 
-/** The drawing as a file: a line for each stroke, obstacle and text. */
-export function toText(drawing) {
+/** The drawing as a file: a line for each stroke, obstacle and text. `shared`: what shared.js keeps beside it. */
+export function toText(drawing, shared = null) {
   const { canvas, strokes, obstacles, labels, start, goals, route, photo, underlay } = drawing;
   const rows = (list) => (list.length ? `[\n    ${list.map((v) => JSON.stringify(v)).join(",\n    ")}\n  ]` : "[]");
   const keys = [`"canvas": ${JSON.stringify(canvas)}`, `"strokes": ${rows(strokes.map(wire))}`];
@@ -282,6 +254,7 @@ export function toText(drawing) {
   const pad = ownPart(drawing);
   if (photo) pad.photo = photo;
   if (underlay) pad.underlay = underlay;
+  if (shared) pad.shared = shared;
   if (Object.keys(pad).length) keys.push(`"pad": ${JSON.stringify(pad)}`);
   return `{\n  ${keys.join(",\n  ")}\n}\n`;
 }

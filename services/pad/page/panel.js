@@ -1,7 +1,8 @@
 // The texts and buttons around the sheet. Only shows a state: a text is written only if it has changed, so that a screen reader
 // does not repeat it.
 
-import { advice, enabled, headline, isAsked, learnedWords, metres, seconds, speed, stages, taskWords } from "./states.js";
+import { showLearned } from "./learned.js";
+import { advice, enabled, headline, isAsked, metres, seconds, speed, stages, taskWords } from "./states.js";
 
 const at = (id) => document.getElementById(id);
 const BUTTONS = {
@@ -33,15 +34,6 @@ export function show(state) {
   showWarnings(state);
   showQuestion(feed);
   showLearned(state, buttons);
-}
-
-/** Shows what was learned, with its buttons. */
-function showLearned(state, buttons) {
-  const words = learnedWords(state);
-  at("learned").hidden = words === null || !state.drives;
-  at("accept").hidden = !buttons.accept;
-  at("correct").disabled = !buttons.sketch;
-  write(at("learned-words"), words ?? "");
 }
 
 let answered = () => {};

@@ -4,7 +4,7 @@
 // The host is described in tools.js.
 
 import {
-  aligned, allKeys, boxAround, copied, distributed, duplicated, grouped, hasPoints, hasText, isClosed, itemOf, nameOf, pointsOf, sameItems,
+  aligned, allKeys, boxAround, copied, distributed, duplicated, grouped, hasPoints, hasText, isClosed, itemOf, movedKey, nameOf, pointsOf, sameItems,
   simplified, transformed, ungrouped, unitCount, withCopies, withGroups, withPointAt, withPointLess, withPointMore, without,
 } from "./items.js";
 import { rounded } from "./model.js";
@@ -83,6 +83,15 @@ export class Selection {
   follow(before, after) {
     if (before.canvas !== after.canvas || !sameItems(before, after)) [this.keys, this.edit] = [[], null];
     if (this.edit && this.edit.index >= pointsOf(after, this.edit.key).length) this.edit = { ...this.edit, index: 0 };
+  }
+
+  /** Follows a change by others, with the same items selected. */
+  keep(before, after) {
+    const moved = (key) => movedKey(key, before, after);
+    this.keys = this.keys.map(moved).filter((key) => key !== null);
+    const key = this.edit && moved(this.edit.key);
+    this.edit = key ? { key, index: Math.min(this.edit.index, pointsOf(after, key).length - 1) } : null;
+    this.changed();
   }
 
   selectAll() {

@@ -77,14 +77,15 @@ export class Shelf {
 
   /**
    * Saves a drawing and returns its entry. `stamp`: the time of its last change that this page has seen, `null` if it is new. If
-   * another page has changed or deleted it since, this version is saved separately, under another id. `late`: left behind by a
+   * another page has changed or deleted it since, this version is saved separately, under another id, unless `isShared`: then all pages
+   * have the same one. `late`: left behind by a
    * closed page, so it may already have been saved.
    */
-  save({ id, stamp, text, name = null }, late = false) {
+  save({ id, stamp, text, name = null, isShared = false }, late = false) {
     return this.#does("readwrite", async ({ entries, texts }) => {
       const all = await result(entries.getAll());
       const found = all.find((entry) => entry.id === id);
-      const isOther = found && (found.gone || found.changed !== stamp);
+      const isOther = found && (found.gone || (found.changed !== stamp && !isShared));
       if (isOther && late && found.past.includes(digest(text))) return found;
       if (isOther && !found.gone && await result(texts.get(id)) === text) return found;
       const entry = {

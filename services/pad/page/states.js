@@ -40,13 +40,6 @@ export function stages(feed) {
   return ["map", "path", "drive"].map((name, i) => [name, i < at || (i === 2 && ended) ? "done" : i === at ? "now" : "later"]);
 }
 
-/** What was learned and what can be done about it, in words; `null` if nothing was learned. */
-export function learnedWords({ feed, learned }) {
-  if (!learned) return null;
-  if (feed?.allowed.includes("accept")) return "The robot has learned what it saw. Accept it, and it drives by that.";
-  return learned.accepted ? "The robot drives by what it has learned, from anywhere." : null;
-}
-
 /** The state as a headline. */
 export function headline({ up, feed }) {
   if (!up) return "Not connected";
@@ -66,17 +59,17 @@ export function meant(question, at, near) {
 }
 
 /** What to do next, in one sentence. */
-export function advice({ up, refusal, drives, watches, practising, questions, feed, map, path, learned }) {
+export function advice({ up, refusal, drives, watches, practising, questions, feed, map, path, learned, together }) {
   if (!up && refusal) return `The robot refuses this page: ${refusal}.`;
   if (!up) return "The page will reconnect by itself. The drawing is kept.";
   if (!feed || !feed.ready) return "The navigation is getting ready.";
   if (feed.question) return drives ? feed.question.text : `${feed.question.text} The page that drives answers.`;
   if (practising) return "Try the tools for as long as you like. Nothing counts until you start.";
   if (questions) return "When the drive is over, go to the questions.";
-  if (watches && !feed.asks) return "The tasks come from a mission file.";
+  if (watches && !feed.asks) return ["The tasks come from a mission file.", ...(feed.resolved ?? []).map((goal) => `${goal}.`)].join(" ");
   if (!drives && feed.wheel) return "No page drives. Take the wheel to drive from this one.";
   if (!drives && feed.asks) return "The page that drives has been asked for the wheel.";
-  if (!drives) return "Another page drives; this one watches.";
+  if (!drives) return together ? "You draw with the others. Another page drives." : "Another page drives; this one watches.";
   const words = {
     "no-sketch": map ? "Send the map." : "Draw the walls of the place, then send the map.",
     sketch: path ? "Send the path." : learned?.accepted ? "Tap goals. The robot finds out where it is." : "Draw the path from where the robot stands, or tap goals and mark the start.",

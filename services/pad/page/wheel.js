@@ -3,7 +3,6 @@
 import { wheelNews } from "./states.js";
 
 const at = (id) => document.getElementById(id);
-const NAME = "wheel-name";
 /** The feed that was shown last. */
 let shown = null;
 /** Whether this page has withdrawn its request, which is then no news. */
@@ -37,9 +36,12 @@ function showPleas(pleas) {
   ]));
 }
 
-/** Connects the form and the list. `wish(body, words)` sends what a person wants with the wheel, and then shows `words`. */
-export function bindWheel(wish) {
-  at("plea-name").value = localStorage.getItem(NAME) ?? "";
+/**
+ * Connects the form and the list. `wish(body, words)` sends what a person wants with the wheel, and then shows `words`. `people`
+ * knows the person's name.
+ */
+export function bindWheel(wish, people) {
+  at("plea-name").value = people.name;
   at("plea").addEventListener("submit", (event) => {
     event.preventDefault();
     if (shown?.asks) {
@@ -48,7 +50,7 @@ export function bindWheel(wish) {
       return;
     }
     const name = at("plea-name").value.trim();
-    localStorage.setItem(NAME, name);
+    people.rename(name);
     wish({ ask: name }, "You have asked for the wheel.");
   });
   at("pleas").addEventListener("click", ({ target }) => {

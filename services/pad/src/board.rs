@@ -1,16 +1,17 @@
 //! Connects the bridge and the server: the latest state for the pages, and calls to the bridge.
 
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use axum::body::Bytes;
 use serde_json::Value;
 use tokio::sync::{oneshot, watch};
 
-use crate::learning::Learned;
+use crate::bridge::Looked;
 use crate::protocol::{Hello, HereBody, PathRequest, Refusal, SketchRequest, SketchType, Step, WheelWish};
 use crate::sessions::Plea;
 use crate::study::sitting::Told;
+use crate::together::{Change, Room};
 
 /// Maximum number of calls that wait for the bridge.
 const MAX_CALLS: usize = 256;
@@ -18,6 +19,9 @@ const MAX_CALLS: usize = 256;
 /// The result of a request, which is either the members of the response in addition to `ok`, or the reason
 /// for the refusal.
 pub type Answer = Result<Value, Refusal>;
+
+/// A page's session, and the number by which other pages know it.
+pub type Joined = (String, u32);
 
 /// A call from the server to the bridge.
 #[derive(Debug)]
@@ -28,8 +32,8 @@ pub enum Call {
         named: Option<String>,
         /// A new session, in case the page does not name one.
         fresh: String,
-        /// Gets its session.
-        reply: oneshot::Sender<Result<String, Refusal>>,
+        /// Gets its session and its number.
+        reply: oneshot::Sender<Result<Joined, Refusal>>,
     },
     /// A page asks whether it would be admitted.
     Seat {
@@ -53,8 +57,10 @@ pub enum Call {
     Metrics(oneshot::Sender<String>),
     /// The walls of the drawing with this number have been painted.
     Walls(u64, Vec<u8>),
-    /// What was learned, with the number of the drives that it was learned on.
-    Learned(u64, Box<Learned>),
+    /// The rooms that the mission's goals describe have been found, each in words.
+    Resolved(Vec<String>),
+    /// The recording has been looked at.
+    Looked(Box<Looked>),
 }
 
 /// A page's request.
@@ -137,26 +143,64 @@ pub struct Board {
     pub walls: Mutex<Option<Image>>,
     /// What was learned.
     pub learned: Mutex<Option<Image>>,
+    /// The drawing, corrected by what was learned, as SVG.
+    pub corrected: Mutex<Option<Bytes>>,
     /// The photo that was sent last.
     pub photo: Mutex<Option<Image>>,
     /// The floor of a study, as SVG.
     pub place: OnceLock<Bytes>,
+    /// The drawing in which all pages draw, if they may.
+    pub together: Option<Together>,
 }
 
-impl Default for Board {
-    fn default() -> Self {
+/// The drawing that is shared. The server changes it without the bridge, and tells the pages.
+#[derive(Debug, Default)]
+pub struct Together {
+    room: Mutex<Room>,
+    /// Changes with every change of the drawing, and with every change of the people.
+    pub drawn: watch::Sender<()>,
+    /// The same for the people.
+    pub people: watch::Sender<()>,
+}
+
+impl Together {
+    /// The room. A thread that panics while holding the lock would leave it intact: changes are made after all checks.
+    pub fn room(&self) -> MutexGuard<'_, Room> {
+        self.room.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Makes a page's changes and tells all pages.
+    ///
+    /// # Errors
+    /// Those of [`Room::make`].
+    pub fn draw(&self, change: Change) -> Result<(), Refusal> {
+        self.room().make(change)?;
+        self.drawn.send_replace(());
+        Ok(())
+    }
+
+    /// Changes what pages know of each other.
+    pub fn meet(&self, change: impl FnOnce(&mut Room)) {
+        change(&mut self.room());
+        self.people.send_replace(());
+    }
+}
+
+impl Board {
+    /// An empty board of a pad on which people draw together, or not.
+    pub fn new(together: bool) -> Self {
         Self {
             picture: watch::Sender::default(),
             welcome: watch::Sender::new(None),
             walls: Mutex::default(),
             learned: Mutex::default(),
+            corrected: Mutex::default(),
             photo: Mutex::default(),
             place: OnceLock::new(),
+            together: together.then(Together::default),
         }
     }
-}
 
-impl Board {
     /// The session that has the wheel.
     pub fn driver(&self) -> Option<String> {
         self.welcome.borrow().as_ref()?.driver.clone()
@@ -170,12 +214,12 @@ impl Board {
 
 /// Returns a copy of the image. Even if a thread panicked while holding the lock, the image is intact,
 /// because it is always replaced as a whole.
-pub fn image(place: &Mutex<Option<Image>>) -> Option<Image> {
+pub fn image<T: Clone>(place: &Mutex<Option<T>>) -> Option<T> {
     place.lock().unwrap_or_else(PoisonError::into_inner).clone()
 }
 
 /// Replaces an image.
-pub fn put_image(place: &Mutex<Option<Image>>, image: Option<Image>) {
+pub fn put_image<T>(place: &Mutex<Option<T>>, image: Option<T>) {
     *place.lock().unwrap_or_else(PoisonError::into_inner) = image;
 }
 
@@ -205,10 +249,10 @@ type Leaves = Arc<Mutex<Vec<String>>>;
 type Aborts = Arc<Mutex<Option<Vec<oneshot::Sender<Answer>>>>>;
 
 impl Caller {
-    /// Creates both ends.
-    pub fn new(wake: impl Fn() + Send + Sync + 'static) -> (Self, Calls) {
+    /// Creates both ends, for a pad on which people draw together, or not.
+    pub fn new(together: bool, wake: impl Fn() + Send + Sync + 'static) -> (Self, Calls) {
         let (sender, calls) = sync_channel(MAX_CALLS);
-        let (leaves, aborts, board) = (Leaves::default(), Aborts::default(), Arc::default());
+        let (leaves, aborts, board) = (Leaves::default(), Aborts::default(), Arc::new(Board::new(together)));
         let wake = Arc::new(wake);
         let caller = Self { calls: sender, leaves: leaves.clone(), aborts: aborts.clone(), wake, board };
         (caller, Calls { calls, leaves, aborts })

@@ -36,6 +36,8 @@ use crate::sessions::{Plea, Sessions};
 use crate::study::Sitting;
 use crate::walls;
 
+pub use lessons::Looked;
+
 use lessons::Lessons;
 use lookout::Watch;
 use receive::{Inbox, News};
@@ -108,6 +110,8 @@ struct Bridge<'a> {
     saved: BTreeSet<String>,
     study: Option<Sitting>,
     lessons: Lessons,
+    /// The rooms that the mission's goals describe, in words.
+    resolved: Vec<String>,
     ends: Ends,
     services: Services,
     metrics: Metrics,
@@ -152,6 +156,7 @@ impl<'a> Bridge<'a> {
             saved: BTreeSet::new(),
             study,
             lessons: Lessons::default(),
+            resolved: Vec::new(),
             ends: Ends::default(),
             services: Services::default(),
             metrics: Metrics::open(node, navigator.kind)?,
@@ -169,6 +174,7 @@ impl<'a> Bridge<'a> {
         }
         bridge.paint();
         bridge.resume_lessons();
+        bridge.resolve(navigator);
         bridge.show_place()?;
         bridge.welcome();
         Ok(bridge)
@@ -347,7 +353,11 @@ impl<'a> Bridge<'a> {
                     self.checkpoint()?;
                     self.welcome();
                 }
-                if let Err(Ok(session)) = reply.send(joined) {
+                let joined = joined.map(|session| {
+                    let page = self.sessions.page(&session);
+                    (session, page)
+                });
+                if let Err(Ok((session, _))) = reply.send(joined) {
                     // The page has already disconnected again.
                     self.sessions.leave(&session);
                 }
@@ -365,7 +375,11 @@ impl<'a> Bridge<'a> {
                 self.show_walls(picture);
             }
             Call::Walls(..) => {}
-            Call::Learned(number, learned) => self.offer(number, *learned),
+            Call::Resolved(resolved) => {
+                self.resolved = resolved;
+                self.is_new = true;
+            }
+            Call::Looked(looked) => self.on_looked(*looked, now),
             Call::Ask { session, request, reply } => {
                 self.sessions.hear(&session, now);
                 if let Some(answer) = self.ask(&session, request, now)? {

@@ -22,6 +22,7 @@ use sketchnav_stage::drawn::Frame;
 use sketchnav_stage::lookout::{Around, Shape, Whereabouts};
 
 use crate::machine::State;
+use crate::protocol::LearnedView;
 
 /// Half the distance, in pixels of a learned map, over which its scale and direction in the drawing are measured.
 const STEP_PX: f64 = 5.0;
@@ -122,6 +123,11 @@ pub struct Feed {
     pub driver: bool,
     /// Number of the walls at `/api/walls.png`.
     pub walls: u64,
+    /// What was learned, or null if nothing was.
+    pub learned: Option<LearnedView>,
+    /// The rooms that the mission's goals describe, in words.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub resolved: Vec<String>,
     /// The current task, or null if there is none.
     pub task: Option<TaskView>,
     /// The robot's estimated speed, m/s.

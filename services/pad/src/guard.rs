@@ -19,8 +19,10 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
 use crate::protocol::Refusal;
 
-/// Number of requests that a session may make in a burst, and per second after that: for uploads, and for all others.
+/// Number of requests that a session may make in a burst, and per second after that: for uploads, for changes of the shared
+/// drawing, and for all others.
 const UPLOADS: [f64; 2] = [8.0, 1.0];
+const CHANGES: [f64; 2] = [40.0, 20.0];
 const OTHERS: [f64; 2] = [20.0, 5.0];
 /// Requests of a session that may be in progress at the same time: a browser opens six connections.
 const AT_ONCE: usize = 6;
@@ -176,6 +178,8 @@ fn is_same(a: &[u8], b: &[u8]) -> bool {
 pub enum Load {
     /// A drawing, a path or a mission file.
     Upload,
+    /// Changes of the shared drawing.
+    Change,
     /// Any other request.
     Other,
 }
@@ -211,7 +215,7 @@ pub struct Rates {
 
 #[derive(Debug)]
 struct Rate {
-    buckets: [Bucket; 2],
+    buckets: [Bucket; 3],
     places: Arc<Semaphore>,
     connections: u32,
 }
@@ -225,12 +229,12 @@ impl Rates {
                 .sessions
                 .iter()
                 .filter(|(id, rate)| rate.connections == 0 && driver != Some(id.as_str()));
-            let oldest = gone.min_by_key(|(_, rate)| rate.buckets[0].at.max(rate.buckets[1].at));
+            let oldest = gone.min_by_key(|(_, rate)| rate.buckets.iter().map(|bucket| bucket.at).max());
             let oldest = oldest.map(|(id, _)| id.clone());
             oldest.and_then(|id| self.sessions.remove(&id));
         }
         let fresh = || Rate {
-            buckets: [Bucket::full(UPLOADS, now), Bucket::full(OTHERS, now)],
+            buckets: [UPLOADS, CHANGES, OTHERS].map(|limit| Bucket::full(limit, now)),
             places: Arc::new(Semaphore::new(AT_ONCE)),
             connections: 0,
         };
@@ -261,7 +265,8 @@ impl Rates {
         };
         let has = match load {
             Load::Upload => rate.buckets[0].take(UPLOADS, now),
-            Load::Other => rate.buckets[1].take(OTHERS, now),
+            Load::Change => rate.buckets[1].take(CHANGES, now),
+            Load::Other => rate.buckets[2].take(OTHERS, now),
         };
         if !has {
             return Err(Refusal::TooOften);
@@ -419,6 +424,7 @@ mod tests {
         assert_eq!((0..20).filter(|_| take("a", now)).count(), 8);
         assert!(take("b", now) && !take("a", now));
         assert!(take("a", now + Duration::from_secs(1)));
+        assert_eq!((0..99).filter(|_| rates.take(Some("a"), Load::Change, now).is_ok()).count(), 40);
         assert_eq!(rates.take(Some("c"), Load::Other, now).unwrap_err().status(), 403);
         assert_eq!(rates.take(None, Load::Other, now).unwrap_err().status(), 403);
     }

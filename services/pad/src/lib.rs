@@ -8,6 +8,7 @@
 //! - [`protocol`]: the messages between page and server, and their limits.
 //! - [`machine`]: which step is allowed. [`sessions`]: which page has the wheel, and whether it responds. [`guard`]: which requests
 //!   are accepted, and how often. `doors`: which connections stay open. [`feed`]: what pages display. These are pure.
+//! - [`together`]: the drawing in which several pages draw at once. It is pure, too.
 //! - `learning`: what the robot has learned on drives from the page, by the run's recording.
 //! - [`study`]: a user study on the page, including what its participants draw, measure and answer.
 //! - `server`, `bridge`: the threads around them. The server never accesses channels, and the bridge never
@@ -33,6 +34,7 @@ pub mod protocol;
 mod server;
 pub mod sessions;
 pub mod study;
+pub mod together;
 pub mod token;
 mod walls;
 
@@ -95,7 +97,8 @@ pub fn run(node: &Node, navigator: &Navigator, settings: Settings) -> anyhow::Re
     let address = SocketAddr::new(bind, port);
     let listener = TcpListener::bind(address).map_err(|source| PadError::Address { address, source })?;
     let waker = node.waker();
-    let (caller, calls) = Caller::new(move || waker.wake());
+    let draws = run.pad.draws() && study.is_none();
+    let (caller, calls) = Caller::new(draws, move || waker.wake());
     let end = Arc::new(Notify::new());
     let serving = {
         let (caller, end) = (caller.clone(), end.clone());

@@ -25,16 +25,18 @@ files! {
     "canvas.js": SCRIPT,
     "checks.js": SCRIPT,
     "desk.js": SCRIPT,
-    "exchange.js": SCRIPT,
     "excalidraw.js": SCRIPT,
+    "exchange.js": SCRIPT,
     "feed.js": SCRIPT,
     "files.js": SCRIPT,
     "geometry.js": SCRIPT,
     "grid.js": SCRIPT,
+    "history.js": SCRIPT,
     "ink.js": SCRIPT,
     "items.js": SCRIPT,
     "keeper.js": SCRIPT,
     "keyboard.js": SCRIPT,
+    "learned.js": SCRIPT,
     "library.js": SCRIPT,
     "link.js": SCRIPT,
     "manifest.webmanifest": MANIFEST,
@@ -44,11 +46,13 @@ files! {
     "outside.js": SCRIPT,
     "overlay.js": SCRIPT,
     "panel.js": SCRIPT,
+    "people.js": SCRIPT,
     "placing.js": SCRIPT,
     "pointer.js": SCRIPT,
     "select.js": SCRIPT,
     "selection.js": SCRIPT,
     "settings.js": SCRIPT,
+    "shared.js": SCRIPT,
     "shelf.js": SCRIPT,
     "snap.js": SCRIPT,
     "states.js": SCRIPT,
@@ -56,6 +60,7 @@ files! {
     "svg.js": SCRIPT,
     "svgfile.js": SCRIPT,
     "sw.js": SCRIPT,
+    "together.js": SCRIPT,
     "tools.js": SCRIPT,
     "transform.js": SCRIPT,
     "view.js": SCRIPT,
@@ -92,6 +97,20 @@ mod tests {
         let paths: Vec<String> = serde_json::from_slice(list).unwrap();
         assert_eq!(paths.len(), FILES.len() + 1);
         assert!(paths.iter().all(|path| find(path).is_some()), "{paths:?}");
+    }
+
+    /// People who consider the page for a slow link read its size in the manual.
+    #[test]
+    fn the_manual_states_the_size_of_the_page() {
+        let manual = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/pad.md");
+        let manual = std::fs::read_to_string(manual).unwrap();
+        let kilobytes = FILES.iter().map(|(.., bytes)| bytes.len()).sum::<usize>() as f64 / 1e3;
+        let (_, stated) = manual.split_once("The page consists of ").unwrap();
+        let (files, stated) = stated.split_once(" files with ").unwrap();
+        let (stated, _) = stated.split_once(" kB").unwrap();
+        assert_eq!(files.parse(), Ok(FILES.len()));
+        let stated: f64 = stated.parse().unwrap();
+        assert!((stated / kilobytes - 1.0).abs() < 0.05, "expected about {kilobytes:.0} kB, found {stated}");
     }
 
     #[test]

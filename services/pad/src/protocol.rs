@@ -17,17 +17,20 @@
 //! | `POST /api/order` | `{"order":"execute"}`, `abort`, `restore`, `again`; `accept`, `reject` what was learned | that of a sketch, for the last two |
 //! | `POST /api/here` | `{"at":[x,y]}`, optionally with `"heading_deg":90`: where the robot is, while it asks | |
 //! | `POST /api/wheel` | empty or `"take"`: takes the wheel if no page has it, or its holder cannot be heard; `{"ask":"Anna"}`: asks the driver for it, under a name that may be empty; `"withdraw"`: no longer asks; from the driver, `{"give":2}`: hands it to page 2, which asks, or `{"decline":2}` | |
+//! | `POST /api/draw` | changes of the drawing in which several pages draw: `{"sheet":{"id","canvas"},"entries":[{"id","time","by","order","shape"},…]}` ([`together`](crate::together)), with `"instead"`, the id of the shared drawing or "", if this one replaces it | |
 //! | `POST /api/limit` | `{"link_limit_s":3}` | |
 //! | `POST /api/mission` | `{"name":"…"}`: writes a mission file and the drawing into the pad's folder, unless a file that the pad has not written is in the way (409) | `files`: `name` and `text` (null for a photo) of the mission and of the drawing |
 //! | `POST /api/study` | of a study: `{"begin":{"code":"p-07","age":27}}` (the age is optional), `{"measures":{…}}` before the drive, `{"answers":{…}}` after it ([`Told`](crate::study::sitting::Told)) | |
 //! | `GET /api/seat` | `?session=…`: whether a page would be admitted now (503: not) | |
 //! | `GET /api/walls.png` | | a picture: the walls as the robot understands them, gray with alpha, as large as the sketch; 404 before there are any |
 //! | `GET /api/learned.png` | | a picture: what the robot has seen, as it lies in the drawing, gray with alpha, as large as the sketch; 404 if nothing was learned |
+//! | `GET /api/corrected.svg` | | a picture: the drawing, corrected by what the robot has seen; 404 if nothing was learned |
 //! | `GET /api/drawing` | | a picture: the photo that is the drawing; 404 if it is not a photo |
 //! | `GET /api/place.svg` | | a picture: the floor that participants of a study see before they draw; 404 if there is none |
 //!
 //! Sketches, paths, places, limits, missions and anything that concerns a study are only accepted from the
-//! session that drives. Those of other sessions are not even read. The order `abort` may be given by any
+//! session that drives. Those of other sessions are not even read. Changes of the shared drawing are accepted from any session, all
+//! of a request or none. The order `abort` may be given by any
 //! session, at any rate, and takes precedence over everything else. The response comes once the order has
 //! been passed on to the planner, or refused (409) if nothing is in progress. A connection carries one
 //! request. Its head must arrive within 10 s and its body within 10 s (that of a drawing or a path within 60
@@ -54,6 +57,11 @@
 //!   ask for the wheel, each with `page` and `name`) and `asks` (whether this page is one of them). The page responds with
 //!   `{"seen":n}` when it has drawn it. At most two feeds are in transit unseen (a page that does not respond gets one a second), so a slow page
 //!   always gets the latest picture instead of a queue.
+//! - `{"drawn":{"sheet":…,"entries":[…]}}` is the shared drawing, and later what has changed in it: the latest versions only, so a slow
+//!   page does not queue them. `sheet` is null before a drawing is shared, and another one if a page has replaced it.
+//! - `{"people":{"me":2,"all":[{"page","name","sheet","at","draft","drives"},…]}}` lists the pages that are open, with their names (may be
+//!   empty), the id of the drawing on their sheet, and where they draw: the pointer and the line that is being drawn. A page sends its
+//!   own with `{"presence":{"name","sheet","at","draft"}}` ([`Presence`]). Neither is sent in a study, or if people do not draw.
 //! - `{"ping":t}` is answered by `{"pong":t}`, with any number.
 //! - `{"abort":true}` is the same as the order. The feed shows its result.
 
@@ -74,6 +82,10 @@ pub const MAX_PATH_BYTES: usize = 1 << 20;
 pub const MAX_STUDY_BYTES: usize = 16 << 10;
 /// Maximum length of any other request, in bytes.
 pub const MAX_SMALL_BYTES: usize = 4096;
+/// Maximum number of characters of a person's name.
+pub const MAX_NAME: usize = 24;
+/// Maximum number of points of the line that a page shows while it is being drawn.
+const MAX_DRAFT_POINTS: usize = 40;
 /// Minimum and maximum time for which the link to the driver may be lost before the mission pauses, in
 /// seconds.
 pub const LINK_LIMIT_S: [f64; 2] = [1.0, 60.0];
@@ -426,13 +438,38 @@ pub fn parse<'a, T: Deserialize<'a>>(what: &str, bytes: &'a [u8]) -> Result<T, R
     serde_json::from_slice(bytes).map_err(|error| Refusal::malformed(what, error))
 }
 
+/// Where a person draws, for the others.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Presence {
+    /// The person's name; may be empty.
+    pub name: String,
+    /// The drawing on the page's sheet.
+    pub sheet: Option<String>,
+    /// The pointer on the sheet, if it is there.
+    pub at: Option<[f64; 2]>,
+    /// The line that is being drawn.
+    pub draft: Vec<[f64; 2]>,
+}
+
+impl Presence {
+    fn is_valid(&self) -> bool {
+        let is_name = |text: &str| text.chars().count() <= MAX_NAME && !text.contains(char::is_control);
+        is_name(&self.name)
+            && self.draft.len() <= MAX_DRAFT_POINTS
+            && self.sheet.as_ref().is_none_or(|id| id.bytes().all(|byte| byte.is_ascii_alphanumeric()))
+    }
+}
+
 /// A message from a page on the WebSocket.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Said {
     /// Requests a response with the same number.
     Ping(f64),
     /// Confirms that the page has drawn the feed with this number.
     Seen(u64),
+    /// Shows the others where this page draws.
+    Presence(Presence),
     /// Stop the robot.
     Abort,
 }
@@ -442,6 +479,7 @@ pub enum Said {
 struct SaidBody {
     ping: Option<f64>,
     seen: Option<u64>,
+    presence: Option<Presence>,
     abort: Option<bool>,
 }
 
@@ -452,6 +490,9 @@ impl Said {
             SaidBody { abort: Some(true), .. } => Some(Self::Abort),
             SaidBody { seen: Some(n), .. } => Some(Self::Seen(n)),
             SaidBody { ping: Some(t), .. } => Some(Self::Ping(t)),
+            SaidBody { presence: Some(presence), .. } => {
+                presence.is_valid().then_some(Self::Presence(presence))
+            }
             SaidBody { .. } => None,
         }
     }
@@ -503,13 +544,15 @@ impl Hello {
     }
 }
 
-/// What was learned on drives from the page.
+/// What was learned on drives.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct LearnedView {
-    /// Number of the picture at `/api/learned.png`.
+    /// Number of the pictures at `/api/learned.png` and `/api/corrected.svg`.
     pub picture: u64,
     /// Whether the robot drives in it, without a start.
     pub accepted: bool,
+    /// Whether the pictures show a drive that is not over.
+    pub growing: bool,
 }
 
 /// The limits that a page has to observe.
@@ -609,6 +652,13 @@ mod tests {
         assert_eq!(Said::parse(r#"{"abort":true}"#), Some(Said::Abort));
         assert_eq!(Said::parse(r#"{"seen":7}"#), Some(Said::Seen(7)));
         assert_eq!(Said::parse(r#"{"ping":1.5}"#), Some(Said::Ping(1.5)));
+        let presence = r#"{"presence":{"name":"Anna","sheet":"a1","at":[1,2],"draft":[[1,2]]}}"#;
+        assert!(
+            matches!(Said::parse(presence), Some(Said::Presence(Presence { draft, .. })) if draft == [[1.0, 2.0]])
+        );
+        for (good, bad) in [("Anna", "Anna, who has a very long name"), ("Anna", "\\u001b"), ("a1", "<b>")] {
+            assert_eq!(Said::parse(&presence.replace(good, bad)), None, "{bad}");
+        }
         for other in ["", "{}", "[]", r#"{"abort":false}"#, r#"{"order":"execute"}"#, r#"{"seen":-1}"#] {
             assert_eq!(Said::parse(other), None, "{other}");
         }

@@ -31,10 +31,13 @@ use crate::protocol::{
     LimitBody, MAX_PATH_BYTES, MAX_SMALL_BYTES, MAX_STUDY_BYTES, MissionBody, OrderBody, PathRequest,
     Refusal, SketchRequest, SketchType, Step, WheelWish, parse,
 };
+use crate::together::Change;
 use sketchnav_schemas::message::MAX_DRAWING_BYTES;
 
 /// Maximum number of drawings that are received at the same time, all of them from the driver.
 const MAX_UPLOADS: usize = 2;
+/// Maximum number of changes of the shared drawing that are received at the same time.
+const MAX_CHANGES: usize = 8;
 /// Maximum time for the body of a request to arrive: for a drawing, and for any other request.
 const DRAWING_WITHIN: Duration = Duration::from_secs(60);
 const BODY_WITHIN: Duration = Duration::from_secs(10);
@@ -56,6 +59,7 @@ struct Desk {
     guard: Arc<Guard>,
     rates: Arc<Mutex<Rates>>,
     uploads: Arc<Semaphore>,
+    changes: Arc<Semaphore>,
     began: Instant,
 }
 
@@ -93,12 +97,14 @@ fn router(desk: Desk) -> Router {
         .route("/api/order", post(order))
         .route("/api/here", post(here))
         .route("/api/wheel", post(wheel))
+        .route("/api/draw", post(draw))
         .route("/api/limit", post(limit))
         .route("/api/mission", post(mission))
         .route("/api/study", post(study))
         .route("/api/seat", get(seat))
         .route("/api/walls.png", get(walls))
         .route("/api/learned.png", get(learned))
+        .route("/api/corrected.svg", get(corrected))
         .route("/api/drawing", get(drawing))
         .route("/api/place.svg", get(place))
         .route("/metrics", get(metrics))
@@ -178,8 +184,15 @@ struct Admitted {
 
 impl Desk {
     fn new(guard: Guard, caller: Caller) -> Self {
-        let uploads = Arc::new(Semaphore::new(MAX_UPLOADS));
-        Self { caller, guard: Arc::new(guard), rates: Arc::default(), uploads, began: Instant::now() }
+        let [uploads, changes] = [MAX_UPLOADS, MAX_CHANGES].map(|most| Arc::new(Semaphore::new(most)));
+        Self {
+            caller,
+            guard: Arc::new(guard),
+            rates: Arc::default(),
+            uploads,
+            changes,
+            began: Instant::now(),
+        }
     }
 
     fn rates(&self) -> MutexGuard<'_, Rates> {
@@ -324,6 +337,20 @@ async fn wheel(State(desk): State<Desk>, visit: Visit, content: Body) -> Respons
     respond(reply.await)
 }
 
+async fn draw(State(desk): State<Desk>, visit: Visit, content: Body) -> Response {
+    let reply = async {
+        let _admitted = desk.admit(&visit, Load::Change)?;
+        let together = desk.caller.board.together.as_ref();
+        let together =
+            together.ok_or_else(|| Refusal::NotNow("expected a pad on which people draw freely".into()))?;
+        let Ok(_place) = desk.changes.try_acquire() else { return Err(Refusal::TooOften) };
+        let bytes = body(&visit, content, MAX_DRAWING_BYTES, BODY_WITHIN).await?;
+        together.draw(aside(move || Change::parse(&bytes)).await?)?;
+        Ok(ok(json!({})))
+    };
+    respond(reply.await)
+}
+
 async fn limit(State(desk): State<Desk>, visit: Visit, content: Body) -> Response {
     let reply = async {
         let admitted = desk.admit_driver(&visit, Load::Other)?;
@@ -384,12 +411,19 @@ async fn learned(State(desk): State<Desk>) -> Response {
     picture(image(&desk.caller.board.learned))
 }
 
+async fn corrected(State(desk): State<Desk>) -> Response {
+    vector(image(&desk.caller.board.corrected))
+}
+
 async fn drawing(State(desk): State<Desk>) -> Response {
     picture(image(&desk.caller.board.photo))
 }
 
 async fn place(State(desk): State<Desk>) -> Response {
-    let found = desk.caller.board.place.get().cloned();
+    vector(desk.caller.board.place.get().cloned())
+}
+
+fn vector(found: Option<Bytes>) -> Response {
     found.map_or_else(missing, |svg| ([(header::CONTENT_TYPE, "image/svg+xml")], svg).into_response())
 }
 
@@ -425,27 +459,34 @@ async fn connect(
         Ok(()) => joined.await.unwrap_or_else(|_| Err(Refusal::ending())),
         Err(refusal) => Err(refusal),
     };
-    let session = match session {
-        Ok(session) => session,
+    let (session, page) = match session {
+        Ok(joined) => joined,
         Err(refusal) => return refusal.into_response(),
     };
     visit.leave_lobby();
     desk.rates().enter(&session, desk.caller.board.driver().as_deref(), desk.began.elapsed());
-    let seat = Seat { session, desk };
+    if let Some(together) = &desk.caller.board.together {
+        together.meet(|room| room.enter(page, &session));
+    }
+    let seat = Seat { session, page, desk };
     upgrade.max_message_size(MAX_TEXT).max_frame_size(MAX_TEXT).on_upgrade(move |socket| async move {
-        socket::serve(socket, &seat.session, &seat.desk.caller).await
+        socket::serve(socket, (&seat.session, seat.page), &seat.desk.caller).await
     })
 }
 
 /// A session's connection, until it ends for any reason.
 struct Seat {
     session: String,
+    page: u32,
     desk: Desk,
 }
 
 impl Drop for Seat {
     fn drop(&mut self) {
         self.desk.rates().leave(&self.session);
+        if let Some(together) = &self.desk.caller.board.together {
+            together.meet(|room| room.leave(self.page));
+        }
         self.desk.caller.leave(std::mem::take(&mut self.session));
     }
 }
@@ -461,7 +502,7 @@ mod tests {
 
     /// A pad on a loopback address whose bridge has ended.
     fn pad() -> TowerToHyperService<Router> {
-        let (caller, _calls) = Caller::new(|| ());
+        let (caller, _calls) = Caller::new(true, || ());
         let guard = Guard::new("127.0.0.1:7004".parse().unwrap(), Vec::new(), TOKEN_TEXT.parse().unwrap());
         TowerToHyperService::new(router(Desk::new(guard, caller)))
     }
@@ -481,9 +522,10 @@ mod tests {
     /// On a loopback address, no token was required at first, and another user of the machine took the wheel.
     #[test]
     fn whatever_does_or_shows_anything_wants_the_token_also_on_loopback() {
-        let posts = ["sketch", "path", "order", "here", "wheel", "limit", "mission", "study"];
+        let posts = ["sketch", "path", "order", "here", "wheel", "draw", "limit", "mission", "study"];
         let posts = posts.map(|name| ("POST", format!("/api/{name}")));
-        let pictures = ["/api/walls.png", "/api/learned.png", "/api/drawing", "/api/place.svg"];
+        let pictures =
+            ["/api/walls.png", "/api/learned.png", "/api/corrected.svg", "/api/drawing", "/api/place.svg"];
         let gets = ["/api/seat", "/metrics", "/ws"].into_iter().chain(pictures);
         let gets = gets.map(|path| ("GET", path.to_owned()));
         for (method, path) in posts.into_iter().chain(gets) {

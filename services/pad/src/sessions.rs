@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-use crate::protocol::{DEFAULT_LINK_LIMIT_S, LINK_LIMIT_S, Refusal};
+use crate::protocol::{DEFAULT_LINK_LIMIT_S, LINK_LIMIT_S, MAX_NAME, Refusal};
 
 /// Maximum number of pages that are open at the same time, not counting that of the driver.
 const MAX_CONNECTED: usize = 16;
@@ -16,8 +16,6 @@ const MAX_CONNECTED: usize = 16;
 const MAX_CONNECTIONS: u32 = 8;
 /// Maximum number of pages that are remembered after they have disconnected.
 const MAX_REMEMBERED: usize = 32;
-/// Maximum number of characters of the name under which a page asks for the wheel.
-const MAX_NAME: usize = 24;
 
 #[derive(Debug)]
 struct Session {
@@ -141,6 +139,11 @@ impl Sessions {
         self.known.contains_key(id)
     }
 
+    /// Returns the number of the session's page, or 0 if it is not known.
+    pub fn page(&self, id: &str) -> u32 {
+        self.known.get(id).map_or(0, |session| session.page)
+    }
+
     /// Returns true if the session has the wheel.
     pub fn drives(&self, id: &str) -> bool {
         self.driver.as_deref() == Some(id)
@@ -181,7 +184,7 @@ impl Sessions {
         Ok(())
     }
 
-    /// Asks the driver for the wheel, under this name, or `page 2` if it is empty. A page that asks again changes its name.
+    /// Asks the driver for the wheel, under this name, or `guest 2` if it is empty. A page that asks again changes its name.
     ///
     /// # Errors
     /// [`Refusal::NotNow`] if the page drives already, or [`Refusal::Malformed`] if the name is too long or has control characters.
@@ -197,7 +200,7 @@ impl Sessions {
         let Some(page) = self.known.get(id).map(|session| session.page) else {
             return Err(Refusal::Forbidden("expected a page that is connected".into()));
         };
-        let name = if name.is_empty() { format!("page {page}") } else { name.to_owned() };
+        let name = if name.is_empty() { format!("guest {page}") } else { name.to_owned() };
         match self.pleas.iter_mut().find(|plea| plea.session == id) {
             Some(plea) => plea.name = name,
             None => self.pleas.push(Plea { session: id.to_owned(), page, name }),
@@ -356,11 +359,11 @@ mod tests {
         sessions.ask_for_wheel("c", "  ").unwrap();
         sessions.ask_for_wheel("b", "B").unwrap();
         sessions.ask_for_wheel("b", "Berta").unwrap();
-        assert_eq!(asking(&sessions), [(3, "page 3"), (2, "Berta")]);
+        assert_eq!(asking(&sessions), [(3, "guest 3"), (2, "Berta")]);
         assert_eq!(sessions.answer_plea("c", 3, true, s(1)).unwrap_err().status(), 403, "not by itself");
         sessions.answer_plea("a", 2, true, s(1)).unwrap();
         assert!(sessions.drives("b") && !sessions.is_unattended(s(2)));
-        assert_eq!(asking(&sessions), [(3, "page 3")], "who asked as well still does");
+        assert_eq!(asking(&sessions), [(3, "guest 3")], "who asked as well still does");
         sessions.answer_plea("b", 3, false, s(2)).unwrap();
         assert!(sessions.drives("b") && asking(&sessions).is_empty());
         assert_eq!(sessions.ask_for_wheel("b", "").unwrap_err().status(), 409);
@@ -382,7 +385,7 @@ mod tests {
         assert!(asking(&sessions).is_empty());
         assert_eq!(sessions.answer_plea("a", 2, true, s(9)).unwrap_err().status(), 409);
         sessions.join(Some("b"), "new".into(), s(10)).unwrap();
-        assert_eq!(asking(&sessions), [(2, "page 2")], "it still asks when it comes back");
+        assert_eq!(asking(&sessions), [(2, "guest 2")], "it still asks when it comes back");
         sessions.answer_plea("a", 2, true, s(10)).unwrap();
         assert!(sessions.drives("b"));
     }

@@ -114,6 +114,13 @@ impl Browser {
         self.runs(script)
     }
 
+    /// Draws on several pages at `link` at once, breaks a link, hands over the wheel and drives.
+    pub fn draws_together(&self, place: &Place, link: &str) -> Ended {
+        let mut script = drawing_script("together.mjs", place, link);
+        script.env("SKETCHNAV_PAD_PID", place.pid("pad", "pad").to_string());
+        self.runs(script)
+    }
+
     fn runs(&self, mut script: Command) -> Ended {
         script.env("SKETCHNAV_PLAYWRIGHT", &self.playwright).env("SKETCHNAV_CHROMIUM", &self.chromium);
         script.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());

@@ -1,6 +1,7 @@
 //! A stand-in for the pad's page that needs no browser but uses the same HTTP and WebSocket messages, over real
 //! sockets.
 
+use std::collections::BTreeMap;
 use std::error::Error;
 use std::io::{ErrorKind, Read, Write};
 use std::net::{TcpListener, TcpStream};
@@ -103,6 +104,10 @@ pub struct Page {
     pub hello: Value,
     /// The latest feed.
     pub feed: Value,
+    /// The latest versions of the items of the shared drawing, by their ids.
+    pub drawn: BTreeMap<String, Value>,
+    /// The pages that are open.
+    pub people: Value,
 }
 
 impl Page {
@@ -118,7 +123,8 @@ impl Page {
         let session = session.map_or_else(String::new, |session| format!("&session={session}"));
         let url = format!("ws://127.0.0.1:{port}/ws?token={TOKEN}{session}");
         let (socket, _) = tungstenite::client(url, stream)?;
-        let mut page = Self { port, socket, hello: Value::Null, feed: Value::Null };
+        let (hello, feed, people) = (Value::Null, Value::Null, Value::Null);
+        let mut page = Self { port, socket, hello, feed, drawn: BTreeMap::new(), people };
         while page.hello.is_null() {
             page.try_read()?;
         }
@@ -140,6 +146,12 @@ impl Page {
         let said: Value = serde_json::from_str(&text).unwrap_or_else(|error| panic!("{error}: {text}"));
         if let Some(hello) = said.get("hello") {
             self.hello = hello.clone();
+        }
+        for entry in said["drawn"]["entries"].as_array().into_iter().flatten() {
+            self.drawn.insert(entry["id"].as_str().unwrap_or_default().to_owned(), entry.clone());
+        }
+        if let Some(people) = said.get("people") {
+            self.people = people.clone();
         }
         if let Some(feed) = said.get("feed") {
             self.feed = feed.clone();
@@ -163,6 +175,15 @@ impl Page {
                 return self.feed.clone();
             }
             assert!(began.elapsed() < LIMIT, "waited {LIMIT:?} for {what}; the last feed: {}", self.feed);
+        }
+    }
+
+    /// Reads messages until this page satisfies `is_so`.
+    pub fn until_it(&mut self, what: &str, is_so: impl Fn(&Self) -> bool) {
+        let began = Instant::now();
+        while !is_so(self) {
+            self.read();
+            assert!(began.elapsed() < LIMIT, "waited {LIMIT:?} for {what}");
         }
     }
 

@@ -136,9 +136,10 @@ pub struct SendOptions {
     /// The order: start, abort, pause, resume, unattended, goal or here.
     #[arg(value_parser = parse_order)]
     pub order: Order,
-    /// With `goal`: the name of a task, of the place that is its goal, or of any place in the drawing.
-    #[arg(value_name = "NAME", conflicts_with_all = ["task", "state", "at"])]
-    pub name: Option<String>,
+    /// With `goal`: the name of a task, of the place that is its goal, or of any place in the drawing, or a room by its position,
+    /// as in `the room left of the kitchen`.
+    #[arg(value_name = "NAME", num_args = 0.., conflicts_with_all = ["task", "state", "at"])]
+    pub name: Vec<String>,
     /// The number of the task that the order refers to, from 1, for orders that refer to one.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub task: u32,

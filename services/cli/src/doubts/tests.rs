@@ -74,7 +74,7 @@ fn by_drawing(inside: &str, folder: &Path) -> Result<Doubts, Failure> {
 fn a_drawing_is_doubted_before_the_start() {
     let folder = tempfile::tempdir().unwrap();
     let walls = "<path d='M50 50H850V550H50zM550 50V400' fill='none' stroke='black' stroke-width='6'/>";
-    let Doubts { warnings, left_out } = by_drawing(
+    let Doubts { warnings, left_out, .. } = by_drawing(
         &format!("{walls}<text><textPath>a</textPath></text><image href='plan.png'/>"),
         folder.path(),
     )

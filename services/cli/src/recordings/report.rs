@@ -116,8 +116,9 @@ impl Page<'_> {
                 span { "recording " b { (file) } }
                 @for key in ["seed", "method", "pace", "robot", "version"] { span { (key) " " b { (fact(key)) } } }
             }
-            @let Doubts { warnings, left_out } = doubts::of(self.run, self.files).unwrap_or_default();
+            @let Doubts { warnings, left_out, resolved } = doubts::of(self.run, self.files).unwrap_or_default();
             @for warning in warnings.iter().chain(self.planned) { p.notice { "Doubted before the start: " (warning) "." } }
+            @for what in &resolved { p.facts { (what) "." } }
             @for what in &left_out { p.facts { "Left out of the drawing: " (what) "." } }
         }
     }

@@ -13,6 +13,10 @@ pub struct Doubts {
     /// Parts of the files that will be ignored.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub left_out: Vec<String>,
+    /// Goals that the mission describes instead of naming them, each with the place that was found. They are not doubtful, but shown
+    /// so that a person can check them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub resolved: Vec<String>,
 }
 
 /// The plan that a navigator makes before the start, and the doubts about it.

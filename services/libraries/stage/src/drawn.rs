@@ -18,19 +18,31 @@ pub const UNSEEN: u8 = 255;
 pub type Replay<'a> = dyn FnMut(&mut See<'_>) -> Result<(), StageError> + 'a;
 /// Processes a message, given its channel, its bytes and the cells that follow it.
 pub type See<'a> = dyn FnMut(&ChannelSpec, &[u8], &[u8]) + 'a;
-/// Learns from a drive. Returns the content of the file for the next drive.
-pub type Learn = fn(&RunConfig, &Files<'_>, &mut Replay<'_>) -> Result<Vec<u8>, StageError>;
+/// Begins to learn from the drives of a run.
+pub type Begin = fn(&RunConfig, &Files<'_>) -> Result<Box<dyn Learning>, StageError>;
 /// Shows the map that was learned by a drawing, given the drawing and the file with the map.
 pub type Show = fn(&RunConfig, &[u8], &[u8]) -> Result<Lesson, StageError>;
 
 /// Functions for learning from drives by a drawing.
 #[derive(Debug, Clone, Copy)]
 pub struct Lessons {
-    /// Learns from a drive, and returns the content of a file that the next drive can start from. If this file is sent after its
-    /// drawing, it replaces the drawing.
-    pub learn: Learn,
-    /// Shows what such a file contains, given the drawing and the file.
+    /// Begins to learn from the drives of a run.
+    pub begin: Begin,
+    /// Shows what a file with a learned map contains, given the drawing and the file.
     pub show: Show,
+}
+
+/// Learns from the drives of a run, message by message.
+pub trait Learning: Debug + Send {
+    /// Processes a message of the planner's channels or a drawing. Messages must arrive in order.
+    fn see(&mut self, spec: &ChannelSpec, message: &[u8], cells: &[u8]);
+
+    /// Returns what was learned so far: the content of a file for the next drive to start from, and how to show it. If the file
+    /// is sent after its drawing, it replaces the drawing.
+    ///
+    /// # Errors
+    /// If nothing can be learned from the drives so far.
+    fn learned(&self) -> Result<(Vec<u8>, Lesson), StageError>;
 }
 
 /// A learned map, converted to the drawing that it was learned by.
@@ -40,6 +52,8 @@ pub struct Lesson {
     pub seen: Walls,
     /// Converts positions between the sketch and the drawing, if the robot drives in a learned map.
     pub frame: Arc<dyn Frame>,
+    /// The drawing, corrected by what was seen, as SVG: what was seen in its true proportions, and the rest as drawn and lighter.
+    pub corrected: Vec<u8>,
 }
 
 /// Converts positions between a drawing and a sketch that was not read from it. Positions in the drawing are pixels of its file

@@ -84,7 +84,7 @@ pub use access::{Access, Denied};
 pub use hosted::{Hosted, SaveError, Stage, Unanswered, step};
 pub use in_process::{InProcess, Tap};
 pub use input::{Incoming, Inputs, Instant, Reading, Remains};
-pub use navigator::{Files, Make, Navigator, Review, Watch};
+pub use navigator::{Files, FoundPlace, Make, Navigator, Review, Watch};
 pub use output::{Fill, Outbox, Put, Sink};
 
 /// Why a stage cannot continue, for example an invalid parameter, drawing or message.

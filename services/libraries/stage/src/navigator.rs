@@ -33,8 +33,17 @@ pub type Doubt = fn(&RunConfig, &Files<'_>) -> Result<Doubts, StageError>;
 /// Finds the drawing that the robot is localized in, if the run has one.
 pub type FindCanvas = fn(&RunConfig, &Files<'_>) -> Result<Option<Canvas>, StageError>;
 
-/// Finds a place in a run that is under way, by the name that a person gives it.
-pub type FindPlace = fn(&RunConfig, &Files<'_>, &str) -> Result<NamedPlace, StageError>;
+/// Finds the place that a person refers to in words, in a run that is under way.
+pub type FindPlace = fn(&RunConfig, &Files<'_>, &str) -> Result<FoundPlace, StageError>;
+
+/// A place that a person refers to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FoundPlace {
+    /// The place.
+    pub place: NamedPlace,
+    /// Which place the person's words refer to, for them to check. `None` if they are its name.
+    pub resolved: Option<String>,
+}
 
 /// Checks a mission against the markers of its floor.
 pub type CheckMarkers = fn(&Mission, &[Marker]) -> Result<(), StageError>;

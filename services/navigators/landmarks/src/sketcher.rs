@@ -74,7 +74,7 @@ pub fn doubts(run: &RunConfig, files: &Files<'_>) -> Result<Doubts, LandmarksErr
     let found = doubts_about(run, &instructions)?;
     let file = Path::new(mission.given.file()).file_name().unwrap_or_default().display();
     let warnings = found.iter().map(|doubt| format!("{file}: {doubt}")).collect();
-    Ok(Doubts { warnings, left_out: Vec::new() })
+    Ok(Doubts { warnings, ..Doubts::default() })
 }
 
 /// Returns the doubts about the instructions of a run.

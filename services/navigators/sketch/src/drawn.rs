@@ -19,7 +19,7 @@ const TIME_LIMIT_S: f64 = 1800.0;
 
 /// The functions that the pad uses to show and save drawings for this navigator.
 pub const DRAWN: Drawn =
-    Drawn { blank, walls, keep, lessons: Some(Lessons { learn: learned::learn, show: learned::show }) };
+    Drawn { blank, walls, keep, lessons: Some(Lessons { begin: learned::begin, show: learned::show }) };
 
 /// Reads the walls with the sketcher's own code, so that the page shows exactly what the sketcher would read. Returns `None` if
 /// the drawing cannot be read.

@@ -28,7 +28,7 @@ use sketchnav_mapping::{Cell, Map};
 use sketchnav_schemas::geometry::Pose;
 use sketchnav_schemas::message::MAX_TASKS;
 
-pub use drive::{learn, of_drive};
+pub use drive::{begin, of_drive};
 pub use export::{MapServer, map_server, svg};
 pub use frame::show;
 pub use learner::{LearnError, Learner};

@@ -4,7 +4,7 @@
 //! ```text
 //! bytes ─encoding→ text ─vector (styles, pictures), raster, strokes→ tones
 //! tones ─ink→ walls ─pen→ gaps closed ─direction→ DrawnMap
-//! DrawnMap + mission ─labels→ Intent
+//! DrawnMap + mission ─labels, references to rooms→ Intent
 //! DrawnMap + Intent ─places→ Places ─publish→ SketchMap, Route
 //! DrawnMap + Places ─doubts→ warnings
 //! ```
@@ -37,11 +37,13 @@ mod hough;
 mod ink;
 mod labels;
 mod left_out;
+mod located;
 mod pen;
 mod places;
 mod preview;
 mod publish;
 mod raster;
+mod reference;
 mod settings;
 pub mod strokes;
 mod vector;
@@ -57,6 +59,7 @@ pub(crate) use places::nearest_free;
 pub use places::{ImageTask, Intent, Places, route_heading_rad};
 pub use preview::preview;
 pub use publish::{fill_cells, fill_sketch, fill_understood};
+pub use reference::{Reference, ReferenceError, Relation, Side};
 pub use settings::{Options, Settings};
 pub use sketchnav_stage::drawn::{GoalMark, Marks, StartMark};
 pub use walls::Kind;

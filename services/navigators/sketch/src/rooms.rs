@@ -10,6 +10,7 @@
 //! alignments.
 
 mod answer;
+mod drawn;
 mod floor;
 mod joint;
 mod lattice;
@@ -26,6 +27,7 @@ use sketchnav_mapping::region::Region;
 use sketchnav_schemas::geometry::{Pose, Sketch};
 
 pub use answer::{Answer, Doors, Hypothesis, locate};
+pub use drawn::{DIRECTIONS, DrawnRooms, Thing};
 pub use floor::{Door, Floor, Kind, Room, Token};
 
 use crate::filter::outline::closed;

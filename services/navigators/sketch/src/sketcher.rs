@@ -9,9 +9,10 @@ use serde::{Deserialize, Serialize};
 use sketchnav_schemas::channels::{DRAWING, UNDERSTOOD};
 use sketchnav_schemas::codes::DrawingKind;
 use sketchnav_schemas::message::{Header, MAX_TASKS, NamedPlace, Text};
+use sketchnav_schemas::mission::task_key;
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::doubts::{Canvas, Doubts};
-use sketchnav_stage::{Files, Hosted, Incoming, Outbox, Stage, StageError};
+use sketchnav_stage::{Files, FoundPlace, Hosted, Incoming, Outbox, Stage, StageError};
 
 use crate::learned::{DrawingFile, Learned};
 use crate::reading::desk::{self, Change, Desk};
@@ -78,10 +79,18 @@ pub fn doubts(run: &RunConfig, files: &Files<'_>) -> Result<Doubts, SketchError>
     if run.pad.draws() {
         return Ok(Doubts::default());
     }
-    let (drawing, places) = understand(run, files)?;
-    if SketchMission::of(&run.mission)?.is_learned() {
+    let options = Options::of_mission(&run.mission, run.seed)?;
+    let mission = SketchMission::of(&run.mission)?;
+    let given = Given::load(&mission, files)?;
+    let (drawing, intent) = given.read(&mission, &options)?;
+    let resolved = |(i, task): (usize, &ImageTask)| {
+        Some(format!("{}.goal: {}", task_key(i + 1, &task.name), task.resolved.as_ref()?))
+    };
+    let resolved = intent.tasks.iter().enumerate().filter_map(resolved).collect();
+    let (drawing, places) = given.place(&mission, drawing, &intent, &options)?;
+    if mission.is_learned() {
         // Doubts about a hand drawing do not apply to a map made by laser.
-        return Ok(Doubts::default());
+        return Ok(Doubts { resolved, ..Doubts::default() });
     }
     let range_max_m = run.robot.laser.as_ref().map(|laser| laser.range_max_m);
     let found = reading::doubts::doubts(&drawing, &places, range_max_m);
@@ -91,6 +100,7 @@ pub fn doubts(run: &RunConfig, files: &Files<'_>) -> Result<Doubts, SketchError>
     Ok(Doubts {
         warnings: found.iter().map(|doubt| format!("{file}: {doubt}")).collect(),
         left_out: left_out.map(|what| format!("{file}: {what}")).collect(),
+        resolved,
     })
 }
 
@@ -123,12 +133,13 @@ pub fn origin(run: &RunConfig, files: &Files<'_>) -> Result<Origin, SketchError>
     Ok(drawing.kind.origin())
 }
 
-/// Finds a place that is named on a run's drawing or in its mission, and checks that the robot can get there.
+/// Finds a place that is named on a run's drawing or in its mission, or a room by its position, and checks that the robot can get
+/// there.
 ///
 /// # Errors
 /// [`SketchError`] if people draw while the mission runs, if there is no such place or several, or if the robot cannot get there.
 /// If there is none, the error lists the names of places and tasks.
-pub fn place(run: &RunConfig, files: &Files<'_>, name: &str) -> Result<NamedPlace, SketchError> {
+pub fn place(run: &RunConfig, files: &Files<'_>, name: &str) -> Result<FoundPlace, SketchError> {
     if run.pad.draws() {
         return Err(SketchError::NamesOnPad { name: name.to_owned() });
     }
@@ -139,9 +150,11 @@ pub fn place(run: &RunConfig, files: &Files<'_>, name: &str) -> Result<NamedPlac
     let named = ImageTask::named(name, &mission, &drawing)?;
     // As on the planner's agenda, the place follows the mission's tasks.
     intent.tasks.truncate(MAX_TASKS - 1);
+    let (name, resolved) = (Text::new(&named.name), named.resolved.clone());
     intent.tasks.push(named);
     let (_, places) = given.place(&mission, drawing, &intent, &options)?;
-    Ok(NamedPlace { name: Text::new(name), at: places.tasks[intent.tasks.len() - 1].end() })
+    let place = NamedPlace { name, at: places.tasks[intent.tasks.len() - 1].end() };
+    Ok(FoundPlace { place, resolved })
 }
 
 /// The contents of the files that a mission names.

@@ -1,48 +1,104 @@
-//! What the robot has learned on drives from the page. It is offered to a person once the robot has stopped, until the person
-//! accepts or rejects it or lets the robot drive again.
+//! What the robot learns on drives. Pages show it as it grows, while the robot drives. If people draw, it is offered to them once the
+//! robot has stopped, until somebody accepts or rejects it or lets the robot drive again.
 
-use std::time::Duration;
+use std::sync::mpsc::{Sender, channel};
+use std::time::{Duration, Instant};
 
 use serde_json::json;
 use sketchnav_stage::drawn::Lessons as Ways;
+use sketchnav_stage::lookout::Sheet;
 
 use super::Bridge;
-use crate::board::{Answer, Call, Image, put_image};
-use crate::learning::{Learned, WRITTEN_WITHIN};
+use crate::board::{Answer, Call, Caller, Image, put_image};
+use crate::learning::{Follower, Learned, WRITTEN_WITHIN};
 use crate::machine::State;
 use crate::protocol::{LearnedView, SketchType};
 use crate::walls;
+use sketchnav_schemas::run::RunConfig;
+
+/// Minimum time between two looks at the recording while the robot drives.
+const LOOK_EVERY: Duration = Duration::from_secs(2);
+/// Time to wait after a look, as a multiple of the time that it took.
+const REST: u32 = 10;
 
 /// What was learned, and when to learn more.
 #[derive(Default)]
 pub(super) struct Lessons {
     /// Whether the robot was driving at the last check.
     drove: bool,
-    /// When the end of the last drive will have been recorded.
+    /// When to look at the recording next. After a drive, this is when its end will have been recorded.
     due: Option<Duration>,
     /// Number of changes that invalidate the current lesson.
     changes: u64,
+    /// The thread that looks at the recording.
+    follower: Option<Sender<Look>>,
+    /// What was learned so far on a drive that is not over, or whose end is being learned from.
+    growing: Option<Learned>,
     offered: Option<Learned>,
     /// The learned map that the robot drives in.
     pub(super) accepted: Option<Learned>,
-    /// Number of the picture on the board.
+    /// Number of the pictures on the board.
     picture: u64,
+}
+
+/// A request to look at the recording.
+struct Look {
+    /// The number of changes when it was made.
+    number: u64,
+    /// Whether the drive is over.
+    is_last: bool,
+}
+
+/// What a look at the recording led to.
+#[derive(Debug)]
+pub struct Looked {
+    /// The number of changes when it was requested.
+    number: u64,
+    /// `None` if nothing could be learned, which is normal at the beginning of a drive.
+    learned: Option<Learned>,
+    took: Duration,
 }
 
 impl Lessons {
     /// Returns the information for pages, or `None` if nothing was learned.
     pub(super) fn view(&self) -> Option<LearnedView> {
-        let is_accepted = self.accepted.is_some();
-        let is_shown = is_accepted || self.offered.is_some();
-        is_shown.then_some(LearnedView { picture: self.picture, accepted: is_accepted })
+        let growing = self.growing.is_some();
+        let is_shown = growing || self.accepted.is_some() || self.offered.is_some();
+        let accepted = self.accepted.is_some();
+        is_shown.then_some(LearnedView { picture: self.picture, accepted, growing })
     }
+
+    fn forget(&mut self) {
+        (self.accepted, self.offered, self.growing, self.due) = (None, None, None, None);
+        self.changes += 1;
+    }
+}
+
+/// Looks at the recording of a run whenever it is asked to, in a thread that ends with its bridge.
+fn follow(run: &RunConfig, ways: Ways, caller: Caller) -> Sender<Look> {
+    let (sender, looks) = channel::<Look>();
+    let mut follower = Follower::new(run, ways);
+    std::thread::spawn(move || {
+        for Look { number, is_last } in looks {
+            let began = Instant::now();
+            let learned = follower.look();
+            if let Err(error) = learned.as_ref().map(drop).map_err(|error| format!("{error:#}"))
+                && is_last
+            {
+                sketchnav_schemas::say!("nothing was learned on this drive: {error}");
+            }
+            let looked = Looked { number, learned: learned.ok(), took: began.elapsed() };
+            // If the pad is ending, it is no longer needed.
+            drop(caller.call(Call::Looked(Box::new(looked))));
+        }
+    });
+    sender
 }
 
 impl Bridge<'_> {
     /// Returns how the navigator learns. Participants of a study draw for the first drive, and nothing else.
     fn ways(&self) -> Option<Ways> {
-        let lessons = self.drawn.and_then(|drawn| drawn.lessons);
-        lessons.filter(|_| self.run.pad.draws() && self.study.is_none())
+        self.drawn.and_then(|drawn| drawn.lessons).filter(|_| self.study.is_none())
     }
 
     /// Restores the learned map that the robot drove in before the restart.
@@ -61,38 +117,43 @@ impl Bridge<'_> {
         Learned::of_file(self.run, ways, (&sketch.bytes, file.clone())).ok()
     }
 
-    /// Learns from the last drive if that is due, in a separate thread.
+    /// Learns from the drive so far, or from the last drive, if that is due.
     pub(super) fn learn(&mut self, now: Duration) {
         let Some(ways) = self.ways() else { return };
         let drives = self.machine.state() == State::Driving;
-        if drives && self.lessons.offered.is_some() {
-            self.lessons.offered = None;
+        if drives && let Some(offered) = self.lessons.offered.take() {
+            self.lessons.growing = Some(offered);
             self.show_learned();
         }
         if drives != self.lessons.drove {
             self.lessons.drove = drives;
             self.lessons.changes += 1;
-            self.lessons.due = (!drives).then_some(now + WRITTEN_WITHIN);
+            self.lessons.due = Some(now + if drives { LOOK_EVERY } else { WRITTEN_WITHIN });
         }
-        let Some(sketch) = self.machine.memory().sketch.as_ref() else { return };
         if self.lessons.due.take_if(|due| *due <= now).is_none() {
             return;
         }
-        let (caller, number) = (self.caller.clone(), self.lessons.changes);
-        let (run, drawing) = (self.run.clone(), sketch.bytes.clone());
-        std::thread::spawn(move || match Learned::of_run(&run, ways, &drawing) {
-            // If the pad is ending, it is no longer needed.
-            Ok(learned) => drop(caller.call(Call::Learned(number, Box::new(learned)))),
-            Err(error) => sketchnav_schemas::say!("nothing was learned on this drive: {error:#}"),
-        });
+        let look = Look { number: self.lessons.changes, is_last: !drives };
+        let (run, caller) = (self.run, &self.caller);
+        let follower = self.lessons.follower.get_or_insert_with(|| follow(run, ways, caller.clone()));
+        // The thread lives as long as its sender.
+        let _ = follower.send(look);
     }
 
-    /// Offers the learned map, unless something has happened since.
-    pub(super) fn offer(&mut self, number: u64, learned: Learned) {
-        if number == self.lessons.changes {
-            self.lessons.offered = Some(learned);
-            self.show_learned();
+    /// Shows what was learned, unless something has happened since. After a drive, it is offered.
+    pub(super) fn on_looked(&mut self, Looked { number, learned, took }: Looked, now: Duration) {
+        if number != self.lessons.changes {
+            return;
         }
+        if self.lessons.drove {
+            self.lessons.due = Some(now + LOOK_EVERY.max(REST * took));
+        }
+        match (learned, self.lessons.drove || !self.run.pad.draws()) {
+            (None, true) => return,
+            (Some(learned), true) => self.lessons.growing = Some(learned),
+            (learned, false) => (self.lessons.growing, self.lessons.offered) = (None, learned),
+        }
+        self.show_learned();
     }
 
     /// Lets the robot drive in the learned map from now on. The sketcher has to answer.
@@ -125,23 +186,33 @@ impl Bridge<'_> {
                 let offered = self.lessons.offered.take_if(|offered| offered.file == *file);
                 // The pad that offered it may have died before the sketcher answered.
                 self.lessons.accepted = offered.or_else(|| self.remembered());
+                self.lessons.growing = None;
             }
-            None if memory.path.is_none() => {
-                (self.lessons.accepted, self.lessons.offered, self.lessons.due) = (None, None, None);
-                self.lessons.changes += 1;
-            }
+            None if memory.path.is_none() => self.lessons.forget(),
             _ => return,
         }
         self.show_learned();
     }
 
+    /// Puts what was learned on the board. During a drive, only the feed announces it, because the greeting contains the drawing.
     fn show_learned(&mut self) {
         self.machine.offer(self.lessons.offered.is_some());
-        let shown = self.lessons.offered.as_ref().or(self.lessons.accepted.as_ref());
-        let picture = shown.and_then(|learned| walls::seen_png(&learned.lesson.seen));
+        let Lessons { growing, offered, accepted, .. } = &self.lessons;
+        let shown = offered.as_ref().or(growing.as_ref()).or(accepted.as_ref());
+        // A mission in a learned map is shown on that map, which is not the drawing.
+        let fits = |learned: &&Learned| match self.watch.sheet() {
+            Sheet::Drawing(Some(size_px)) => self.run.pad.draws() || learned.lesson.seen.size_px == size_px,
+            _ => self.run.pad.draws(),
+        };
+        let picture = shown.filter(fits).and_then(|learned| walls::seen_png(&learned.lesson.seen));
         let image = picture.map(|picture| Image { kind: SketchType::Png, bytes: picture.into() });
         put_image(&self.caller.board.learned, image);
+        let corrected = shown.map(|learned| learned.lesson.corrected.clone().into());
+        put_image(&self.caller.board.corrected, corrected);
         self.lessons.picture += 1;
-        self.welcome();
+        self.is_new = true;
+        if self.lessons.growing.is_none() {
+            self.welcome();
+        }
     }
 }

@@ -5,8 +5,11 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use serde_json::json;
+use sketchnav_files::{DRAWING, Disk, Files};
 use sketchnav_schemas::bounds::ANGLE_DEG;
 use sketchnav_schemas::message::Here;
+use sketchnav_stage::Navigator;
+use sketchnav_stage::doubts::Doubts;
 use sketchnav_stage::lookout::{Picture as Shown, Sheet};
 
 use super::Bridge;
@@ -39,6 +42,22 @@ impl Bridge<'_> {
             if let Some(picture) = (drawn.walls)(&run, &bytes).and_then(|walls| walls::png(&walls)) {
                 // If the pad is ending, they are no longer needed.
                 let _ = caller.call(Call::Walls(number, picture));
+            }
+        });
+    }
+
+    /// Finds the rooms that the goals of a mission's file describe, in a separate thread, because that reads the drawing.
+    pub(super) fn resolve(&self, navigator: &Navigator) {
+        let Some(doubts) = navigator.doubts.filter(|_| !self.run.pad.draws()) else { return };
+        let (run, caller) = (self.run.clone(), self.caller.clone());
+        std::thread::spawn(move || {
+            let read = |name: &str| Disk.read(name.as_ref(), DRAWING);
+            // Whatever is wrong with the drawing was reported when the mission was started.
+            if let Ok(Doubts { resolved, .. }) = doubts(&run, &read)
+                && !resolved.is_empty()
+            {
+                // If the pad is ending, they are no longer needed.
+                drop(caller.call(Call::Resolved(resolved)));
             }
         });
     }
@@ -173,6 +192,8 @@ impl Bridge<'_> {
             ready: self.machine.is_ready(now),
             driver: self.sessions.driver().is_some() && silence.is_none(),
             walls: self.walls,
+            learned: self.lessons.view(),
+            resolved: self.resolved.clone(),
             task: status.and_then(TaskView::new),
             speed_mps: status.map_or(0.0, |status| (status.speed_mps * 100.0).round() / 100.0),
             particles: view.zip(shown.particles).map(|(view, places)| view.points(places)),

@@ -8,10 +8,10 @@ use axum::extract::ws::{Message, Utf8Bytes, WebSocket};
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{SinkExt, StreamExt};
 use serde_json::json;
-use tokio::sync::mpsc;
+use tokio::sync::{mpsc, watch};
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep, sleep_until, timeout};
 
-use crate::board::{Call, Caller, Picture, Welcome};
+use crate::board::{Board, Call, Caller, Picture, Together, Welcome};
 use crate::guard::Bucket;
 use crate::protocol::{Hello, Said};
 
@@ -21,6 +21,8 @@ const MAX_UNSEEN: u64 = 2;
 const UNSEEN_EVERY: Duration = Duration::from_secs(1);
 /// Interval of pings to the page's browser.
 const PING_EVERY: Duration = Duration::from_millis(500);
+/// Minimum interval of news of the other pages.
+const OTHERS_EVERY: Duration = Duration::from_millis(30);
 /// Maximum number of a page's messages that wait for the answering task. Any more are dropped.
 const MAX_WORDS: usize = 32;
 
@@ -33,26 +35,27 @@ const WORDS: [f64; 2] = [200.0, 60.0];
 const HEARD_EVERY: Duration = Duration::from_millis(100);
 
 /// Serves a page until it disconnects.
-pub(super) async fn serve(socket: WebSocket, session: &str, caller: &Caller) {
+pub(super) async fn serve(socket: WebSocket, (session, page): (&str, u32), caller: &Caller) {
     let (sink, stream) = socket.split();
     let (words, said) = mpsc::channel(MAX_WORDS);
     // If one ends, so does the other: a link that can no longer send may wait for a long time.
     tokio::select! {
-        () = listen(stream, session, caller, words) => {}
-        () = talk(sink, session, caller, said) => {}
+        () = listen(stream, (session, page), caller, words) => {}
+        () = talk(sink, (session, page), caller, said) => {}
     }
 }
 
 /// Sends the page the latest state, and answers it.
 async fn talk(
     mut sink: SplitSink<WebSocket, Message>,
-    session: &str,
+    (session, page): (&str, u32),
     caller: &Caller,
     mut said: mpsc::Receiver<Said>,
 ) {
     let mut talk = Talk::new(session.to_owned());
     let (mut pictures, mut welcomes) = (caller.board.picture.subscribe(), caller.board.welcome.subscribe());
     welcomes.mark_changed();
+    let mut others = caller.board.together.as_ref().map(|together| Others::of(together, page));
     let mut pings = interval(PING_EVERY);
     pings.set_missed_tick_behavior(MissedTickBehavior::Delay);
     loop {
@@ -63,9 +66,14 @@ async fn talk(
                 None => return,
             },
             changed = welcomes.changed() => match changed {
-                Ok(()) => welcomes.borrow_and_update().as_deref().map(|w| text(talk.hello(w))),
+                Ok(()) => {
+                    // Another page may drive now.
+                    others.iter_mut().for_each(|others| others.people.mark_changed());
+                    welcomes.borrow_and_update().as_deref().map(|w| text(talk.hello(w)))
+                }
                 Err(_) => return,
             },
+            news = next(&mut others, &caller.board) => Some(text(news)),
             _ = pings.tick() => Some(Message::Ping(Vec::new().into())),
             _ = async { sleep_until(due).await; pictures.changed().await } => {
                 let picture = pictures.borrow_and_update().clone();
@@ -80,6 +88,44 @@ async fn talk(
     }
 }
 
+/// The other pages: what this one has heard of them.
+struct Others<'a> {
+    together: &'a Together,
+    page: u32,
+    drawn: watch::Receiver<()>,
+    people: watch::Receiver<()>,
+    /// Number of the last change that was sent.
+    seq: u64,
+    /// When the last message was sent.
+    last: Instant,
+}
+
+impl<'a> Others<'a> {
+    fn of(together: &'a Together, page: u32) -> Self {
+        let (mut drawn, mut people) = (together.drawn.subscribe(), together.people.subscribe());
+        drawn.mark_changed();
+        people.mark_changed();
+        Self { together, page, drawn, people, seq: 0, last: Instant::now() }
+    }
+}
+
+/// Waits for news of the others, which come at intervals.
+async fn next(others: &mut Option<Others<'_>>, board: &Board) -> String {
+    let Some(others) = others else { return std::future::pending().await };
+    sleep_until(others.last + OTHERS_EVERY).await;
+    let news = tokio::select! {
+        biased;
+        _ = others.drawn.changed() => {
+            let (text, seq) = others.together.room().news(others.seq);
+            others.seq = seq;
+            text
+        }
+        _ = others.people.changed() => others.together.room().people(others.page, board.driver().as_deref()),
+    };
+    others.last = Instant::now();
+    news
+}
+
 fn text(text: String) -> Message {
     Message::Text(Utf8Bytes::from(text))
 }
@@ -87,7 +133,7 @@ fn text(text: String) -> Message {
 /// Receives the page's messages until it disconnects or becomes silent.
 async fn listen(
     mut stream: SplitStream<WebSocket>,
-    session: &str,
+    (session, page): (&str, u32),
     caller: &Caller,
     words: mpsc::Sender<Said>,
 ) {
@@ -104,6 +150,11 @@ async fn listen(
             match Said::parse(&text) {
                 // The feed shows its result.
                 Some(Said::Abort) => drop(caller.abort()),
+                Some(Said::Presence(presence)) => {
+                    if let Some(together) = &caller.board.together {
+                        together.meet(|room| room.show(page, presence));
+                    }
+                }
                 Some(word) => drop(words.try_send(word)),
                 None => {}
             }
@@ -139,7 +190,7 @@ impl Talk {
                 None
             }
             Said::Ping(t) => Some(json!({ "pong": t }).to_string()),
-            Said::Abort => None,
+            Said::Abort | Said::Presence(_) => None,
         }
     }
 

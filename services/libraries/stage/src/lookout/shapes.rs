@@ -114,7 +114,7 @@ impl Shape {
     }
 }
 
-/// Keeps every n-th item of a list, so that at most [`MAX_POINTS`] remain and messages stay small on a slow link.
+/// Keeps every n-th item of a list, so that few enough remain for messages to stay small on a slow link.
 pub fn thinned<T>(list: impl ExactSizeIterator<Item = T>) -> impl Iterator<Item = T> {
     let step = list.len().div_ceil(MAX_POINTS).max(1);
     list.step_by(step)

@@ -11,7 +11,7 @@ use sketchnav_stage::drawn::{Frame, Lesson, UNSEEN};
 use sketchnav_stage::lookout::Walls;
 
 use super::warp::Lattice;
-use super::{DrawingFile, Learned, LearnedMap, Warp};
+use super::{DrawingFile, Learned, LearnedMap, Warp, svg};
 use crate::reading::{self, DrawnMap, Options, SketchError, desk};
 
 /// Distance, in metres, between places of the map that are converted exactly.
@@ -31,8 +31,17 @@ pub fn show(run: &RunConfig, drawing: &[u8], file: &[u8]) -> Result<Lesson, Stag
         return Err(SketchError::LearnedByAnother { file, of, drawing }.into());
     }
     let drawing = reading::read(drawing, desk::NAME, &options)?;
-    let frame = DrawingFrame::of(&learned).ok_or("pairs: expected at least two different places")?;
-    Ok(Lesson { seen: overlay(&learned, &drawing), frame: Arc::new(frame) })
+    lesson(&learned, &drawing)
+}
+
+/// Shows what was learned by a drawing.
+///
+/// # Errors
+/// If the correspondence does not determine where the map lies in the drawing.
+pub(super) fn lesson(learned: &Learned, drawing: &DrawnMap) -> Result<Lesson, StageError> {
+    let frame = DrawingFrame::of(learned).ok_or("pairs: expected at least two different places")?;
+    let corrected = svg(learned, drawing).into_bytes();
+    Ok(Lesson { seen: overlay(learned, drawing), frame: Arc::new(frame), corrected })
 }
 
 /// Converts between the map as a sketch and the drawing's file.

@@ -89,7 +89,7 @@ impl Learned {
                 })
             });
             let points = points.collect::<Result<_, _>>()?;
-            Ok(ImageTask { points, name: task.name.clone(), is_named: true, time_limit_s: task.time_limit_s })
+            Ok(ImageTask { points, is_named: true, ..task.clone() })
         });
         let tasks = tasks.collect::<Result<_, SketchError>>()?;
         // The robot stood at the origin, but something else may have stood there later.

@@ -44,6 +44,7 @@ fn placed_in(learned: &Learned, goal: [f64; 2]) -> Result<(DrawnMap, crate::read
         name: "tea".into(),
         points: vec![goal],
         is_named: false,
+        resolved: None,
         time_limit_s: 60.0,
     };
     learned.place("a.learned", &Intent { tasks: vec![task], ..Intent::default() }, &Options::default())

@@ -127,7 +127,7 @@ impl Desk {
     ///
     /// # Errors
     /// An error if there are no marks, or any error of [`Learner`].
-    pub fn learned_by(&self, learner: &Learner) -> Result<(Learned, DrawnMap), StageError> {
+    pub fn learned_by(&self, learner: &Learner) -> Result<(Learned, &DrawnMap), StageError> {
         let placed = self.drawing.as_ref().zip(self.places.as_ref());
         let (drawing, places) = placed.ok_or("expected a drawing with a route or goals in it, found none")?;
         let learned = match &self.learned {
@@ -137,7 +137,7 @@ impl Desk {
             }
             None => learner.learned(DrawingFile::of(NAME, &self.state.sketch), drawing, places)?,
         };
-        Ok((learned, drawing.clone()))
+        Ok((learned, drawing))
     }
 
     /// Returns the doubts about the drawing and its marks in words, or an empty string if there are none.

@@ -2,6 +2,7 @@
 
 use sketchnav_schemas::mission::MissionError;
 
+use super::reference::ReferenceError;
 use crate::learned::LearnedError;
 
 /// An error in a drawing, its marks, or the sketcher's parameters. Positions are in image pixels (column,
@@ -202,6 +203,42 @@ pub enum SketchError {
         file: String,
         /// The first two places.
         places: [[f64; 2]; 2],
+    },
+    /// A goal is given by half a relation.
+    #[error("{what}: {reason} in {text:?}; write it as in \"the room left of the kitchen\"")]
+    Relation {
+        /// The task.
+        what: String,
+        /// The text.
+        text: String,
+        /// What was expected and found.
+        reason: ReferenceError,
+    },
+    /// There is no room where a relation says.
+    #[error("{what}: expected a room {relation} in {file}, found {others}")]
+    NoRoom {
+        /// The task.
+        what: String,
+        /// The relation.
+        relation: String,
+        /// The drawing.
+        file: String,
+        /// The rooms that there are.
+        others: String,
+    },
+    /// There are several rooms where a relation says.
+    #[error(
+        "{what}: expected one room {relation} in {file}, found {found}; name the one that you mean on the drawing or in navigator.places"
+    )]
+    SeveralRooms {
+        /// The task.
+        what: String,
+        /// The relation.
+        relation: String,
+        /// The drawing.
+        file: String,
+        /// The rooms.
+        found: String,
     },
     /// A name was given for a place in a drawing that is made on the pad.
     #[error(

@@ -8,6 +8,7 @@ use sketchnav_schemas::nearest::{folded, nearest_name};
 
 use super::drawn_map::DrawnMap;
 use super::error::SketchError;
+use super::reference::Reference;
 use crate::mission::SketchMission;
 
 /// Maximum number of labels of a drawing.
@@ -67,6 +68,21 @@ impl<'a> Names<'a> {
         Self { of_tasks, ..Self::of(mission, drawing) }
     }
 
+    /// Returns true if some place has this name.
+    pub fn has(&self, name: &str) -> bool {
+        let wanted = folded(name);
+        self.by_precedence.iter().flatten().any(|(other, _)| folded(other) == wanted)
+    }
+
+    /// Returns the name of a room with its position: the only text that is written in it. `is_inside` tells which positions are in the
+    /// room.
+    pub fn of_room(&self, is_inside: impl Fn([f64; 2]) -> bool) -> Option<(&'a str, [f64; 2])> {
+        let [_, _, written] = &self.by_precedence;
+        let mut inside = written.iter().copied().filter(|(_, at)| is_inside(*at));
+        let first = inside.next()?;
+        inside.all(|(name, _)| folded(name) == folded(first.0)).then_some(first)
+    }
+
     /// Returns the position of the place with this name, in image pixels. Case and spaces are ignored.
     ///
     /// # Errors
@@ -96,19 +112,25 @@ impl<'a> Names<'a> {
             _ => Err(SketchError::UnknownName {
                 what: what.to_owned(),
                 name: name.to_owned(),
-                hint: self.hint(&wanted),
+                hint: self.hint(name),
             }),
         }
     }
 
     /// Returns suggestions for an unknown name.
-    fn hint(&self, wanted: &str) -> String {
+    fn hint(&self, name: &str) -> String {
         let places = self.by_precedence.iter().flatten().map(|(name, _)| *name);
         let mut names: Vec<_> = places.chain(self.of_tasks.iter().copied()).collect();
         names.sort_unstable();
         names.dedup();
-        match (nearest_name(wanted, &names), names.len()) {
+        match (nearest_name(name, &names), names.len()) {
             (Some(i), _) => format!("did you mean {:?}?", names[i]),
+            _ if Reference::may_be_meant(name) => {
+                let sides = "left of, right of, above, below or nearest to a place, or between two";
+                format!(
+                    "a room without a name is \"the room\" {sides}, as in \"the room left of the kitchen\""
+                )
+            }
             (None, 0) => format!(
                 "{} has no names: write them on it as text, or add them to navigator.places",
                 self.file

@@ -17,7 +17,7 @@ use sketchnav_schemas::mission::task_key;
 use super::Marks;
 use super::drawn_map::DrawnMap;
 use super::error::SketchError;
-use super::labels::Names;
+use super::located::{Atlas, Located};
 use super::settings::Settings;
 use crate::task::{PERSON_TIME_LIMIT_S, Task};
 
@@ -45,6 +45,8 @@ pub struct ImageTask {
     /// True if the point belongs to a name. A name may be written across a wall, in which case the goal is the nearest free
     /// position, which must be reachable.
     pub is_named: bool,
+    /// The room that a relation such as "the room left of the kitchen" refers to, in words. `None` if the goal is no relation.
+    pub resolved: Option<String>,
     /// Simulation time after which the task has failed, in seconds.
     pub time_limit_s: f64,
 }
@@ -63,13 +65,14 @@ pub struct Places {
 }
 
 impl Intent {
-    /// Takes the intent from a mission. The names of its goals are looked up in the mission and in the drawing.
+    /// Takes the intent from a mission. Goals that are names, or rooms by their position, are looked up in the mission and in the
+    /// drawing.
     ///
     /// # Errors
-    /// [`SketchError::UnknownName`] or [`SketchError::AmbiguousName`], with the task.
+    /// [`SketchError`], with the task, if there is no such place, or if there are several.
     pub fn of_mission(mission: &SketchMission, drawing: &DrawnMap) -> Result<Self, SketchError> {
-        let names = Names::of(mission, drawing);
-        let tasks = mission.tasks.iter().enumerate().map(|(i, task)| image_task(i + 1, task, &names));
+        let atlas = Atlas::of(mission, drawing);
+        let tasks = mission.tasks.iter().enumerate().map(|(i, task)| image_task(i + 1, task, &atlas));
         let tasks = tasks.collect::<Result<_, _>>()?;
         Ok(Self { start: mission.start, heading_deg: mission.start_heading_deg, tasks })
     }
@@ -79,12 +82,19 @@ impl Intent {
         let goals = marks.goals.iter().enumerate().map(|(i, goal)| {
             let unnamed = goal.name.is_empty();
             let name = if unnamed { format!("goal {}", i + 1) } else { goal.name.clone() };
-            ImageTask { name, points: vec![goal.at], is_named: false, time_limit_s: MARKED_TIME_LIMIT_S }
+            ImageTask {
+                name,
+                points: vec![goal.at],
+                is_named: false,
+                resolved: None,
+                time_limit_s: MARKED_TIME_LIMIT_S,
+            }
         });
         let route = marks.route.iter().map(|points| ImageTask {
             name: "route".into(),
             points: points.clone(),
             is_named: false,
+            resolved: None,
             time_limit_s: MARKED_TIME_LIMIT_S,
         });
         let start = marks.start.as_ref();
@@ -153,14 +163,18 @@ impl Intent {
     }
 }
 
-fn image_task(number: usize, task: &SketchTask, names: &Names) -> Result<ImageTask, SketchError> {
-    let (points, is_named) = match &task.aim {
-        Aim::Place(name) => {
-            (vec![names.find(&format!("{}.goal", task_key(number, &task.name)), name)?], true)
-        }
-        aim => (aim.points().to_vec(), false),
+fn image_task(number: usize, task: &SketchTask, atlas: &Atlas) -> Result<ImageTask, SketchError> {
+    let located = match &task.aim {
+        Aim::Place(text) => Some(atlas.find(&format!("{}.goal", task_key(number, &task.name)), text)?),
+        Aim::Goal(_) | Aim::Route(_) => None,
     };
-    Ok(ImageTask { name: task.name.clone(), points, is_named, time_limit_s: task.time_limit_s })
+    Ok(ImageTask {
+        name: task.name.clone(),
+        points: located.as_ref().map_or_else(|| task.aim.points().to_vec(), |located| vec![located.at]),
+        is_named: located.is_some(),
+        resolved: located.and_then(|located| located.room).map(|room| room.words),
+        time_limit_s: task.time_limit_s,
+    })
 }
 
 impl ImageTask {
@@ -169,17 +183,20 @@ impl ImageTask {
         self.points.len() > 1
     }
 
-    /// Creates the task to go to a place that is named in a mission or on its drawing.
+    /// Creates the task to go to a place that a person refers to in words. If they refer to a room by its position, and the room has
+    /// a name, the task has this name.
     ///
     /// # Errors
-    /// [`SketchError::UnknownName`], with the names of places and tasks, or [`SketchError::AmbiguousName`].
+    /// [`SketchError`] if there is no such place, with the names of places and tasks, or if there are several.
     pub(crate) fn named(
-        name: &str,
+        text: &str,
         mission: &SketchMission,
         drawing: &DrawnMap,
     ) -> Result<Self, SketchError> {
-        let points = vec![Names::with_tasks(mission, drawing).find("goal", name)?];
-        Ok(Self { name: name.to_owned(), points, is_named: true, time_limit_s: PERSON_TIME_LIMIT_S })
+        let Located { at, room } = Atlas::with_tasks(mission, drawing).find("goal", text)?;
+        let (name, resolved) = room.map(|room| (room.name, room.words)).unzip();
+        let name = name.flatten().unwrap_or_else(|| text.to_owned());
+        Ok(Self { name, points: vec![at], is_named: true, resolved, time_limit_s: PERSON_TIME_LIMIT_S })
     }
 
     fn place(&self, number: usize, drawing: &DrawnMap, reached: &Reachable) -> Result<Task, SketchError> {

@@ -153,6 +153,7 @@ fn hairline_gaps_close_and_doors_stay() {
             name: "over".into(),
             points: vec![[300.0, 400.0]],
             is_named: false,
+            resolved: None,
             time_limit_s: 60.0,
         };
         let intent = Intent { start: Some([300.0, 100.0]), heading_deg: Some(0.0), tasks: vec![goal] };
@@ -184,7 +185,13 @@ fn messages_hold_what_was_drawn() {
 }
 
 fn task(name: &str, points: &[[f64; 2]]) -> ImageTask {
-    ImageTask { name: name.into(), points: points.to_vec(), is_named: false, time_limit_s: 60.0 }
+    ImageTask {
+        name: name.into(),
+        points: points.to_vec(),
+        is_named: false,
+        resolved: None,
+        time_limit_s: 60.0,
+    }
 }
 
 fn placed(start: Option<[f64; 2]>, tasks: Vec<ImageTask>) -> Result<Places, SketchError> {

@@ -97,7 +97,7 @@ impl Frame {
         [0, 1].map(|k| (place[k] - self.origin[k]) / self.cell)
     }
 
-    fn of_cells(self, at: Place) -> Place {
+    pub fn of_cells(self, at: Place) -> Place {
         self.of_place([0, 1].map(|k| self.origin[k] + at[k] * self.cell))
     }
 }
@@ -316,7 +316,7 @@ fn outline(partition: &Partition, label: u16, least_hole: usize, distances: &[u3
 }
 
 /// Returns the largest part of a region that is connected by sides.
-fn largest_part(region: &Region) -> Region {
+pub fn largest_part(region: &Region) -> Region {
     let (mut rest, mut part, mut largest) = (region.clone(), Region::default(), Region::default());
     let mut waiting = Vec::new();
     while let Some(seed) = rest.first() {

@@ -1,0 +1,302 @@
+// Tests of the drawing that several pages change at once: pages agree, nothing of another person is undone, nothing is lost. Run
+// with `node --test`.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import * as steps from "../../services/pad/page/history.js";
+import * as items from "../../services/pad/page/items.js";
+import * as model from "../../services/pad/page/model.js";
+import { thinned } from "../../services/pad/page/people.js";
+import { Shared, idOf, replayed, unwired, wired } from "../../services/pad/page/shared.js";
+import { move } from "../../services/pad/page/transform.js";
+
+const begun = () => ({ ...model.blank(model.LANDSCAPE), id: "kitchen" });
+const wall = (x) => [[x, 0], [x, 100]];
+
+/** Pseudorandom numbers that are the same in each run. */
+function numbers(seed) {
+  let state = seed;
+  return () => {
+    state = (Math.imul(state, 1664525) + 1013904223) >>> 0;
+    return state / 2 ** 32;
+  };
+}
+
+/** A page without a sheet: what Desk and Together do with a drawing. */
+class Page {
+  constructor(name, drawing = begun()) {
+    this.shared = new Shared(drawing, name);
+    this.shared.follow(drawing);
+    this.history = steps.history(this.shared.drawing(drawing));
+    this.unsent = new Set(this.shared.all().map(({ id }) => id));
+  }
+
+  get drawing() {
+    return this.history.now;
+  }
+
+  #follows(history, now) {
+    this.history = history;
+    this.shared.follow(this.drawing, now).forEach((id) => this.unsent.add(id));
+    this.history = { ...this.history, now: this.shared.drawing(this.drawing) };
+  }
+
+  change(next, now = 1) {
+    this.#follows(steps.changed(this.history, next), now);
+  }
+
+  undo(now = 1) {
+    this.#follows(steps.undone(this.history), now);
+  }
+
+  redo(now = 1) {
+    this.#follows(steps.redone(this.history), now);
+  }
+
+  /** What this page sends, as text. */
+  sends() {
+    const entries = [...this.unsent].map((id) => wired(this.shared.get(id)));
+    this.unsent.clear();
+    return entries.map((entry) => JSON.stringify(entry));
+  }
+
+  hears(entries) {
+    entries.forEach((entry) => this.shared.take(unwired(JSON.parse(entry))));
+    this.history = { ...this.history, now: this.shared.drawing(this.drawing) };
+  }
+}
+
+/** Two pages that know the same drawing. */
+function two(drawing = begun()) {
+  const [anna, berta] = [new Page("anna", drawing), new Page("berta")];
+  berta.hears(anna.sends());
+  assert.equal(model.toText(berta.drawing), model.toText(anna.drawing));
+  return [anna, berta];
+}
+
+function tell(...pages) {
+  const sent = pages.map((page) => page.sends());
+  pages.forEach((page, i) => page.hears(sent.filter((_, j) => j !== i).flat()));
+  for (const page of pages) assert.equal(model.toText(page.drawing), model.toText(pages[0].drawing));
+}
+
+const furnished = () => {
+  let drawing = begun();
+  for (const x of [100, 200, 300]) drawing = model.withStroke(drawing, wall(x), 5);
+  drawing = model.withText(model.withObstacle(drawing, [[10, 10], [50, 10], [30, 40]], "table"), "kitchen", [700, 400]);
+  return model.withGoal(model.withGoal(model.withStart(drawing, [5, 5], 90), [400, 400]), [500, 500]);
+};
+
+test("two people who draw at once see both drawings, in the same order", () => {
+  const [anna, berta] = two(furnished());
+  anna.change(model.withGoal(model.withStroke(anna.drawing, wall(400), 5), [1, 1]));
+  berta.change(model.withGoal(model.withStroke(berta.drawing, wall(500), 5, [0.5, 1]), [2, 2]));
+  tell(anna, berta);
+  assert.equal(anna.drawing.strokes.length, 5);
+  assert.equal(anna.drawing.goals.length, 4);
+});
+
+test("undo and redo concern one's own steps, whatever others have drawn since", () => {
+  const [anna, berta] = two(furnished());
+  anna.change(model.withStroke(anna.drawing, wall(400), 5));
+  anna.change(items.transformed(anna.drawing, ["strokes:0", "labels:0"], move([7, 0])));
+  tell(anna, berta);
+  berta.change(model.withStroke(berta.drawing, wall(500), 5));
+  berta.change(items.transformed(berta.drawing, ["labels:0"], move([0, 9])));
+  tell(anna, berta);
+  anna.undo();
+  tell(anna, berta);
+  assert.deepEqual(berta.drawing.strokes.map((s) => s.points[0][0]), [100, 200, 300, 400, 500], "the wall is back, Berta's stays");
+  assert.deepEqual(berta.drawing.labels[0].at, [707, 409], "what Berta has moved since stays there");
+  anna.undo();
+  anna.redo();
+  anna.redo();
+  tell(anna, berta);
+  assert.deepEqual(anna.drawing.strokes.map((s) => s.points[0][0]), [107, 200, 300, 400, 500]);
+  berta.undo();
+  berta.undo();
+  tell(anna, berta);
+  assert.deepEqual(berta.drawing.strokes.map((s) => s.points[0][0]), [107, 200, 300, 400]);
+});
+
+test("a step of which others have changed everything is no step any more", () => {
+  const [anna, berta] = two(furnished());
+  anna.change(model.withStroke(anna.drawing, wall(400), 5));
+  anna.change(items.transformed(anna.drawing, ["strokes:0"], move([7, 0])));
+  tell(anna, berta);
+  berta.change(items.without(berta.drawing, ["strokes:0"]));
+  tell(anna, berta);
+  anna.undo();
+  tell(anna, berta);
+  assert.deepEqual(berta.drawing.strokes.map((s) => s.points[0][0]), [200, 300]);
+});
+
+test("what is deleted comes back in its place", () => {
+  const [anna, berta] = two(furnished());
+  anna.change(items.without(anna.drawing, ["strokes:1", "goals:0"]));
+  tell(anna, berta);
+  berta.change(model.withStroke(berta.drawing, wall(500), 5));
+  tell(anna, berta);
+  anna.undo();
+  tell(anna, berta);
+  assert.deepEqual(anna.drawing.strokes.map((s) => s.points[0][0]), [100, 200, 300, 500]);
+  assert.deepEqual(anna.drawing.goals.map((g) => g.at[0]), [400, 500]);
+});
+
+test("an erased part leaves pieces, and a copy is another item", () => {
+  const [anna, berta] = two(furnished());
+  const whole = idOf(anna.drawing.strokes[1]);
+  anna.change(model.withoutMapAt(anna.drawing, [200, 50], 10));
+  anna.change(items.duplicated(anna.drawing, ["obstacles:0"], [50, 50]).drawing);
+  tell(anna, berta);
+  assert.equal(anna.drawing.strokes.length, 4);
+  const ids = [...anna.drawing.strokes, ...anna.drawing.obstacles].map(idOf);
+  assert.equal(new Set(ids).size, 6);
+  assert.ok(ids.includes(whole));
+  assert.deepEqual(anna.drawing.strokes.map((s) => s.points[0][0]), [100, 200, 200, 300], "pieces stay in place");
+});
+
+test("of two changes of one item, the later stays, and if both are equally late, that of the greater name", () => {
+  for (const [first, second, x] of [[10, 20, 409], [20, 10, 407], [10, 10, 409]]) {
+    const [anna, berta] = two(furnished());
+    anna.change(items.transformed(anna.drawing, ["goals:0"], move([7, 0])), first * 1e12);
+    berta.change(items.transformed(berta.drawing, ["goals:0"], move([9, 0])), second * 1e12);
+    tell(anna, berta);
+    assert.equal(anna.drawing.goals[0].at[0], x);
+  }
+});
+
+test("a page whose clock is slow still changes what it sees", () => {
+  const [anna, berta] = two(furnished());
+  anna.change(items.transformed(anna.drawing, ["goals:0"], move([7, 0])), 1e12);
+  tell(anna, berta);
+  berta.change(items.transformed(berta.drawing, ["goals:0"], move([9, 0])), 5);
+  tell(anna, berta);
+  assert.equal(anna.drawing.goals[0].at[0], 416);
+});
+
+test("of a path and goals that were drawn at once, the later stay", () => {
+  for (const [first, second] of [[1e13, 2e13], [2e13, 1e13]]) {
+    const [anna, berta] = two();
+    anna.change(model.withRoute(anna.drawing, wall(50)), first);
+    berta.change(model.withGoal(berta.drawing, [5, 5]), second);
+    tell(anna, berta);
+    assert.deepEqual([anna.drawing.route === null, anna.drawing.goals.length], first < second ? [true, 1] : [false, 0]);
+    anna.change(model.withStroke(anna.drawing, wall(1), 5), 3e13);
+    tell(anna, berta);
+  }
+});
+
+test("a gesture goes on while others draw, and does not bring back what they delete", () => {
+  const [anna, berta] = two(furnished());
+  const base = anna.drawing;
+  const dragged = items.transformed(base, ["strokes:0", "strokes:1", "goals:1"], move([7, 0]));
+  berta.change(items.without(model.withStroke(berta.drawing, wall(500), 5), ["strokes:1"]));
+  berta.change(items.transformed(berta.drawing, ["strokes:0"], move([0, 50])));
+  anna.hears(berta.sends());
+  anna.change(replayed(anna.drawing, base, dragged));
+  tell(anna, berta);
+  assert.deepEqual(berta.drawing.strokes.map((s) => s.points[0]), [[107, 0], [300, 0], [500, 0]]);
+  assert.equal(berta.drawing.goals[1].at[0], 507);
+});
+
+test("a selection follows its items", () => {
+  const [anna, berta] = two(furnished());
+  const before = anna.drawing;
+  berta.change(items.transformed(items.without(berta.drawing, ["strokes:0", "goals:1", "start:0"]), ["strokes:1"], move([3, 3])));
+  anna.hears(berta.sends());
+  const keys = ["strokes:0", "strokes:2", "obstacles:0", "goals:0", "goals:1", "start:0"];
+  assert.deepEqual(keys.map((key) => items.movedKey(key, before, anna.drawing)), [null, "strokes:1", "obstacles:0", "goals:0", null, null]);
+});
+
+test("a drawing that was closed and opened again is merged with what others have drawn", () => {
+  const [anna, berta] = two(furnished());
+  anna.change(items.without(anna.drawing, ["strokes:2"]));
+  tell(anna, berta);
+  // Without a link, both go on.
+  anna.change(model.withStroke(anna.drawing, wall(400), 5));
+  anna.change(items.without(anna.drawing, ["labels:0"]));
+  const text = model.toText(anna.drawing, anna.shared.kept(anna.drawing));
+  berta.change(items.without(berta.drawing, ["strokes:0"]));
+  berta.change(model.withStroke(berta.drawing, wall(500), 5));
+
+  const drawing = { ...model.fromText(text), id: "kitchen" };
+  assert.equal(model.toText(drawing), model.toText(anna.drawing));
+  const again = new Page("anna", begun());
+  again.shared = Shared.restored(drawing, JSON.parse(text).pad.shared, "another");
+  again.history = steps.history(again.shared.drawing(drawing));
+  assert.equal(again.drawing.strokes, drawing.strokes, "nothing has changed");
+  again.unsent = new Set(again.shared.all().map(({ id }) => id));
+  berta.unsent = new Set(berta.shared.all().map(({ id }) => id));
+  tell(again, berta);
+  assert.deepEqual(berta.drawing.strokes.map((s) => s.points[0][0]).sort(), [200, 400, 500]);
+  assert.equal(berta.drawing.labels.length, 0);
+});
+
+test("a drawing from before it was shared is taken in as it is", () => {
+  const drawing = furnished();
+  const shared = Shared.restored(drawing, {}, "anna");
+  assert.equal(model.toText(shared.drawing(drawing)), model.toText(drawing));
+});
+
+/** A random change. */
+function anyChange(drawing, random) {
+  const keys = items.allKeys(drawing);
+  const some = keys.filter(() => random() < 0.3);
+  const at = [Math.floor(random() * 2000), Math.floor(random() * 1000)];
+  const kinds = [
+    () => model.withStroke(drawing, [at, [at[0], at[1] + 90], [at[0] + 90, at[1]]], 5),
+    () => model.withObstacle(drawing, [at, [at[0] + 30, at[1]], [at[0], at[1] + 30]], "box"),
+    () => model.withGoal(drawing, at),
+    () => model.withRoute(drawing, [at, [1, 1]]),
+    () => model.withStart(drawing, at, 90),
+    () => items.without(drawing, some),
+    () => (some.length ? items.transformed(drawing, some, move([5, 5])) : drawing),
+    () => (some.length ? items.duplicated(drawing, some, [9, 9]).drawing : drawing),
+    () => (some.length > 1 ? items.grouped(drawing, some) : drawing),
+    () => model.withoutMapAt(drawing, at, 60),
+    () => model.withDoor(drawing, at, [at[0], at[1] + 60], 14),
+  ];
+  return kinds[Math.floor(random() * kinds.length)]();
+}
+
+test("pages that draw, undo and hear of each other in any order have the same drawing in the end", () => {
+  for (let seed = 1; seed <= 60; seed += 1) {
+    const random = numbers(seed);
+    const pages = ["anna", "berta", "carl"].map((name) => new Page(name));
+    const sent = [];
+    const heard = pages.map(() => new Set());
+    const hear = (i, all) => sent.forEach((text, n) => {
+      if (heard[i].has(n) || (!all && random() < 0.5)) return;
+      heard[i].add(n);
+      pages[i].hears([text]);
+    });
+    for (let step = 0; step < 60; step += 1) {
+      const i = Math.floor(random() * 3);
+      const now = Math.floor(random() * 1000);
+      const what = random();
+      if (what < 0.6) pages[i].change(anyChange(pages[i].drawing, random), now);
+      else if (what < 0.75) pages[i].undo(now);
+      else if (what < 0.8) pages[i].redo(now);
+      else hear(i, false);
+      // A page that is cut off sends later.
+      if (random() < 0.5) sent.push(...pages[i].sends());
+      assert.equal(model.toText(pages[i].shared.drawing()), model.toText(pages[i].drawing), `seed ${seed}`);
+    }
+    pages.forEach((page) => sent.push(...page.sends()));
+    pages.forEach((_, i) => hear(i, true));
+    for (const page of pages) assert.equal(model.toText(page.drawing), model.toText(pages[0].drawing), `seed ${seed}`);
+    const text = JSON.stringify(pages[0].shared.all().map(wired).sort((a, b) => (a.id < b.id ? -1 : 1)));
+    for (const page of pages) assert.equal(JSON.stringify(page.shared.all().map(wired).sort((a, b) => (a.id < b.id ? -1 : 1))), text);
+  }
+});
+
+test("a long line is shown with few points, and its ends", () => {
+  for (const count of [0, 1, 40, 41, 80, 1000]) {
+    const line = Array.from({ length: count }, (_, i) => [i, i]);
+    const few = thinned(line);
+    assert.ok(few.length <= 40 && few.length >= Math.min(count, 20), `${count}: ${few.length}`);
+    assert.deepEqual([few[0], few.at(-1)], [line[0], line.at(-1)]);
+  }
+});

@@ -80,9 +80,10 @@ fn failures(outcomes: &[TaskOutcome]) -> Table {
     table(&["failure", "known", "journeys"], rows)
 }
 
-/// Returns true if the robot reports failures of this kind itself.
+/// Returns true if the robot reports failures of this kind itself, as in `Tally::share_that_knows`. A robot that runs out of time
+/// has not noticed anything.
 fn is_known(kind: Kind) -> bool {
-    matches!(kind, Kind::Lost | Kind::Blocked | Kind::TimedOut)
+    matches!(kind, Kind::Lost | Kind::Blocked)
 }
 
 /// Describes how a journey failed, and whether all landmarks before that were the right ones.

@@ -122,13 +122,23 @@ fn is_order(given: &MissionCommand, ordered: &Ordered) -> bool {
         && (given.here(), given.place()) == (ordered.here, ordered.place)
 }
 
+/// Joins the words of a goal. The shell has removed the quotes around names of several words, so they are put back.
+fn in_words(words: &[String]) -> String {
+    let quoted = |word: &String| match word.contains(char::is_whitespace) {
+        true if words.len() > 1 && word.contains('"') => format!("'{word}'"),
+        true if words.len() > 1 => format!("\"{word}\""),
+        _ => word.clone(),
+    };
+    words.iter().map(quoted).collect::<Vec<_>>().join(" ")
+}
+
 /// Returns the order without the robot's position, and the place that it leads to if a person describes it.
 fn ordered(
     options: &SendOptions,
     system: &str,
     run: &RunConfig,
 ) -> Result<(Ordered, Option<String>), Failure> {
-    let name = (!options.name.is_empty()).then(|| options.name.join(" "));
+    let name = (!options.name.is_empty()).then(|| in_words(&options.name));
     match (name, options.order) {
         (None, order) => Ok((Ordered::new(order, task_of(options, system, run)?), None)),
         (Some(name), Order::Goal) => named_goal(run, &name).or_input(),
@@ -247,7 +257,7 @@ fn report(
             object["task"] = (if options.name.is_empty() { options.task } else { given.task + 1 }).into();
         }
         if !options.name.is_empty() {
-            object["name"] = options.name.join(" ").into();
+            object["name"] = in_words(&options.name).into();
         }
         if let Some(resolved) = resolved {
             object["resolved"] = resolved.into();
@@ -260,4 +270,21 @@ fn report(
         out!("{system}: {order} is order {seq} on channel {:?}", MISSION.spec.name)?;
     }
     Ok(Outcome::Success)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Regression test: the shell removes the quotes, without which *and* in a name separated two names.
+    #[test]
+    fn names_of_several_words_keep_their_quotes() {
+        let words = |given: &[&str]| in_words(&given.iter().map(|&word| word.to_owned()).collect::<Vec<_>>());
+        assert_eq!(
+            words(&["the", "room", "nearest", "to", "food and drink"]),
+            "the room nearest to \"food and drink\""
+        );
+        assert_eq!(words(&["between", "the \"A and B\"", "and", "C"]), "between 'the \"A and B\"' and C");
+        assert_eq!(words(&["the room left of the kitchen"]), "the room left of the kitchen");
+    }
 }

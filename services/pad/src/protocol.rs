@@ -33,8 +33,8 @@
 //! of a request or none. The order `abort` may be given by any
 //! session, at any rate, and takes precedence over everything else. The response comes once the order has
 //! been passed on to the planner, or refused (409) if nothing is in progress. A connection carries one
-//! request. Its head must arrive within 10 s and its body within 10 s (that of a drawing or a path within 60
-//! s), or it is refused (408). The requests of a session are limited in number at a time and in rate (429).
+//! request. Its head must arrive within 10 s and its body within 10 s (that of a drawing, of changes or of a
+//! path within 60 s), or it is refused (408). The requests of a session are limited in number at a time and in rate (429).
 //! Connections that do not send anything are limited as well (503), see `doors`.
 //!
 //! A sketch or a path may have a header `x-sketchnav-sending` with a name that the page has chosen for it. If

@@ -344,7 +344,7 @@ async fn draw(State(desk): State<Desk>, visit: Visit, content: Body) -> Response
         let together =
             together.ok_or_else(|| Refusal::NotNow("expected a pad on which people draw freely".into()))?;
         let Ok(_place) = desk.changes.try_acquire() else { return Err(Refusal::TooOften) };
-        let bytes = body(&visit, content, MAX_DRAWING_BYTES, BODY_WITHIN).await?;
+        let bytes = body(&visit, content, MAX_DRAWING_BYTES, DRAWING_WITHIN).await?;
         together.draw(aside(move || Change::parse(&bytes)).await?)?;
         Ok(ok(json!({})))
     };

@@ -124,6 +124,7 @@ fn all_is_reachable(floor: &Floor, degree: f64, seed: u64) -> Result<(), String>
         name: "goal".into(),
         points: vec![goal],
         is_named: false,
+        resolved: None,
         time_limit_s: 1.0,
     };
     let tasks = goals.iter().map(task).collect();

@@ -62,8 +62,8 @@ pub struct Looked {
 impl Lessons {
     /// Returns the information for pages, or `None` if nothing was learned.
     pub(super) fn view(&self) -> Option<LearnedView> {
-        let growing = self.growing.is_some();
-        let is_shown = growing || self.accepted.is_some() || self.offered.is_some();
+        let growing = self.growing.is_some() && self.drove;
+        let is_shown = self.growing.is_some() || self.accepted.is_some() || self.offered.is_some();
         let accepted = self.accepted.is_some();
         is_shown.then_some(LearnedView { picture: self.picture, accepted, growing })
     }
@@ -96,14 +96,17 @@ fn follow(run: &RunConfig, ways: Ways, caller: Caller) -> Sender<Look> {
 }
 
 impl Bridge<'_> {
-    /// Returns how the navigator learns. Participants of a study draw for the first drive, and nothing else.
+    /// Returns how the navigator learns. Participants of a study draw for the first drive, and nothing else. On a mission that is
+    /// only watched, nobody has asked to learn, so a run that is not recorded is no reason for a message.
     fn ways(&self) -> Option<Ways> {
-        self.drawn.and_then(|drawn| drawn.lessons).filter(|_| self.study.is_none())
+        let can_learn = self.study.is_none() && (self.run.pad.draws() || self.run.recording.is_some());
+        self.drawn.and_then(|drawn| drawn.lessons).filter(|_| can_learn)
     }
 
     /// Restores the learned map that the robot drove in before the restart.
     pub(super) fn resume_lessons(&mut self) {
         self.lessons.drove = self.machine.memory().ordered;
+        self.lessons.due = self.lessons.drove.then_some(Duration::ZERO);
         self.lessons.accepted = self.remembered();
         if self.lessons.accepted.is_some() {
             self.show_learned();

@@ -23,6 +23,8 @@ const UNSEEN_EVERY: Duration = Duration::from_secs(1);
 const PING_EVERY: Duration = Duration::from_millis(500);
 /// Minimum interval of news of the other pages.
 const OTHERS_EVERY: Duration = Duration::from_millis(30);
+/// Size of a message, in bytes, above which the page is told beforehand, so that it does not take a slow link for a dead one.
+const LONG_BYTES: usize = 100_000;
 /// Maximum number of a page's messages that wait for the answering task. Any more are dropped.
 const MAX_WORDS: usize = 32;
 
@@ -60,7 +62,7 @@ async fn talk(
     pings.set_missed_tick_behavior(MissedTickBehavior::Delay);
     loop {
         let due = talk.feed_due();
-        let text = tokio::select! {
+        let message = tokio::select! {
             word = said.recv() => match word {
                 Some(word) => talk.answer(word).map(text),
                 None => return,
@@ -80,9 +82,12 @@ async fn talk(
                 Some(text(talk.feed(&picture)))
             }
         };
-        if let Some(text) = text
-            && sink.send(text).await.is_err()
-        {
+        let Some(message) = message else { continue };
+        let bytes = message.to_text().map_or(0, str::len);
+        if bytes > LONG_BYTES && sink.send(text(json!({ "long": bytes }).to_string())).await.is_err() {
+            return;
+        }
+        if sink.send(message).await.is_err() {
             return;
         }
     }

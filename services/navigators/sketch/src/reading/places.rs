@@ -183,8 +183,8 @@ impl ImageTask {
         self.points.len() > 1
     }
 
-    /// Creates the task to go to a place that a person refers to in words. If they refer to a room by its position, and the room has
-    /// a name, the task has this name.
+    /// Creates the task to go to a place that a person refers to in words. If they refer to a room by its position, the task
+    /// has the name of the room or, if it has none, says where the room is.
     ///
     /// # Errors
     /// [`SketchError`] if there is no such place, with the names of places and tasks, or if there are several.
@@ -194,8 +194,9 @@ impl ImageTask {
         drawing: &DrawnMap,
     ) -> Result<Self, SketchError> {
         let Located { at, room } = Atlas::with_tasks(mission, drawing).find("goal", text)?;
-        let (name, resolved) = room.map(|room| (room.name, room.words)).unzip();
-        let name = name.flatten().unwrap_or_else(|| text.to_owned());
+        let at_pixel = format!("room at ({:.0}, {:.0})", at[0], at[1]);
+        let (name, resolved) = room.map(|room| (room.name.unwrap_or(at_pixel), room.words)).unzip();
+        let name = name.unwrap_or_else(|| text.to_owned());
         Ok(Self { name, points: vec![at], is_named: true, resolved, time_limit_s: PERSON_TIME_LIMIT_S })
     }
 

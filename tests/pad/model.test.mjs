@@ -75,8 +75,17 @@ test("a file that is no drawing is refused with what is wrong and where", () => 
   refused('{"canvas":[5,5],"strokes":[{"points":[[1,1]],"width_px":0}]}', "strokes[0].width_px: expected above 0");
   refused('{"canvas":[5,5],"strokes":[],"obstacles":[{"polygon":[[1,1],[2,2]]}]}', "obstacles[0].polygon: expected 3 points or more, found 2");
   refused('{"canvas":[5,5],"strokes":[{"points":[[1,1]]}],"pad":{"pressure":[[2]]}}', "strokes[0]: pad.pressure");
+  const long = JSON.stringify("é".repeat(401));
+  refused(`{"canvas":[5,5],"strokes":[],"labels":[{"text":${long},"at":[1,1]}]}`, "labels[0].text: expected at most 400 characters, found 401");
+  refused(`{"canvas":[5,5],"strokes":[],"goals":[{"name":${long},"at":[1,1]}]}`, "goals[0].name: expected at most 400 characters, found 401");
+  refused(`{"canvas":[5,5],"strokes":[],"obstacles":[{"polygon":[[1,1],[2,2],[3,1]],"label":${long}}]}`, "obstacles[0].label: expected at most 400");
   refused('{"canvas":[5,5],"strokes":[],"colour":1}', 'found "colour"');
   refused('{"canvas":[5,5],"strokes":[],"pad":{"underlay":"http://elsewhere"}}', "pad.underlay: expected a PNG or JPEG");
+});
+
+test("a heading beyond a full turn is read as the same direction", () => {
+  const read = (heading_deg) => model.fromText(JSON.stringify({ canvas: [5, 5], strokes: [], start: { at: [1, 1], heading_deg } })).start.heading_deg;
+  assert.deepEqual([90, 360, -360, 450, -725].map(read), [90, 360, -360, 90, -5]);
 });
 
 test("every step is undone and done again to the very same value", () => {

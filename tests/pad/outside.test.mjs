@@ -77,6 +77,13 @@ test("a turned shape of Excalidraw is turned about its middle", () => {
   assert.ok(Math.abs(ax - bx) < 0.02 && by - ay > 2000, `${drawing.strokes[0].points}`);
 });
 
+test("a text of Excalidraw that is too long is cut, with a remark", () => {
+  const text = element("text", { x: 0, y: 0, width: 100, height: 20, text: "ab ".repeat(200) });
+  const { drawing, left } = fromExcalidraw({ type: "excalidraw", elements: [text] });
+  assert.deepEqual([drawing.labels[0].text.length, left], [400, ["end of a long text"]]);
+  assert.equal(toText(fromText(toText(drawing))), toText(drawing));
+});
+
 test("what is wrong with a file of Excalidraw is said with its place", () => {
   const wrong = (elements, words) => assert.throws(() => fromExcalidraw({ type: "excalidraw", elements }), words);
   wrong({}, /elements: expected a list/);

@@ -2,11 +2,12 @@
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
-import { test } from "node:test";
+import { mock, test } from "node:test";
 
 import { oneMore } from "../../services/pad/page/desk.js";
 import { carried, drawFeed, trailed } from "../../services/pad/page/feed.js";
-import { pauseMs } from "../../services/pad/page/link.js";
+import { learnedWords } from "../../services/pad/page/learned.js";
+import { Link, pauseMs } from "../../services/pad/page/link.js";
 import { LANDSCAPE, blank, withGoal, withStroke } from "../../services/pad/page/model.js";
 import { warnings } from "../../services/pad/page/panel.js";
 import { merged } from "../../services/pad/page/settings.js";
@@ -74,6 +75,54 @@ test("a link that is down or silent is warned of", () => {
   assert.deepEqual(warnings({ up: true, silentS: 3.4, feed: null }), ["No word from the robot for 3 s."]);
   assert.deepEqual(warnings({ up: false, seen: false, silentS: 0, feed: null }), []);
   assert.ok(pauseMs(0) < pauseMs(3) && pauseMs(50) === pauseMs(4));
+});
+
+test("a silent link is restarted, after a longer time while a long message arrives", () => {
+  const sockets = [];
+  let [now, tick] = [0, null];
+  const storage = { getItem: () => null, setItem: () => {} };
+  mock.method(performance, "now", () => now);
+  globalThis.window = {
+    location: { protocol: "http:", host: "pad" }, sessionStorage: storage, addEventListener: () => {}, clearTimeout: () => {}, setTimeout: () => 0,
+    setInterval: (run) => { tick = run; },
+  };
+  globalThis.WebSocket = class {
+    static OPEN = 1;
+
+    constructor() {
+      sockets.push(this);
+    }
+
+    close() {}
+  };
+  try {
+    const link = new Link("", { changed: () => {}, hello: () => {} });
+    const hears = (message) => sockets[0].onmessage({ data: JSON.stringify(message) });
+    const isUpAfter = (ms) => {
+      now += ms;
+      tick();
+      return link.up;
+    };
+    hears({ hello: { session: "a" } });
+    assert.ok(isUpAfter(5900));
+    hears({ long: 4e6 });
+    assert.ok(isUpAfter(59000));
+    hears({ drawn: null });
+    assert.ok(isUpAfter(5900) && !isUpAfter(200));
+  } finally {
+    mock.restoreAll();
+    delete globalThis.window;
+    delete globalThis.WebSocket;
+  }
+});
+
+test("what was learned is said while it grows and afterwards, and on pages that watch", () => {
+  const [growing, grown] = [{ growing: true, accepted: false }, { growing: false, accepted: false }];
+  assert.equal(learnedWords({ feed: null, learned: null, watches: true }), null);
+  assert.match(learnedWords({ feed: feed("driving"), learned: growing, watches: true }), /corrects the drawing/);
+  assert.match(learnedWords({ feed: feed("paused"), learned: grown, watches: true }), /corrected by what the robot saw/);
+  assert.match(learnedWords({ feed: feed("finished", "accept"), learned: grown }), /Accept it/);
+  assert.equal(learnedWords({ feed: feed("path"), learned: grown }), null);
 });
 
 test("the view: there and back, zooming about a place, never out of sight", () => {

@@ -9,6 +9,7 @@ import * as items from "../../services/pad/page/items.js";
 import * as model from "../../services/pad/page/model.js";
 import { thinned } from "../../services/pad/page/people.js";
 import { Shared, idOf, replayed, unwired, wired } from "../../services/pad/page/shared.js";
+import { Together } from "../../services/pad/page/together.js";
 import { move } from "../../services/pad/page/transform.js";
 
 const begun = () => ({ ...model.blank(model.LANDSCAPE), id: "kitchen" });
@@ -213,6 +214,7 @@ test("a selection follows its items", () => {
 test("a drawing that was closed and opened again is merged with what others have drawn", () => {
   const [anna, berta] = two(furnished());
   anna.change(items.without(anna.drawing, ["strokes:2"]));
+  anna.change(items.grouped(anna.drawing, ["strokes:1", "obstacles:0"]));
   tell(anna, berta);
   // Without a link, both go on.
   anna.change(model.withStroke(anna.drawing, wall(400), 5));
@@ -220,6 +222,7 @@ test("a drawing that was closed and opened again is merged with what others have
   const text = model.toText(anna.drawing, anna.shared.kept(anna.drawing));
   berta.change(items.without(berta.drawing, ["strokes:0"]));
   berta.change(model.withStroke(berta.drawing, wall(500), 5));
+  berta.change(items.transformed(berta.drawing, ["strokes:0"], move([3, 0])));
 
   const drawing = { ...model.fromText(text), id: "kitchen" };
   assert.equal(model.toText(drawing), model.toText(anna.drawing));
@@ -230,7 +233,9 @@ test("a drawing that was closed and opened again is merged with what others have
   again.unsent = new Set(again.shared.all().map(({ id }) => id));
   berta.unsent = new Set(berta.shared.all().map(({ id }) => id));
   tell(again, berta);
-  assert.deepEqual(berta.drawing.strokes.map((s) => s.points[0][0]).sort(), [200, 400, 500]);
+  assert.deepEqual(berta.drawing.strokes.map((s) => s.points[0][0]).sort(), [203, 400, 500]);
+  const groups = [again, berta].map(({ drawing: { strokes, obstacles } }) => [strokes[0].group, obstacles[0].group]);
+  assert.ok(groups.flat().every((group) => group && group === groups[0][0]), `one group, found ${groups}`);
   assert.equal(berta.drawing.labels.length, 0);
 });
 
@@ -299,4 +304,110 @@ test("a long line is shown with few points, and its ends", () => {
     assert.ok(few.length <= 40 && few.length >= Math.min(count, 20), `${count}: ${few.length}`);
     assert.deepEqual([few[0], few.at(-1)], [line[0], line.at(-1)]);
   }
+});
+
+/** A page with a server that answers each post with the next status, and 200 in the end. */
+class Served {
+  posts = [];
+  said = [];
+  restarts = 0;
+
+  constructor(drawing, statuses) {
+    const link = {
+      up: true,
+      restart: () => { this.restarts += 1; },
+      post: async (path, body) => {
+        this.posts.push(JSON.parse(body));
+        const status = statuses.shift() ?? 200;
+        if (status !== 200) throw Object.assign(new Error(`refused with ${status}`), { status });
+      },
+    };
+    this.desk = { drawing, merge: (next) => { this.desk.drawing = next; }, renew: (next) => { this.desk.drawing = next; } };
+    this.together = new Together({
+      desk: this.desk, link, kept: () => null, found: async () => null, begun: async () => {}, changed: () => {}, say: (words) => this.said.push(words),
+    });
+    this.together.linked(true);
+  }
+
+  async hears(news, people) {
+    if (people) this.together.met({ me: 1, all: people });
+    this.together.told(news);
+    await this.settled(1);
+  }
+
+  draws(x) {
+    this.desk.drawing = model.withStroke(this.desk.drawing, wall(x), 5);
+    this.together.changed(this.desk.drawing);
+  }
+
+  /** Waits until no post comes any more. */
+  async settled(ms = 120) {
+    await new Promise((done) => { setTimeout(done, ms); });
+  }
+}
+
+const walls = (...xs) => xs.reduce((drawing, x) => model.withStroke(drawing, wall(x), 5), begun());
+const alone = [{ page: 1, sheet: "kitchen" }];
+const sentTo = ({ entries }) => entries.map(({ shape }) => shape.strokes.points[0][0]);
+
+test("what was refused is sent with the next change, as a whole", async () => {
+  for (const status of [400, 413]) {
+    const page = new Served(walls(1, 2, 3), [status]);
+    await page.hears({ sheet: null, entries: [] }, alone);
+    await page.settled();
+    assert.deepEqual([page.posts.length, page.said, page.together.isInside], [1, [`The others do not see your last change: refused with ${status}`], false]);
+    page.draws(4);
+    await page.settled();
+    assert.deepEqual(page.posts.map(sentTo), [[1, 2, 3], [1, 2, 3, 4]]);
+    assert.deepEqual(page.posts.map(({ instead }) => instead), ["", ""]);
+    page.draws(5);
+    await page.settled();
+    assert.deepEqual([page.posts.length, sentTo(page.posts[2]), page.posts[2].instead, page.together.isInside], [3, [5], undefined, true]);
+  }
+});
+
+test("a refused change keeps the valid ones, and is not sent again because others draw", async () => {
+  const page = new Served(walls(1), [200, 400]);
+  await page.hears({ sheet: null, entries: [] }, alone);
+  await page.settled();
+  page.draws(2);
+  await page.settled();
+  const theirs = { id: "abc", time: 5, by: "berta", order: 9, shape: { strokes: { points: wall(7), width_px: 5, pressure: null } } };
+  await page.hears({ sheet: { id: "kitchen", canvas: model.LANDSCAPE }, entries: [theirs] });
+  page.together.changed(page.desk.drawing);
+  await page.settled();
+  assert.deepEqual([page.posts.length, page.together.isInside], [2, true]);
+  page.draws(3);
+  await page.settled();
+  assert.deepEqual(sentTo(page.posts[2]), [2, 3]);
+});
+
+test("what was refused as too slow or too much at once is sent again", async () => {
+  for (const status of [408, 429]) {
+    const page = new Served(walls(1, 2), [status]);
+    await page.hears({ sheet: null, entries: [] }, alone);
+    await page.settled(700);
+    assert.deepEqual([page.posts.map(sentTo), page.said], [[[1, 2], [1, 2]], []]);
+  }
+});
+
+test("a page whose drawing was refused learns again what the others share", async () => {
+  const others = [...alone, { page: 2, sheet: "hall" }];
+  const hall = { sheet: { id: "hall", canvas: model.LANDSCAPE }, entries: [] };
+  const page = new Served(walls(1), [413, 413]);
+  await page.hears({ sheet: null, entries: [] }, alone);
+  await page.settled();
+  assert.equal(page.restarts, 0);
+  await page.hears(hall);
+  assert.equal(page.restarts, 1, "another page was faster");
+  page.together.linked(true);
+  await page.hears(hall, others);
+  assert.deepEqual([page.together.isInside, page.together.isOutside, page.posts.length], [false, true, 1]);
+  page.together.share();
+  await page.settled();
+  assert.deepEqual([page.posts.length, page.posts[1].instead, page.restarts], [2, "hall", 2]);
+  page.together.linked(true);
+  await page.hears(hall, others);
+  await page.settled();
+  assert.deepEqual([page.together.isOutside, page.posts.length], [true, 2]);
 });

@@ -4,9 +4,10 @@
 const at = (id) => document.getElementById(id);
 
 /** What was learned and what can be done about it, in words; `null` if nothing was learned. */
-export function learnedWords({ feed, learned }) {
+export function learnedWords({ feed, learned, watches }) {
   if (!learned) return null;
   if (learned.growing) return "The robot corrects the drawing by what it sees.";
+  if (watches) return "The drawing, corrected by what the robot saw.";
   if (feed?.allowed.includes("accept")) return "The robot has learned what it saw. Accept it, and it drives by that.";
   return learned.accepted ? "The robot drives by what it has learned, from anywhere." : null;
 }

@@ -6,6 +6,8 @@ const PAUSES_MS = [250, 500, 1000, 2000, 4000];
 const PING_MS = 2000;
 /** A link that is silent for this long is dead, whatever the browser reports. */
 const SILENT_MS = 6000;
+/** The same while a long message arrives that the server has announced. */
+const LONG_MS = 60000;
 /** How long a link may take to come back before a request is given up, and how many times it is sent. */
 const BACK_MS = 60000;
 const ATTEMPTS = 5;
@@ -38,6 +40,7 @@ export class Link {
   #socket = null;
   #attempts = 0;
   #heard = 0;
+  #patienceMs = SILENT_MS;
   #timer = 0;
   #listener;
   #waiting = new Set();
@@ -87,6 +90,7 @@ export class Link {
     } catch {
       return;
     }
+    this.#patienceMs = message.long === undefined ? SILENT_MS : LONG_MS;
     if (message.hello) this.#hello(message.hello);
     if (message.drawn) this.#listener.drawn(message.drawn);
     if (message.people) this.#listener.people(message.people);
@@ -146,7 +150,7 @@ export class Link {
       this.#ping();
       return;
     }
-    if (performance.now() - this.#heard > SILENT_MS) {
+    if (performance.now() - this.#heard > this.#patienceMs) {
       this.restart();
       return;
     }

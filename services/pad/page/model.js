@@ -11,6 +11,8 @@ export const LANDSCAPE = [2540, 1252];
 export const PORTRAIT = [1252, 2540];
 /** Maximum coordinate in a file, pixels. */
 const FAR_PX = 100000;
+/** Maximum length of a text, a label or a goal's name in a file, characters. */
+export const MOST_CHARACTERS = 400;
 
 /** A blank sheet. */
 export const blank = (canvas) => (
@@ -312,6 +314,12 @@ function readPoints(points, where, least) {
   return points;
 }
 
+function expectShort(text, where) {
+  expect(typeof text === "string", where, "a text", text);
+  const { length } = [...text];
+  expect(length <= MOST_CHARACTERS, where, `at most ${MOST_CHARACTERS} characters`, length);
+}
+
 function readStroke(stroke, pressure, where) {
   expect(isObject(stroke), where, "an object", stroke);
   const { points, width_px = 5 } = stroke;
@@ -327,13 +335,14 @@ function readObstacle(obstacle, where) {
   expect(isObject(obstacle), where, "an object", obstacle);
   const { polygon, label = "" } = obstacle;
   readPoints(polygon, `${where}.polygon`, 3);
-  expect(typeof label === "string", `${where}.label`, "a text", label);
+  expectShort(label, `${where}.label`);
   return { polygon, label };
 }
 
 function readText(label, where) {
   expect(isObject(label) && isPoint(label.at), `${where}.at`, "a point", label?.at);
-  expect(typeof label.text === "string" && label.text.trim(), `${where}.text`, "a text", label.text);
+  expectShort(label.text, `${where}.text`);
+  expect(label.text.trim(), `${where}.text`, "a text", label.text);
   return { text: label.text, at: label.at };
 }
 
@@ -352,13 +361,16 @@ function readGroups({ groups = [] }, items) {
 
 function readGoal(goal, where) {
   expect(isObject(goal) && isPoint(goal.at), `${where}.at`, "a point", goal?.at);
-  return goal.name ? { name: String(goal.name), at: goal.at } : { at: goal.at };
+  if (!goal.name) return { at: goal.at };
+  const name = String(goal.name);
+  expectShort(name, `${where}.name`);
+  return { name, at: goal.at };
 }
 
 function readStart({ at, heading_deg = 0 }) {
   expect(isPoint(at), "start.at", "a point", at);
   expect(Number.isFinite(heading_deg), "start.heading_deg", "degrees", heading_deg);
-  return { at, heading_deg };
+  return { at, heading_deg: Math.abs(heading_deg) > 360 ? heading_deg % 360 : heading_deg };
 }
 
 function picture(pad, key) {

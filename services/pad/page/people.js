@@ -70,9 +70,10 @@ export class People {
   #points({ type, offsetX, offsetY }) {
     const { desk } = this.#host;
     this.#at = onSheet(desk.sheet.view, [offsetX, offsetY]).map(Math.round);
-    if (type === "pointerdown") this.#line = [];
-    if (FREE.includes(desk.tool)) this.#line.push(this.#at);
-    else if (STRAIGHT.includes(desk.tool)) this.#line = [this.#line[0] ?? this.#at, this.#at];
+    const [isFree, isStraight] = [FREE, STRAIGHT].map((tools) => tools.includes(desk.tool));
+    if (type === "pointerdown") this.#line = isFree || isStraight ? [this.#at] : [];
+    else if (desk.isBusy && isFree) this.#line.push(this.#at);
+    else if (desk.isBusy && isStraight) this.#line = [this.#line[0] ?? this.#at, this.#at];
     this.#tellSoon();
   }
 

@@ -1,6 +1,6 @@
 // Places the contents of another program's file on a sheet. Pure.
 
-import { blank, rounded } from "./model.js";
+import { MOST_CHARACTERS, blank, rounded } from "./model.js";
 
 /** Longest side of the sheet, and its margin for contents without a page, pixels. */
 const [LONGEST_PX, MARGIN_PX] = [2540, 100];
@@ -20,7 +20,8 @@ function around({ strokes, obstacles, labels, route }) {
 
 /**
  * A drawing of `read`: `strokes`, `obstacles`, `labels` and `route` in any unit, y down, with widths in the same unit. `page`: the
- * file's page (left, top, right, bottom); without one, the sheet is fitted to the contents. Throws an `Error` if there are none.
+ * file's page (left, top, right, bottom); without one, the sheet is fitted to the contents. Texts that are too long are cut, which
+ * `read.left` lists. Throws an `Error` if there are no contents.
  */
 export function placed(read, page = null) {
   const box = page ?? around(read);
@@ -30,11 +31,17 @@ export function placed(read, page = null) {
   const scale = (LONGEST_PX - 2 * margin) / Math.max(...size, 1e-6);
   const at = ([x, y]) => rounded([(x - box[0]) * scale + margin, (y - box[1]) * scale + margin]);
   const width = (w) => Math.round(Math.min(MOST_PX, Math.max(LEAST_PX, w * scale)) * 100) / 100;
+  const short = (text) => {
+    const characters = [...text];
+    if (characters.length <= MOST_CHARACTERS) return text;
+    read.left.push("end of a long text");
+    return characters.slice(0, MOST_CHARACTERS).join("").trim();
+  };
   return {
     ...blank(size.map((side) => Math.max(1, Math.round(side * scale + 2 * margin)))),
     strokes: read.strokes.map(({ points, width_px, ...more }) => ({ pressure: null, ...more, points: points.map(at), width_px: width(width_px) })),
     obstacles: read.obstacles.map(({ polygon, ...more }) => ({ label: "", ...more, polygon: polygon.map(at) })),
-    labels: read.labels.map(({ text, at: place }) => ({ text, at: at(place) })),
+    labels: read.labels.map(({ text, at: place }) => ({ text: short(text), at: at(place) })),
     route: read.route ? read.route.map(at) : null,
   };
 }

@@ -112,7 +112,9 @@ export class Shared {
       kept[kind]?.forEach((known, i) => {
         const item = drawing[kind][i];
         if (!known || !item) return;
-        const [id, time, of, order] = known;
+        const [id, time, of, order, group] = known;
+        // A file numbers its groups anew, but the version with this time has this one.
+        if (group) item.group = group;
         ids.set(item, id);
         shared.take({ id, kind, time, by: of, order, item });
       });
@@ -128,7 +130,7 @@ export class Shared {
   kept(drawing) {
     const lists = LISTS.map((kind) => [kind, drawing[kind].map((item) => {
       const entry = this.#entries.get(ids.get(item));
-      return entry?.item === item ? [entry.id, entry.time, entry.by, entry.order] : null;
+      return entry?.item === item ? [entry.id, entry.time, entry.by, entry.order, item.group] : null;
     })]);
     const short = ({ id, time, by }) => [id, time, by];
     const all = this.all();

@@ -5,8 +5,10 @@ import { isBlank } from "./model.js";
 import { Shared, unwired, wired } from "./shared.js";
 import { newId } from "./shelf.js";
 
-/** Minimum time between two requests with changes, and before one is repeated that was refused as one too many; milliseconds. */
+/** Minimum time between two requests with changes, and before one is repeated; milliseconds. */
 const [SEND_MS, AGAIN_MS] = [50, 500];
+/** Statuses of refusals that depend on the moment: the page is not known yet, the request was slow, there were too many. */
+const PASSING = [403, 408, 429];
 
 const pause = (ms) => new Promise((done) => { setTimeout(done, ms); });
 
@@ -28,6 +30,9 @@ export class Together {
   #missed = false;
   #inside = false;
   #sending = false;
+  /** Number of changes of this page, and what it was when the server refused a request for what it contained. */
+  #changes = 0;
+  #refused = -1;
   #news = Promise.resolve();
   people = [];
   me = 0;
@@ -48,12 +53,19 @@ export class Together {
   /** A link to the server. `may`: whether people draw freely there. */
   linked(may) {
     this.#may = may;
+    this.#changes += 1;
     [this.#isFirst, this.#hasMet, this.#missed] = [true, false, false];
+  }
+
+  /** Whether the server has refused what is still to be sent. It is sent again with the next change. */
+  get #isRefused() {
+    return this.#refused === this.#changes;
   }
 
   /** Whether the sheet shows the shared drawing, and the others can see it. */
   get isInside() {
-    return this.#may && this.#inside && this.#host.link.up;
+    const isShared = this.#instead === null || !this.#isRefused;
+    return this.#may && this.#inside && isShared && this.#host.link.up;
   }
 
   /** Whether others draw in a drawing that is not on this sheet. */
@@ -113,6 +125,7 @@ export class Together {
     const isOther = sheet.id !== this.#room?.sheet.id;
     if (isOther && !isFirst && this.#instead !== null) {
       this.#missed ||= sheet.id !== this.#instead;
+      if (this.#isRefused) this.#host.link.restart();
       return;
     }
     if (isFirst && sheet.id !== this.#drawing.id && isBlank(this.#drawing)) await this.#open(sheet);
@@ -163,7 +176,9 @@ export class Together {
       this.#alone();
       return;
     }
-    if (this.#inside) this.#room.follow(drawing).forEach((id) => this.#unsent.add(id));
+    const changes = this.#inside ? this.#room.follow(drawing) : [];
+    if (changes.length) this.#changes += 1;
+    changes.forEach((id) => this.#unsent.add(id));
     this.#inside = true;
     this.#merge();
     this.#send();
@@ -188,6 +203,7 @@ export class Together {
   /** Shares the drawing of this sheet in place of the one that is shared. */
   share() {
     const drawing = this.#drawing;
+    this.#changes += 1;
     this.#instead ??= this.#room?.sheet.id ?? "";
     this.#room = this.#know(drawing);
     this.#room.follow(drawing);
@@ -198,16 +214,18 @@ export class Together {
     this.#host.changed();
   }
 
-  /** Sends changes, in one request at a time, until there are none. */
+  /** Sends changes, in one request at a time, until there are none or the server refuses them. */
   async #send() {
     if (this.#sending) return;
     this.#sending = true;
-    while (this.#host.link.up && !this.#isFirst && (this.#unsent.size || this.#instead !== null)) {
+    while (this.#host.link.up && !this.#isFirst && !this.#isRefused && (this.#unsent.size || this.#instead !== null)) {
+      const changes = this.#changes;
       try {
         await this.#post();
         await pause(SEND_MS);
       } catch (error) {
-        if (!await this.#isWorthRepeating(error)) break;
+        if (error.unheard || PASSING.includes(error.status)) await pause(AGAIN_MS);
+        else this.#onRefused(error, changes);
       }
     }
     this.#sending = false;
@@ -228,15 +246,16 @@ export class Together {
     for (const entry of entries) if (room.get(entry.id) === entry) this.#unsent.delete(entry.id);
   }
 
-  async #isWorthRepeating({ unheard, status, message }) {
-    if (unheard || status === 429 || status === 403) {
-      await pause(AGAIN_MS);
-      return true;
-    }
+  /** A request was refused that was sent after so many changes. A page whose drawing is not shared learns again which one is. */
+  #onRefused({ status, message }, changes) {
+    this.#refused = changes;
     // Another page was faster, and its drawing is shared.
-    if (status === 409) this.#host.link.restart();
+    const isLate = status === 409;
+    if (isLate) this.#unsent.clear();
     else this.#host.say(`The others do not see your last change: ${message}`, true);
-    this.#unsent.clear();
-    return false;
+    const isElsewhere = ({ page, sheet }) => page !== this.me && sheet === this.#instead;
+    const isLeftOut = this.#isRefused && (this.#missed || (this.#instead !== null && this.people.some(isElsewhere)));
+    if (isLate || isLeftOut) this.#host.link.restart();
+    this.#host.changed();
   }
 }

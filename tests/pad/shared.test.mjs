@@ -98,6 +98,17 @@ test("two people who draw at once see both drawings, in the same order", () => {
   assert.equal(anna.drawing.goals.length, 4);
 });
 
+/** Regression test: the server refused it, because the entry of the removed path did not say that it had been a path. */
+test("whoever comes after a path was undone can draw another", () => {
+  const [anna, clara] = [new Page("anna"), new Page("clara")];
+  anna.change(model.withRoute(anna.drawing, [[0, 0], [9, 9]]));
+  anna.undo();
+  clara.hears(anna.shared.all().map((entry) => JSON.stringify(wired(entry))));
+  clara.change(model.withRoute(clara.drawing, [[1, 1], [5, 5]]));
+  const sent = clara.sends().map((entry) => JSON.parse(entry)).find(({ id }) => id === "route");
+  assert.deepEqual(sent.shape, { route: [[1, 1], [5, 5]] });
+});
+
 test("undo and redo concern one's own steps, whatever others have drawn since", () => {
   const [anna, berta] = two(furnished());
   anna.change(model.withStroke(anna.drawing, wall(400), 5));

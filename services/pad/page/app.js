@@ -110,11 +110,15 @@ function keeps() {
   return hello ? !hello.study && hello.mode !== "watches" : link.failed;
 }
 
+/** Whether the page may still show the last drawing. Later, a blank sheet is one that somebody has begun. */
+let isNewlyOpened = true;
+
 /** A newly opened page shows the last drawing that was on a sheet, unless the robot has another. */
 async function resume() {
   if (robot.hello?.study || robot.hello?.mode === "watches") return;
   const kept = await keeper.resumed(desk.drawing);
-  if (kept && isBlank(desk.drawing) && !robot.hello?.drawing) desk.renew(kept);
+  if (isNewlyOpened && kept && isBlank(desk.drawing) && !robot.hello?.drawing) desk.renew(kept);
+  isNewlyOpened = false;
   keeper.changed(desk.drawing);
 }
 

@@ -169,7 +169,8 @@ export class Shared {
     const change = (entry, item) => changes.push({ ...entry, time, by: this.#by, item });
     for (const kind of ONES) {
       const known = this.#entries.get(kind) ?? { id: kind, kind, order: 0, item: null };
-      if (known.item !== drawing[kind]) change(known, drawing[kind]);
+      // An entry that came as removed does not say what it was.
+      if (known.item !== drawing[kind]) change({ ...known, kind }, drawing[kind]);
     }
     for (const kind of LISTS) this.#followList(kind, drawing[kind], change);
     changes.forEach((entry) => this.take(entry));

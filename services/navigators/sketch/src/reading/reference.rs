@@ -58,6 +58,12 @@ pub enum ReferenceError {
         /// The words after `between`.
         found: String,
     },
+    /// The text is too long to refer to a place.
+    #[error("expected at most {MAX_WORDS} words, found {found}")]
+    TooLong {
+        /// Number of words.
+        found: usize,
+    },
     /// A quoted name does not end.
     #[error("expected a closing quote, found {found:?}")]
     NoQuote {
@@ -85,6 +91,8 @@ const ROOM: [&[&str]; 2] = [&["the", "room"], &["room"]];
 const NEAREST: &[&str] = &["nearest", "to"];
 const BETWEEN: &[&str] = &["between"];
 const AND: &[&str] = &["and"];
+/// Maximum number of words, which bounds how deep relations are nested.
+const MAX_WORDS: usize = 200;
 /// Characters that may enclose a name.
 const QUOTES: [char; 2] = ['"', '\''];
 
@@ -107,6 +115,9 @@ impl Reference {
     /// [`ReferenceError`] if the text begins like a relation and does not end like one.
     pub fn parse(text: &str) -> Result<Self, ReferenceError> {
         let words: Vec<&str> = text.split_whitespace().collect();
+        if words.len() > MAX_WORDS {
+            return Err(ReferenceError::TooLong { found: words.len() });
+        }
         let mut rest = &words[..];
         let found = reference(&mut rest, false, "")?;
         if rest.is_empty() { Ok(found) } else { Err(ReferenceError::Rest { found: rest.join(" ") }) }
@@ -165,6 +176,12 @@ fn relation(words: &mut &[&str], ends_at_and: bool) -> Result<Option<Relation>, 
 
 /// Takes a name from the beginning of the words.
 fn name(words: &mut &[&str], ends_at_and: bool, preceding: &str) -> Result<String, ReferenceError> {
+    // An article may precede the quotes.
+    if let Some(rest) = after(words, &["the"])
+        && rest.first().is_some_and(|word| word.starts_with(QUOTES))
+    {
+        *words = rest;
+    }
     let quote = words.first().and_then(|word| word.chars().next()).filter(|first| QUOTES.contains(first));
     let (name, count) = match quote {
         Some(quote) => quoted(words, quote)?,
@@ -255,6 +272,7 @@ mod tests {
                 "the room between \"food and drink\" and bath",
                 room(Relation::Between(name("food and drink"), name("bath"))),
             ),
+            ("the room below the \"store\"", room(Relation::Beside(Side::Below, name("store")))),
             ("the room below food and drink", room(Relation::Beside(Side::Below, name("food and drink")))),
             (
                 "the room above the room right of the lounge",
@@ -270,6 +288,13 @@ mod tests {
         ] {
             assert_eq!(Reference::parse(text), Ok(expected), "{text}");
         }
+    }
+
+    /// Regression test: the stack overflowed.
+    #[test]
+    fn a_text_without_end_is_refused() {
+        let error = Reference::parse(&"the room left of ".repeat(20_000)).unwrap_err().to_string();
+        assert_eq!(error, "expected at most 200 words, found 80000");
     }
 
     #[test]

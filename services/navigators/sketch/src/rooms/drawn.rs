@@ -175,8 +175,17 @@ impl Partition {
     fn drawn_room(&self, label: u16) -> Option<DrawnRoom> {
         let height = self.labels.len() / self.width;
         let own = Region::of(self.width, height, |cell| self.labels[cell] == label);
-        let clearance = |cell: &usize| self.clearance[*cell];
-        let middle = own.iter().max_by(|a, b| clearance(a).total_cmp(&clearance(b)))?;
+        // The middle is the cell nearest to the centroid, which may lie in a wall or outside, where the room is at least half as
+        // wide as anywhere.
+        let widest = own.iter().map(|cell| self.clearance[cell]).fold(0.0, f32::max);
+        let count = own.iter().count() as f64;
+        let sum = own
+            .iter()
+            .map(|cell| self.centre(cell))
+            .fold([0.0; 2], |sum, at| [sum[0] + at[0], sum[1] + at[1]]);
+        let off = |cell: &usize| distance(self.centre(*cell), sum.map(|sum| sum / count));
+        let wide = own.iter().filter(|cell| self.clearance[*cell] >= widest / 2.0);
+        let middle = wide.min_by(|a, b| off(a).total_cmp(&off(b)))?;
         let border = largest_part(&own).border();
         let corners = corners(&border).map(|[x, y]| [x as f64 + 0.5, y as f64 + 0.5]);
         Some(DrawnRoom { label, outline: polygon(corners)?, middle })

@@ -118,7 +118,7 @@ async function resume() {
   if (robot.hello?.study || robot.hello?.mode === "watches") return;
   const kept = await keeper.resumed(desk.drawing);
   if (isNewlyOpened && kept && isBlank(desk.drawing) && !robot.hello?.drawing) desk.renew(kept);
-  isNewlyOpened = false;
+  if (!isBlank(desk.drawing)) isNewlyOpened = false;
   keeper.changed(desk.drawing);
 }
 

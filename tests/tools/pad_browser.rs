@@ -59,9 +59,7 @@ fn drawings_are_edited_by_mouse_pen_touch_and_keyboard() {
     let (mut pad, link) = pad(&place);
     let ended = browser.selects(&place, &link);
     assert_eq!(ended.code, Some(0), "{ended}");
-    let pictures =
-        ["wide-light", "wide-dark", "phone-light", "phone-dark"].map(|look| format!("select-{look}.png"));
-    keep_pictures(place.files(), &pictures);
+    keep_looks(place.files(), &["select"]);
 
     pad.must_live();
     pad.signal(Signal::SIGINT);
@@ -122,27 +120,23 @@ fn drawings_are_checked_before_a_robot_drives_by_them() {
     let (mut pad, link) = pad(&place);
     let ended = browser.checks(&place, &link);
     assert_eq!(ended.code, Some(0), "{ended}");
-    let pictures =
-        ["wide-light", "wide-dark", "phone-light", "phone-dark"].map(|look| format!("checks-{look}.png"));
-    keep_pictures(place.files(), &pictures);
+    keep_looks(place.files(), &["checks"]);
     pad.must_live();
     pad.signal(Signal::SIGINT);
     pad.end();
     place.assert_nothing_left("pad");
 }
 
-/// During a drive, the page shows the corrected drawing as it grows, and after it the robot's map over the drawing. Once a person accepts it, the robot drives by it without a mark,
-/// from wherever it stands.
+/// During a drive, the page shows the corrected drawing as it grows, and after it the robot's map over the drawing. Once a
+/// person accepts it, the robot drives by it without a mark, from wherever it stands.
 #[test]
 fn what_the_robot_has_learned_is_accepted_driven_by_and_rejected() {
     let Some(browser) = Browser::find() else { return };
     let place = Place::new();
     let (mut pad, link) = pad_in(&place, "sim/missions/building/building-a", 2);
     let ended = browser.learns(&place, &link);
-    let looks = ["wide-light", "wide-dark", "phone-light", "phone-dark"];
-    let pictures = ["growing", "learned", "again"].map(|name| looks.map(|look| format!("{name}-{look}.png")));
     assert_eq!(ended.code, Some(0), "{ended}");
-    keep_pictures(place.files(), pictures.as_flattened());
+    keep_looks(place.files(), &["growing", "learned", "again"]);
     pad.must_live();
     let saved = |name: &str| fs::read(place.files().join(name)).unwrap();
     let learned = Learned::parse(&saved("again.learned")).unwrap();
@@ -207,9 +201,7 @@ fn the_wheel_is_handed_over_while_the_robot_drives() {
     wait_for(&mut running, port);
     let ended = browser.hands_over(&place, &format!("http://127.0.0.1:{port}/?token={TOKEN}"));
     assert_eq!(ended.code, Some(0), "{ended}");
-    let looks = ["wide-light", "wide-dark", "phone-light", "phone-dark"];
-    let pictures = ["may-ask", "asked", "asks"].map(|name| looks.map(|look| format!("{name}-{look}.png")));
-    keep_pictures(place.files(), pictures.as_flattened());
+    keep_looks(place.files(), &["may-ask", "asked", "asks"]);
     running.signal(Signal::SIGINT);
     running.end();
     place.assert_nothing_left("handed");
@@ -223,9 +215,7 @@ fn several_people_draw_at_once_and_one_of_them_drives() {
     let (mut pad, link) = pad(&place);
     let ended = browser.draws_together(&place, &link);
     assert_eq!(ended.code, Some(0), "{ended}");
-    let looks = ["wide-light", "wide-dark", "phone-light", "phone-dark"];
-    let pictures = ["together", "together-choice"].map(|name| looks.map(|look| format!("{name}-{look}.png")));
-    keep_pictures(place.files(), pictures.as_flattened());
+    keep_looks(place.files(), &["together", "together-choice"]);
     pad.must_live();
     pad.signal(Signal::SIGINT);
     pad.end();
@@ -283,6 +273,13 @@ fn the_localizer_has_the_drawing(place: &Place) {
     let cells = grid["data"].as_array().unwrap();
     let same = |(sent, cell): (&Value, &u8)| sent.as_i64() == Some(i64::from(*cell));
     assert!(cells.len() == drawing.cells.len() && cells.iter().zip(&drawing.cells).all(same));
+}
+
+/// Keeps the pictures of these scenes in all looks: on a wide page and on a phone, each light and dark.
+fn keep_looks(folder: &Path, scenes: &[&str]) {
+    let looks = ["wide-light", "wide-dark", "phone-light", "phone-dark"];
+    let of_scene = |scene: &&str| looks.map(|look| format!("{scene}-{look}.png"));
+    keep_pictures(folder, &scenes.iter().flat_map(of_scene).collect::<Vec<_>>());
 }
 
 /// Keeps screenshots for people to look at, if `SKETCHNAV_PICTURES` names a folder.

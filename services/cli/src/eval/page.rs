@@ -48,10 +48,10 @@ impl<'a> Pages<'a> {
         Ok(())
     }
 
-    /// Returns the figures as JSON, indented as little as possible because they are deeply nested.
+    /// Returns the figures as JSON, with a value per line for the sake of diffs, but not indented, because they are deeply nested.
     fn stored(&self) -> anyhow::Result<String> {
         let mut text = Vec::new();
-        let formatter = serde_json::ser::PrettyFormatter::with_indent(b" ");
+        let formatter = serde_json::ser::PrettyFormatter::with_indent(b"");
         self.figures.serialize(&mut serde_json::Serializer::with_formatter(&mut text, formatter))?;
         Ok(String::from_utf8(text)? + "\n")
     }

@@ -21,7 +21,7 @@ pub struct Folders {
 /// A data file that is not part of the repository.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Datum {
-    /// A description of the data, and of who made them.
+    /// A description of the data, including their authors.
     pub what: &'static str,
     /// Path of the file in the data folder.
     pub file: &'static str,

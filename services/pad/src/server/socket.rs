@@ -23,7 +23,8 @@ const UNSEEN_EVERY: Duration = Duration::from_secs(1);
 const PING_EVERY: Duration = Duration::from_millis(500);
 /// Minimum interval of news of the other pages.
 const OTHERS_EVERY: Duration = Duration::from_millis(30);
-/// Size of a message, in bytes, above which the page is told beforehand, so that it does not take a slow link for a dead one.
+/// Size, in bytes, above which a message is announced to the page. Otherwise, the page would restart a slow link that it considers
+/// dead.
 const LONG_BYTES: usize = 100_000;
 /// Maximum number of a page's messages that wait for the answering task. Any more are dropped.
 const MAX_WORDS: usize = 32;

@@ -428,7 +428,7 @@ impl Search {
         }
     }
 
-    /// Judges each hypothesis anew, and moves it to the best pose around it.
+    /// Moves each hypothesis to the best pose around it, and determines how well the scans of the local map fit there.
     fn refine(&mut self, state: &mut State, table: &RangeTable, workers: &Workers) {
         self.tries.clear();
         for hypothesis in &state.hypotheses {

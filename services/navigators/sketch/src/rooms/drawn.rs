@@ -17,7 +17,7 @@ use super::{
     DOOR_M, FRAME, LEAST_ROOM_M2, LEAST_SHARES, MOST_CELLS, RATIO, cells_per_m, complement, fill_holes,
 };
 
-/// Number of directions that are told apart: right, above right, above and so on, counter-clockwise.
+/// Number of directions in which a room can lie from another: right, above right, above and so on, counter-clockwise.
 pub const DIRECTIONS: usize = 8;
 /// Number of directions of a histogram.
 const HISTOGRAM: usize = 72;

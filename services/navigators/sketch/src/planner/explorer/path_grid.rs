@@ -114,8 +114,8 @@ impl PathGrid {
         self.flood(&self.weights(with_room), own)
     }
 
-    /// Returns the reachable cell that is nearest to `target` by the path through free cells, and the length of the robot's path
-    /// there, in metres.
+    /// Returns the reachable cell from which the path to `target` through free cells is the shortest. Also returns the length of the
+    /// robot's path to this cell, in metres.
     pub fn end_for(&mut self, robot: Place, target: Place) -> Option<(usize, f64)> {
         let reach = self.reach(robot);
         let free = |cell: &usize| self.kinds[*cell] != CLOSED;

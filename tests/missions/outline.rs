@@ -8,7 +8,7 @@ use sketchnav_schemas::codes::TaskState;
 use sketchnav_sketch::messages::{QUESTION, QuestionKind};
 use support::arms::{doubtful, place};
 use support::page::{Page, free_port, wait_for};
-use support::{kill_if_alive, repository, wait_until};
+use support::{Place, kill_if_alive, repository, wait_until};
 
 #[test]
 fn a_mission_is_driven_replayed_rerun_and_reports_correspondences() {
@@ -23,6 +23,88 @@ fn a_mission_is_driven_replayed_rerun_and_reports_correspondences() {
 #[test]
 fn kills_leave_the_same_bytes() {
     place().is_identical_after("arms.toml", 10, "localizer,planner");
+}
+
+/// Nobody has marked where the robot starts. Its planner is killed while it finds out.
+#[test]
+fn a_robot_without_a_start_mark_finds_out_where_it_is() {
+    let place = place();
+    let mission = repository().join("sim/missions/hall/hall-unmarked.toml").display().to_string();
+    let recording = &place.driven(&mission);
+    place.is_reproduced(recording, &["localizer", "planner"]);
+    place.is_identical_after(&mission, 7, "localizer,planner");
+    // What the robot has learned has a start, although nobody has marked it.
+    place.fine(&format!("learn {recording} -o hall.learned"));
+    place.driven(&format!("{mission} --learned hall.learned"));
+}
+
+/// A floor that looks the same after half a turn, with its drawing. No robot can know at which end of it it is.
+const TWINS: [(&str, &str); 3] = [
+    (
+        "twins.floor.toml",
+        "name = 'twins'\nwall_thickness_m = 0.1\n[[wall]]\nclosed = true\n\
+         points = [[0, -3], [3, -3], [3, 0], [12, 0], [12, 6], [9, 6], [9, 3], [0, 3]]\n",
+    ),
+    (
+        "twins.svg",
+        "<svg xmlns='http://www.w3.org/2000/svg' width='680' height='530'>\
+         <path d='M40 490 L190 490 L190 340 L640 340 L640 40 L490 40 L490 190 L40 190 Z' \
+         fill='none' stroke='black' stroke-width='6'/></svg>",
+    ),
+    (
+        "twins.toml",
+        "name = 'twins'\nrobot = 'robotino'\nworld = { floor_plan = 'twins.floor.toml' }\n\
+         start = { world = [2.0, 1.0], world_heading_deg = 30 }\n\
+         navigator = { kind = 'sketch', method = 'outline', drawing = 'twins.svg' }\n\
+         [[task]]\nname = 'wing'\ngoal = [565, 90]\nthere = { center = [10.5, 5.0], radius_m = 1.0 }\n\
+         time_limit_s = 400\n",
+    ),
+];
+
+fn twins() -> Place {
+    let place = Place::new();
+    for (name, text) in TWINS {
+        std::fs::write(place.files().join(name), text).unwrap();
+    }
+    place
+}
+
+/// The person who is asked places the robot in the drawing, for the localizer, too.
+#[test]
+fn where_the_drawing_looks_alike_a_person_is_asked() {
+    let (place, port, name) = (twins(), free_port(), "twins");
+    let line = format!("run twins.toml --pad --port {port} --system {name} --speed 4 --out out --json");
+    let mut running = place.start(&line);
+    wait_for(&mut running, port);
+    let mut page = Page::open(port, None);
+    let asked = page.until("a question", |feed| places(feed).len() > 1);
+    assert!(asked["pose"].is_null(), "nobody has placed it yet: {asked}");
+    page.must("/api/here", &json!({ "at": places(&asked)[0]["at"] }));
+    page.until("a place in the drawing", |feed| !feed["pose"].is_null());
+    drop(page);
+    let report = running.end().json();
+    let reason = report["tasks"][0]["reason"].as_str().unwrap();
+    assert!(reason.ends_with("a person agrees"), "{report:#}");
+    place.assert_nothing_left(name);
+}
+
+#[test]
+fn a_robot_without_a_start_mark_is_lost_where_the_drawing_looks_alike() {
+    let place = twins();
+    let (report, code) = place.mission("run twins.toml", "twins");
+    assert_eq!(code, 1, "{report:#}");
+    let reason = report["tasks"][0]["reason"].as_str().unwrap();
+    assert!(reason.contains("where the drawing looks alike"), "{report:#}");
+    let route = "goal = [60, 210]\n[[task]]\nname = 'way'\nroute = [[60, 210], [90, 230]]";
+    for (from, to, words) in [
+        ("'outline'", "'beam'", "navigator.start: expected the start"),
+        ("goal = [565, 90]", route, "task 2 (way).route: expected a goal"),
+        ("goal = [565, 90]", "goal = [300, 60]", "task 1 (wing): goal at (300, 60)"),
+    ] {
+        std::fs::write(place.files().join("bad.toml"), TWINS[2].1.replace(from, to)).unwrap();
+        let refused = place.run("run bad.toml");
+        assert!(refused.code == Some(2) && refused.err.contains(words), "{refused}");
+    }
 }
 
 /// Drawn routes are driven with the particle filter, as by the other methods.

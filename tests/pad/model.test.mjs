@@ -156,8 +156,7 @@ test("a route and goals take each other's place; the start goes once", () => {
   const route = model.withRoute(goals, [[0, 0], [5, 5]]);
   assert.equal(model.pathBody(route), '{"route":[[0,0],[5,5]]}');
   const goal = model.withGoal(sheet(), [1, 1]);
-  assert.deepEqual([goal, goals, route, sheet()].map((d) => model.canGo(d, null)), [false, true, true, false]);
-  assert.equal(model.canGo(goal, { x: 5, y: 5 }), true);
+  assert.deepEqual([goal, goals, route, sheet()].map(model.hasPath), [true, true, true, false]);
   assert.equal(model.withGoal(route, [1, 1]).route, null);
   const sent = model.withPath(sheet(), JSON.parse(model.pathBody(goals)));
   assert.equal(model.pathBody(sent), model.pathBody(goals));

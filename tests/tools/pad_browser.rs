@@ -153,6 +153,21 @@ fn what_the_robot_has_learned_is_accepted_driven_by_and_rejected() {
     place.assert_nothing_left("pad");
 }
 
+/// Somebody draws a hall and a goal in it, but does not mark where the robot stands.
+#[test]
+fn a_robot_without_a_start_mark_finds_out_where_it_is() {
+    let Some(browser) = Browser::find() else { return };
+    let place = Place::new();
+    let (mut pad, link) = pad_in(&place, "sim/missions/hall/hall-unmarked", 4);
+    let ended = browser.finds_the_start(&place, &link);
+    assert_eq!(ended.code, Some(0), "{ended}");
+    keep_pictures(place.files(), &["unmarked-driving.png", "unmarked-arrived.png"]);
+    pad.must_live();
+    pad.signal(Signal::SIGINT);
+    pad.end();
+    place.assert_nothing_left("pad");
+}
+
 /// A robot follows a route past landmarks that was drawn on the page, and gets lost because the route ends in open space. A person
 /// chooses one of the places that it offers, then taps its position, adds an object that was missing from the map, and draws the
 /// rest of the route, which leads it to the goal.

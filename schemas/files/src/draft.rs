@@ -109,6 +109,7 @@ fn create_beside(path: &Path) -> io::Result<(PathBuf, File)> {
         draft.push(if number == 1 { ".unfinished".to_owned() } else { format!(".unfinished-{number}") });
         match File::options().write(true).create_new(true).open(&draft) {
             Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
+            Err(error) if error.kind() == ErrorKind::NotFound => return Err(no_folder(path, error)),
             created => return Ok((draft.into(), created?)),
         }
     }
@@ -143,6 +144,17 @@ pub fn refuse_to_overwrite<'a>(inputs: impl IntoIterator<Item = &'a Path>, outpu
             Err(io::Error::new(ErrorKind::AlreadyExists, words))
         }
         false => Ok(()),
+    }
+}
+
+/// Returns an error that names the folder of `path` if there is no such folder, and otherwise `error`.
+fn no_folder(path: &Path, error: io::Error) -> io::Error {
+    match path.parent() {
+        Some(folder) if !folder.is_dir() => {
+            let words = format!("expected a file in an existing folder, found none: {}", folder.display());
+            io::Error::new(ErrorKind::NotFound, words)
+        }
+        _ => error,
     }
 }
 
@@ -194,6 +206,19 @@ mod tests {
         assert_eq!(std::fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o640);
         assert!(refuse_to_overwrite([other.as_path(), &path], &link).is_err());
         assert!(refuse_to_overwrite([path.as_path()], &other).is_ok());
+    }
+
+    /// Regression test: the error was `No such file or directory (os error 2)`.
+    #[test]
+    fn a_missing_folder_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let missing = folder.path().join("missing");
+        let error = write(missing.join("a.learned"), "new").unwrap_err().to_string();
+        assert_eq!(
+            error,
+            format!("expected a file in an existing folder, found none: {}", missing.display())
+        );
+        assert!(!missing.exists());
     }
 
     /// Regression test: running with `-o /dev/null` as root replaced the device with a file.

@@ -44,9 +44,10 @@ const DEMO: [(&str, &[u8]); 3] = [
 /// The word for the demo wherever a mission file is expected.
 const DEMO_WORD: &str = "demo";
 
-/// Returns true if `mission` refers to the embedded demo. An existing file called `demo` takes precedence.
+/// Returns true if `mission` refers to the embedded demo. An existing file called `demo` takes precedence, but not a folder, which may
+/// contain the results of an earlier demo.
 pub fn is_demo(mission: &Path) -> bool {
-    mission == Path::new(DEMO_WORD) && !mission.exists()
+    mission == Path::new(DEMO_WORD) && !mission.is_file()
 }
 
 /// Returns the mission of the embedded demo.

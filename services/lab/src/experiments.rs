@@ -45,6 +45,7 @@ pub mod table;
 pub mod trial;
 pub mod trial_picture;
 mod unmapped;
+pub mod unmarked;
 pub mod variance;
 pub mod witnesses;
 

@@ -19,6 +19,7 @@ use image::ImageEncoder;
 use sketchnav_schemas::codes::WALL;
 use sketchnav_schemas::geometry::{Point, Pose, Sketch, World};
 use sketchnav_schemas::mission::Place;
+use sketchnav_sketch::messages::PoseEstimate;
 
 pub use correspondence::{SeenOutline, drawn_outline, origin_of, seen_outline};
 pub use floor::FloorShapes;
@@ -59,8 +60,8 @@ pub struct DrawnGoal<'a> {
     pub height_px: u32,
     /// Cells of the drawing, with row 0 at the bottom.
     pub cells: &'a [u8],
-    /// The robot's start pose.
-    pub start: Pose<Sketch>,
+    /// The robot's start pose, if somebody has marked it.
+    pub start: Option<Pose<Sketch>>,
     /// Position of the goal.
     pub goal: Point<Sketch>,
 }
@@ -76,7 +77,7 @@ impl DrawnGoal<'_> {
 
     /// Adds the start and the goal.
     fn mark(&self, sheet: &mut Sheet) {
-        marks::start(sheet, &self.start);
+        self.start.iter().for_each(|start| marks::start(sheet, start));
         sheet.cross(&self.goal, GREEN);
     }
 }
@@ -92,8 +93,8 @@ pub struct SketchPicture<'a> {
     pub height_px: u32,
     /// Cells of a [`sketchnav_sketch::messages::SketchMap`], with row 0 at the bottom.
     pub cells: &'a [u8],
-    /// The robot's start pose.
-    pub start: Pose<Sketch>,
+    /// The robot's start pose, if somebody has marked it.
+    pub start: Option<Pose<Sketch>>,
     /// The tasks in order.
     pub tasks: &'a [TaskPicture<Sketch>],
 }
@@ -130,6 +131,11 @@ pub fn place_outline(place: &Place) -> Vec<Point<World>> {
     (0..48).map(corner).collect()
 }
 
+/// Returns the estimated positions, as long as the robot was placed in the drawing.
+pub fn trail(estimates: &[PoseEstimate]) -> Vec<Point<Sketch>> {
+    estimates.iter().filter(|e| e.is_placed()).map(|e| e.pose.pose().position()).collect()
+}
+
 /// Draws the drawing with the estimated trajectory as SVG.
 ///
 /// # Errors
@@ -141,10 +147,13 @@ pub fn sketch(picture: &SketchPicture<'_>) -> Result<String, PictureError> {
     let mut sheet = Sheet::new(view, picture.title);
     sheet.image(&png);
     marks::tasks(&mut sheet, picture.tasks);
-    marks::start(&mut sheet, &picture.start);
+    picture.start.iter().for_each(|start| marks::start(&mut sheet, start));
     let clouds = picture.tasks.iter().any(|task| !task.particles.is_empty());
     let routes = picture.tasks.iter().any(|task| task.marks.len() > 1);
-    let mut symbols = vec![Symbol::Start, Symbol::Goal, Symbol::Trail("estimated path")];
+    let trails = picture.tasks.iter().any(|task| !task.trail.is_empty());
+    let mut symbols: Vec<_> = picture.start.iter().map(|_| Symbol::Start).collect();
+    symbols.push(Symbol::Goal);
+    symbols.extend(trails.then_some(Symbol::Trail("estimated path")));
     symbols.extend(routes.then_some(Symbol::Route));
     symbols.extend([Symbol::Reached, Symbol::Failed]);
     symbols.extend(clouds.then_some(Symbol::Particles));

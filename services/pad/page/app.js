@@ -13,7 +13,7 @@ import { Lessons } from "./learned.js";
 import { Library } from "./library.js";
 import { Link, takeToken } from "./link.js";
 import {
-  LANDSCAPE, PORTRAIT, blank, canGo, fromFile, hasMap, isBlank, isEditOf, pathBody, pointCount, sketchBody, toText, withLabel,
+  LANDSCAPE, PORTRAIT, blank, fromFile, hasMap, hasPath, isBlank, isEditOf, pathBody, pointCount, sketchBody, toText, withLabel,
   withOtherText, withPath, withStart, withText,
 } from "./model.js";
 import { ACCEPTED, fromWords, leftOut, readFile } from "./outside.js";
@@ -296,7 +296,7 @@ function refresh() {
     practising, questions: study.hasQuestions(robot.feed),
     learned: learned(),
     together: together.isInside,
-    map: hasMap(drawing) && !practising, path: canGo(drawing, learned()?.accepted || robot.feed?.pose) && !practising,
+    map: hasMap(drawing) && !practising, path: hasPath(drawing) && !practising,
     silentS: robot.fedAt ? (performance.now() - robot.fedAt) / 1000 : 0,
   });
 }

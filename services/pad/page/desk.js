@@ -17,6 +17,9 @@ export function oneMore(before, after) {
 }
 
 /** Whether the ink layer is the same for both. */
+/** States in which the robot has a task, so that what it has seen stays on the sheet even if it is not placed. */
+const DRIVEN = new Set(["driving", "paused", "aborted", "ended"]);
+
 const sameInk = (a, b) => a.strokes === b.strokes && a.canvas === b.canvas && a.photo === b.photo && a.underlay === b.underlay;
 
 export class Desk {
@@ -233,7 +236,7 @@ export class Desk {
     if (feed.particles && feed.pose) this.cloud = { points: feed.particles, pose: feed.pose };
     else if (!feed.pose) this.cloud = null;
     if (feed.lasting) this.lasting = feed.lasting;
-    else if (!feed.pose) this.lasting = null;
+    else if (!feed.pose && !DRIVEN.has(feed.state)) this.lasting = null;
     this.#redraw("feed");
   }
 

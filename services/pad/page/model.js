@@ -28,9 +28,6 @@ export const hasMap = (drawing) => drawing.strokes.length + drawing.obstacles.le
 /** Whether the sheet says where to go. */
 export const hasPath = (drawing) => drawing.route !== null || drawing.goals.length > 0;
 
-/** Whether the path can be sent: goals need a start, drawn or known (`located`: the robot is localized). */
-export const canGo = (d, located) => hasPath(d) && Boolean(d.route || d.start || located);
-
 /** Whether the sheet is empty. */
 export const isBlank = (d) => !hasMap(d) && !hasPath(d) && !d.labels.length && !d.start && !d.underlay;
 

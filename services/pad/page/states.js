@@ -72,7 +72,7 @@ export function advice({ up, refusal, drives, watches, practising, questions, fe
   if (!drives) return together ? "You draw with the others. Another page drives." : "Another page drives; this one watches.";
   const words = {
     "no-sketch": map ? "Send the map." : "Draw the walls of the place, then send the map.",
-    sketch: path ? "Send the path." : learned?.accepted ? "Tap goals. The robot finds out where it is." : "Draw the path from where the robot stands, or tap goals and mark the start.",
+    sketch: path ? "Send the path." : learned?.accepted ? "Tap goals. The robot finds out where it is." : "Draw the path from where the robot stands, or tap goals and mark the start. Without a mark, the robot has to find out where it is.",
     path: "Press Execute, and the robot drives.",
     driving: "Abort stops the robot at once.",
     aborted: "Restore continues the task. Or draw another path.",

@@ -128,7 +128,7 @@ fn all_is_reachable(floor: &Floor, degree: f64, seed: u64) -> Result<(), String>
         time_limit_s: 1.0,
     };
     let tasks = goals.iter().map(task).collect();
-    let intent = Intent { start: Some(goals[0]), heading_deg: Some(0.0), tasks };
+    let intent = Intent { start: Some(goals[0]), heading_deg: Some(0.0), tasks, ..Intent::default() };
     intent.place(&read, &options.settings).map(drop).map_err(|error| error.to_string())
 }
 

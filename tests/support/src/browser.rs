@@ -92,6 +92,14 @@ impl Browser {
         self.runs(script)
     }
 
+    /// Draws the hall on the page at `link` with a goal but no start, and lets the robot find out where it is.
+    pub fn finds_the_start(&self, place: &Place, link: &str) -> Ended {
+        let mut script = needs::program("node").expect("node, which was there before");
+        script.arg(repository().join("tests/pad/unmarked.mjs")).arg(link);
+        script.arg(repository().join("sim/missions/hall/hall.svg")).arg(place.files());
+        self.runs(script)
+    }
+
     /// Draws a route past landmarks on the page at `link`, marks the position of the lost robot, and draws the rest of the route.
     pub fn passes_landmarks(&self, place: &Place, link: &str) -> Ended {
         let mut script = needs::program("node").expect("node, which was there before");

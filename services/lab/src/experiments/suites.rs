@@ -10,7 +10,7 @@ use crate::error::EvalError;
 use crate::experiments::suite::{Folders, Suite};
 use crate::experiments::{
     ablation, calibration, corridor, corridor_cost, corridor_published, deformed, land, landmarks, learned,
-    look_ahead, people, protocol, routes, sensitivity, studies, witnesses,
+    look_ahead, people, protocol, routes, sensitivity, studies, unmarked, witnesses,
 };
 
 /// A function that loads a suite.
@@ -26,10 +26,12 @@ const PAPER: &str = Method::Boniardi2015.word();
 
 /// All suites with their loaders. To add one, add a line here and a module for it. The last column lists methods for suites that
 /// compare several, or that use a method other than the first of their navigator, when all suites are driven.
-const SUITES: [(&str, Loader, &[&str]); 40] = [
+const SUITES: [(&str, Loader, &[&str]); 45] = [
     ("ablation", ablation::suite, &[]),
     ("building-079", protocol::building_079, &[OUTLINE, PAPER]),
+    ("building-079-unmarked", unmarked::building_079, &[]),
     ("building", protocol::building, &[OUTLINE, PAPER]),
+    ("building-unmarked", unmarked::building, &[]),
     ("calibrate-boniardi-2015", calibration::boniardi_2015, &[]),
     ("corridor", corridor::suite, &METHODS),
     ("corridor-cost", corridor_cost::suite, &[]),
@@ -43,6 +45,7 @@ const SUITES: [(&str, Loader, &[&str]); 40] = [
     ("directions-choice", land::buildings::choice, &[]),
     ("directions-land", land::suite, &[]),
     ("laboratory", protocol::laboratory, &[OUTLINE, PAPER]),
+    ("laboratory-unmarked", unmarked::laboratory, &[]),
     ("landmark-answers", landmarks::answered, &[]),
     ("landmark-choice", landmarks::choice, &[]),
     ("landmark-deformed", landmarks::deformed, &[]),
@@ -63,6 +66,8 @@ const SUITES: [(&str, Loader, &[&str]); 40] = [
     ("people-answers", people::answered, &[]),
     ("people-exam", people::exam, &[OUTLINE, BEAM, PAPER]),
     ("people-exam-answers", people::exam_answered, &[]),
+    ("people-exam-unmarked", unmarked::people_exam, &[]),
+    ("people-unmarked", unmarked::people, &[]),
     ("routes", routes::suite, &[OUTLINE, PAPER]),
     ("routes-look-ahead", look_ahead::suite, &[OUTLINE, PAPER]),
     ("sensitivity", sensitivity::suite, &[BEAM]),

@@ -57,24 +57,21 @@ fn sketch(
             name: name(trial, driven, spans, i),
             marks: mission.tasks[i].aim.points().iter().map(|&at| paper.from_image(at)).collect(),
             place: Vec::new(),
-            trail: of(&spans[i], &driven.log.estimates).iter().map(|e| e.pose.pose().position()).collect(),
+            trail: picture::trail(of(&spans[i], &driven.log.estimates)),
             particles: Vec::new(),
             outcome: outcome(trial, driven, spans, i),
         })
         .collect();
-    let heading_deg = mission.start_heading_deg.unwrap_or_default();
-    let marked = mission
-        .start
-        .map(|at| paper.from_image(at))
-        .map(|at| Pose::new(at.x, at.y, heading_deg.to_radians()));
+    let marked = marked_start(paper, mission);
     // A drawn route also serves as the start mark.
-    let believed = driven.log.estimates.first().map(|estimate| estimate.pose.pose());
+    let first = driven.log.estimates.first().filter(|estimate| estimate.is_placed());
+    let believed = first.map(|estimate| estimate.pose.pose());
     picture::sketch(&SketchPicture {
         title: &title(driven, "the sketch, with the robot's estimate"),
         width_px: paper.width_px,
         height_px: paper.height_px,
         cells: &paper.cells,
-        start: marked.or(believed).unwrap_or(Pose::new(0.0, 0.0, 0.0)),
+        start: marked.or(believed),
         tasks: &tasks,
     })
 }
@@ -174,9 +171,9 @@ fn true_trail(driven: &Driven) -> Vec<Point<World>> {
 }
 
 /// Returns the start as marked in the drawing.
-fn marked_start(paper: &DrawnMap, mission: &SketchMission) -> Pose<Sketch> {
-    let at = mission.start.map_or(Point::new(0.0, 0.0), |at| paper.from_image(at));
-    Pose::new(at.x, at.y, mission.start_heading_deg.unwrap_or_default().to_radians())
+fn marked_start(paper: &DrawnMap, mission: &SketchMission) -> Option<Pose<Sketch>> {
+    let at = paper.from_image(mission.start?);
+    Some(Pose::new(at.x, at.y, mission.start_heading_deg.unwrap_or_default().to_radians()))
 }
 
 fn title(driven: &Driven, what: &str) -> String {

@@ -14,7 +14,7 @@ use sketchnav_schemas::codes::{Process, Tracking};
 use sketchnav_schemas::geometry::{Point, Pose, World};
 use sketchnav_schemas::message::{Health, Latency};
 use sketchnav_schemas::mission::Mission;
-use sketchnav_sketch::messages::SketchMap;
+use sketchnav_sketch::messages::{PoseEstimate, SketchMap};
 
 use super::log::{Instant, Log};
 use super::rooms::Rooms;
@@ -142,6 +142,8 @@ fn not_aligned(log: &Log, truth: &[Pose<World>], estimate: &[Pose<World>]) -> Op
         None
     } else if log.truth.is_empty() {
         Some(NotAligned::NoTruth { estimates })
+    } else if !log.estimates.iter().any(PoseEstimate::is_placed) {
+        Some(NotAligned::Unplaced)
     } else {
         trajectory::not_aligned(truth, estimate)
     }
@@ -276,7 +278,6 @@ fn stages(health: &[Health]) -> Vec<Stage> {
 mod tests {
     use bytemuck::Zeroable;
     use sketchnav_schemas::message::GroundTruth;
-    use sketchnav_sketch::messages::PoseEstimate;
 
     use super::*;
 
@@ -318,5 +319,8 @@ mod tests {
         assert!(stuck.not_aligned.unwrap().to_string().contains("too short to align"));
         let unknown = figures(&Log { truth: Vec::new(), ..log(|_| [3.0, 4.0]) }, None, None, None);
         assert_eq!(unknown.not_aligned, Some(NotAligned::NoTruth { estimates: 1 }));
+        let nowhere = PoseEstimate { tracking: Tracking::Lost.code(), ..Zeroable::zeroed() };
+        let unplaced = Log { estimates: vec![nowhere], instants: Vec::new(), ..log(|_| [3.0, 4.0]) };
+        assert_eq!(figures(&unplaced, None, None, None).not_aligned, Some(NotAligned::Unplaced));
     }
 }

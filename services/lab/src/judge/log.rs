@@ -335,7 +335,7 @@ fn instants(truth: &[GroundTruth], estimates: &[PoseEstimate]) -> Vec<Instant> {
         let truth = places.get(&estimate.header.stamp_ns)?;
         Some(instant(*truth, estimate))
     };
-    estimates.iter().filter_map(beside).collect()
+    estimates.iter().filter(|estimate| estimate.is_placed()).filter_map(beside).collect()
 }
 
 fn instant(truth: Pose<World>, estimate: &PoseEstimate) -> Instant {

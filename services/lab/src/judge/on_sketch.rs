@@ -33,7 +33,8 @@ impl Asked<'_> {
     /// Returns true if a task that ended in `state` was reached according to the robot's estimates during the task, which must be
     /// in order.
     pub fn is_reached(&self, state: TaskState, estimates: &[PoseEstimate]) -> bool {
-        let Some(last) = estimates.last().filter(|_| state == TaskState::Reached) else { return false };
+        let is_placed = |last: &&PoseEstimate| state == TaskState::Reached && last.is_placed();
+        let Some(last) = estimates.last().filter(is_placed) else { return false };
         let end = last.pose.pose().position();
         let chart = Chart::new(last, self.wall_direction_rad);
         let is_near = chart.is_some_and(|chart| chart.distance_m(end, self.goal) < self.limit_m);

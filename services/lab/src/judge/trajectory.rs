@@ -22,6 +22,9 @@ pub enum NotAligned {
         /// Number of estimates.
         estimates: usize,
     },
+    /// Nobody has marked where the robot is in the drawing.
+    #[error("nobody has marked where the robot is in the drawing, so there are no estimates to compare")]
+    Unplaced,
     /// There are too few poses.
     #[error("the path is too short to align: expected {FEWEST_POSES} estimates or more, found {found}")]
     Few {

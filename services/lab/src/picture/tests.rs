@@ -31,7 +31,7 @@ fn sketch_of(width_px: u32, height_px: u32, cells: &[u8]) -> Result<String, Pict
         width_px,
         height_px,
         cells,
-        start: Pose::new(1.0, 1.0, 0.0),
+        start: Some(Pose::new(1.0, 1.0, 0.0)),
         tasks: &[],
     })
 }
@@ -90,7 +90,7 @@ fn a_sketch_is_drawn_the_right_way_up() {
         width_px: 3,
         height_px: 2,
         cells: &[WALL, WALL, WALL, 0, 0, 0],
-        start: Pose::new(0.0, 0.0, 0.0),
+        start: Some(Pose::new(0.0, 0.0, 0.0)),
         tasks: &[],
     };
     let decoded =

@@ -6,10 +6,10 @@ use sketchnav_files::Files;
 use sketchnav_recordings::Recording;
 use sketchnav_recordings::reader::{RawMessage, Selection};
 use sketchnav_recordings::writer::topic_name;
-use sketchnav_schemas::geometry::{Point, Sketch};
+use sketchnav_schemas::geometry::{Point, Pose, Sketch};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::time::seconds;
-use sketchnav_sketch::messages::{PLAN, Particles, Plan};
+use sketchnav_sketch::messages::{PLAN, Particles, Plan, SketchMap};
 
 use super::{outcome, within};
 use crate::judge::log::Log;
@@ -29,10 +29,16 @@ pub fn picture(run: &RunConfig, log: &Log, verdict: &Verdict) -> anyhow::Result<
         width_px: map.width_px,
         height_px: map.height_px,
         cells,
-        start: map.start.pose(),
+        start: start(map),
         tasks: &tasks,
     })?;
     Ok(Some(svg))
+}
+
+/// Returns the start, unless nobody has marked it. In a learned map, it is the likeliest place.
+fn start(map: &SketchMap) -> Option<Pose<Sketch>> {
+    let size = [map.width_px, map.height_px].map(|side| side as usize);
+    (map.is_learned() || !map.start().is_anywhere(size)).then(|| map.start.pose())
 }
 
 fn sketch_tasks(
@@ -49,7 +55,7 @@ fn sketch_tasks(
             name: verdict.tasks[i].name.clone(),
             marks: marks.unwrap_or_default(),
             place: Vec::new(),
-            trail: within(&spans[i], &log.estimates).iter().map(|e| e.pose.pose().position()).collect(),
+            trail: picture::trail(within(&spans[i], &log.estimates)),
             particles: particles.unwrap_or_default(),
             outcome: outcome(&spans[i], &verdict.tasks[i]),
         }
@@ -80,7 +86,7 @@ pub fn moments(recording: &Recording, log: &Log) -> anyhow::Result<Markup> {
         let until = cloud_of.header.stamp_ns;
         let end = log.estimates.partition_point(|e| e.header.stamp_ns <= until);
         let Some(estimate) = log.estimates[..end].last() else { continue };
-        let trail: Vec<_> = log.estimates[..end].iter().map(|e| e.pose.pose().position()).collect();
+        let trail = picture::trail(&log.estimates[..end]);
         figures.push(picture::moment(&Moment {
             title: &format!("{:.0} s: particles, the path so far, the plan", seconds(until)),
             width_px: map.width_px,
@@ -119,7 +125,7 @@ pub fn correspondences(run: &RunConfig, files: &dyn Files, log: &Log) -> anyhow:
             width_px: map.width_px,
             height_px: map.height_px,
             cells,
-            start: map.start.pose(),
+            start: start(map),
             goal: goal.unwrap_or(Point::new(0.0, 0.0)),
         };
         figures.push(picture::drawn_outline(&drawn, found)?);

@@ -66,12 +66,13 @@ fn outlines(criterion: &mut Criterion) {
         bencher.iter(|| SeenOutline::of_map(black_box(&survey), &[], &TAKING));
     });
     let seen = SeenOutline::of_map(&survey, &[], &TAKING);
-    let anchor = Anchor { drawn: [280.0, 280.0], seen: [3.0, 3.0], turn_rad: 0.0, scale_m: 0.0107 };
+    let anchor = Anchor { drawn: [280.0, 280.0], seen: [3.0, 3.0], scale_m: 0.0107 };
     let mut aligner = Aligner::default();
     criterion.bench_function("alignment of the two, whole", |bencher| {
         bencher.iter(|| {
             let (drawn, seen) = (&outline, black_box(&seen));
-            let problem = Problem { drawn, seen, anchor: &anchor, emphasis: &[], forbidden: &[] };
+            let problem =
+                Problem { drawn, seen, turn_rad: 0.0, anchor: Some(&anchor), emphasis: &[], forbidden: &[] };
             aligner.set(&Weights::default(), &problem);
             Search::whole(&mut aligner)
         });

@@ -10,7 +10,10 @@
 //! The outline of a drawing is closed and has no natural first sample, so several samples are tried in turn as the partner of the
 //! first piece. [`Search`] spreads these trials over any number of steps.
 
+use std::f64::consts::{FRAC_PI_2, TAU};
+
 use serde::{Deserialize, Serialize};
+use sketchnav_schemas::geometry::wrap_angle;
 
 use crate::outline::{Outline, Piece, Place, SeenOutline};
 
@@ -63,16 +66,13 @@ impl Default for Weights {
     }
 }
 
-/// The known correspondence between the drawing and the map: the robot's start, the rotation between the
-/// frames, and the approximate scale of the drawing.
+/// The known correspondence between the drawing and the map: the robot's start, and the approximate scale of the drawing.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Anchor {
     /// The robot's start in the drawing.
     pub drawn: Place,
     /// The robot's start in the map.
     pub seen: Place,
-    /// Counter-clockwise angle from a direction in the map to the same direction in the drawing, in radians.
-    pub turn_rad: f64,
     /// Approximate length of one unit of the drawing, in metres.
     pub scale_m: f64,
 }
@@ -93,8 +93,10 @@ pub struct Problem<'a> {
     pub drawn: &'a Outline,
     /// The outline that the robot has seen.
     pub seen: &'a SeenOutline,
-    /// The robot's start in both frames, the rotation between them, and the scale.
-    pub anchor: &'a Anchor,
+    /// Counter-clockwise angle from a direction in the map to the same direction in the drawing, in radians.
+    pub turn_rad: f64,
+    /// The robot's start in both frames, and the scale. If the start is unknown, only the directions of walls are compared.
+    pub anchor: Option<&'a Anchor>,
     /// Factor on the cost of each sample. Empty if all samples have the same weight.
     pub emphasis: &'a [f64],
     /// Pairs of a sample and a place that are ruled out.
@@ -122,7 +124,12 @@ pub struct Alignment {
     /// Difference in direction between each sample and its partners, as the mean of 1 − cos over the partners, or 0 without
     /// partners.
     pub misfits: Vec<f32>,
+    /// The rotation of the [`Problem`], in radians.
+    pub turn_rad: f64,
 }
+
+/// Number of rotations to try if the walls have no main directions.
+pub const ROUND: usize = 12;
 
 const MATCH: u8 = 1;
 const SAMPLE: u8 = 2;
@@ -133,6 +140,7 @@ const BEHIND: u8 = 4;
 #[derive(Debug, Clone, Default)]
 pub struct Aligner {
     weights: Costs,
+    turn_rad: f64,
     samples: usize,
     /// For each piece, the cost of pairing it with each sample. The samples are repeated once, so that those from any start are
     /// contiguous. Zero for a gap.
@@ -156,11 +164,11 @@ struct Costs {
 impl Aligner {
     /// Sets the two outlines to align, and computes the cost of every pair of a sample and a piece.
     pub fn set(&mut self, weights: &Weights, problem: &Problem<'_>) {
-        let Problem { drawn, seen, anchor, emphasis, forbidden } = *problem;
+        let Problem { drawn, seen, turn_rad, anchor, emphasis, forbidden } = *problem;
         let Weights { stay, gap, unmatched, stride, .. } = *weights;
         let [stay, gap, unmatched] = [stay, gap, unmatched].map(|weight| weight as f32);
         self.weights = Costs { stay, gap, unmatched, stride };
-        self.samples = drawn.places.len();
+        (self.turn_rad, self.samples) = (turn_rad, drawn.places.len());
         self.pieces.clear();
         self.pieces.extend(&seen.pieces);
         self.costs.clear();
@@ -172,7 +180,7 @@ impl Aligner {
         for (piece, row) in self.pieces.iter().zip(self.costs.chunks_mut((2 * self.samples).max(1))) {
             let mut turned = [0.0; 2];
             if let Piece::Wall { place, direction } = piece {
-                let piece = Seen::new(*place, *direction, anchor, weights);
+                let piece = Seen::new(*place, *direction, turn_rad, anchor, weights);
                 turned = piece.direction;
                 for (sample, cost) in samples.iter().zip(&mut *row) {
                     *cost = sample.cost(&piece, weights) as f32;
@@ -238,7 +246,7 @@ impl Aligner {
                 *misfit = (off / count) as f32;
             }
         }
-        Alignment { cost, partners, misfits }
+        Alignment { cost, partners, misfits, turn_rad: self.turn_rad }
     }
 
     /// Runs the dynamic programme, one piece after another. `column[i]` is the minimum cost of aligning the first i samples,
@@ -303,10 +311,15 @@ struct Seen {
     direction: [f64; 2],
     bearing: [f64; 2],
     ln_distance: f64,
+    /// Weight of bearing and distance, which is 0 if the start is unknown.
     nearness: f64,
 }
 
-fn from_start(drawn: &Outline, anchor: &Anchor, weights: &Weights) -> Vec<Drawn> {
+/// The origins from which bearings and distances are measured if the start is unknown. They do not matter.
+const ANYWHERE: Anchor = Anchor { drawn: [0.0; 2], seen: [0.0; 2], scale_m: 1.0 };
+
+fn from_start(drawn: &Outline, anchor: Option<&Anchor>, weights: &Weights) -> Vec<Drawn> {
+    let anchor = anchor.unwrap_or(&ANYWHERE);
     let sample = |(place, direction): (&Place, &[f64; 2])| {
         let off = [0, 1].map(|k| (place[k] - anchor.drawn[k]) * anchor.scale_m);
         let distance = off[0].hypot(off[1]);
@@ -317,16 +330,24 @@ fn from_start(drawn: &Outline, anchor: &Anchor, weights: &Weights) -> Vec<Drawn>
 }
 
 impl Seen {
-    fn new(place: Place, direction: [f64; 2], anchor: &Anchor, weights: &Weights) -> Self {
-        let (sin, cos) = anchor.turn_rad.sin_cos();
+    fn new(
+        place: Place,
+        direction: [f64; 2],
+        turn_rad: f64,
+        anchor: Option<&Anchor>,
+        weights: &Weights,
+    ) -> Self {
+        let (sin, cos) = turn_rad.sin_cos();
         let turned = |v: [f64; 2]| [cos * v[0] - sin * v[1], sin * v[0] + cos * v[1]];
-        let off = turned([0, 1].map(|k| place[k] - anchor.seen[k]));
+        let start = anchor.unwrap_or(&ANYWHERE).seen;
+        let off = turned([0, 1].map(|k| place[k] - start[k]));
         let distance = off[0].hypot(off[1]);
+        let nearness = (-distance / weights.reach_m).exp() + weights.share_afar;
         Self {
             direction: turned(direction),
             bearing: off.map(|part| part / distance.max(1e-9)),
             ln_distance: (distance + weights.near_m).ln(),
-            nearness: (-distance / weights.reach_m).exp() + weights.share_afar,
+            nearness: if anchor.is_some() { nearness } else { 0.0 },
         }
     }
 }
@@ -364,7 +385,12 @@ impl Search {
 
     /// Returns the best start found so far.
     pub fn best(&self) -> Option<usize> {
-        self.best.map(|(_, start)| start as usize)
+        self.least().map(|(_, start)| start)
+    }
+
+    /// Returns the lowest cost found so far, and the start that has it.
+    pub fn least(&self) -> Option<(f64, usize)> {
+        self.best.map(|(cost, start)| (cost, start as usize))
     }
 
     /// Tries all starts and returns the best alignment, or `None` if there are no starts.
@@ -379,19 +405,31 @@ impl Search {
 /// the walls of most buildings meeting at right angles. If the walls of either outline have no main directions, returns `guess_rad`
 /// unchanged.
 pub fn turn_by_walls(drawn: &Outline, seen: &SeenOutline, guess_rad: f64) -> f64 {
+    parallel_rad(drawn, seen).map_or(guess_rad, |parallel_rad| {
+        let off = parallel_rad - guess_rad;
+        guess_rad + off - FRAC_PI_2 * (off / FRAC_PI_2).round()
+    })
+}
+
+/// Returns all rotations from the map to the drawing that make their walls parallel, which differ by right angles. If the walls of
+/// either outline have no main directions, returns [`ROUND`] rotations, evenly spaced.
+pub fn turns_by_walls(drawn: &Outline, seen: &SeenOutline) -> Vec<f64> {
+    let around = |count: usize, first_rad: f64| {
+        (0..count).map(|k| wrap_angle(first_rad + TAU * k as f64 / count as f64)).collect()
+    };
+    parallel_rad(drawn, seen).map_or_else(|| around(ROUND, 0.0), |parallel_rad| around(4, parallel_rad))
+}
+
+/// Returns a rotation from the map to the drawing that makes their walls parallel, or `None` if either have no main directions.
+fn parallel_rad(drawn: &Outline, seen: &SeenOutline) -> Option<f64> {
     const LEAST_COHERENCE: f64 = 0.3;
     let walls = seen.pieces.iter().filter_map(|piece| match piece {
         Piece::Wall { direction, .. } => Some(*direction),
         Piece::Gap(_) => None,
     });
-    let quarter = std::f64::consts::FRAC_PI_2;
-    match (main_direction(drawn.directions.iter().copied()), main_direction(walls)) {
-        (Some((drawn_rad, drawn)), Some((seen_rad, seen))) if drawn.min(seen) > LEAST_COHERENCE => {
-            let off = drawn_rad - seen_rad - guess_rad;
-            guess_rad + off - quarter * (off / quarter).round()
-        }
-        _ => guess_rad,
-    }
+    let (drawn_rad, drawn) = main_direction(drawn.directions.iter().copied())?;
+    let (seen_rad, seen) = main_direction(walls)?;
+    (drawn.min(seen) > LEAST_COHERENCE).then_some(drawn_rad - seen_rad)
 }
 
 /// Returns the main direction of the walls, modulo a right angle, and how well they agree with it, from 0 to 1.
@@ -425,14 +463,17 @@ mod tests {
         SeenOutline { pieces, gaps: Vec::new() }
     }
 
-    fn anchor(turn_rad: f64) -> Anchor {
-        Anchor { drawn: START[0], seen: START[1], turn_rad, scale_m: 0.08 }
+    const ANCHOR: Anchor = Anchor { drawn: START[0], seen: START[1], scale_m: 0.08 };
+
+    fn aligned_at(drawn: &Outline, seen: &SeenOutline, turn_rad: f64, anchor: Option<&Anchor>) -> Alignment {
+        let mut aligner = Aligner::default();
+        let problem = Problem { drawn, seen, turn_rad, anchor, emphasis: &[], forbidden: &[] };
+        aligner.set(&Weights::default(), &problem);
+        Search::whole(&mut aligner).unwrap()
     }
 
-    fn aligned(drawn: &Outline, seen: &SeenOutline, anchor: &Anchor) -> Alignment {
-        let mut aligner = Aligner::default();
-        aligner.set(&Weights::default(), &Problem { drawn, seen, anchor, emphasis: &[], forbidden: &[] });
-        Search::whole(&mut aligner).unwrap()
+    fn aligned(drawn: &Outline, seen: &SeenOutline, turn_rad: f64) -> Alignment {
+        aligned_at(drawn, seen, turn_rad, Some(&ANCHOR))
     }
 
     /// Returns the maximum distance, in metres, between the partner of a corner of the drawing and the corresponding corner of the
@@ -455,7 +496,7 @@ mod tests {
     #[test]
     fn corners_are_matched_despite_other_proportions() {
         let drawn = Outline::of_polygon(&DRAWN, 220);
-        let found = aligned(&drawn, &pieces(&FLOOR, 160), &anchor(0.0));
+        let found = aligned(&drawn, &pieces(&FLOOR, 160), 0.0);
         assert!(off_m(&drawn, &found, &FLOOR) < 0.8, "{}", off_m(&drawn, &found, &FLOOR));
     }
 
@@ -463,11 +504,11 @@ mod tests {
     fn the_start_of_the_outlines_does_not_matter() {
         let drawn = Outline::of_polygon(&DRAWN, 220);
         let whole = pieces(&FLOOR, 160);
-        let cost = aligned(&drawn, &whole, &anchor(0.0)).cost;
+        let cost = aligned(&drawn, &whole, 0.0).cost;
         for shift in [7, 40, 111] {
             let mut turned = whole.clone();
             turned.pieces.rotate_left(shift);
-            let found = aligned(&drawn, &turned, &anchor(0.0));
+            let found = aligned(&drawn, &turned, 0.0);
             assert!((found.cost - cost).abs() < 0.1 * cost, "{shift}: {} {cost}", found.cost);
             assert!(off_m(&drawn, &found, &FLOOR) < 0.8);
         }
@@ -476,7 +517,7 @@ mod tests {
     #[test]
     fn a_rotated_map_aligns_equally_well() {
         let drawn = Outline::of_polygon(&DRAWN, 220);
-        let cost = aligned(&drawn, &pieces(&FLOOR, 160), &anchor(0.0)).cost;
+        let cost = aligned(&drawn, &pieces(&FLOOR, 160), 0.0).cost;
         let turn = 2.0_f64;
         let (sin, cos) = turn.sin_cos();
         let turned = FLOOR.map(|p| {
@@ -486,9 +527,27 @@ mod tests {
         let seen = pieces(&turned, 160);
         let by_walls = turn_by_walls(&drawn, &seen, -turn + 0.2);
         assert!((by_walls + turn).abs() < 0.02, "{by_walls}");
-        let found = aligned(&drawn, &seen, &anchor(by_walls));
+        let found = aligned(&drawn, &seen, by_walls);
         assert!((found.cost - cost).abs() < 0.1 * cost, "{} {cost}", found.cost);
         assert!(off_m(&drawn, &found, &turned) < 0.8);
+    }
+
+    /// Without a start, the lengths of the arms do not matter, but the order of the turns does: only one of the four rotations that
+    /// make the walls parallel fits.
+    #[test]
+    fn without_a_start_the_turns_of_the_walls_determine_the_rotation() {
+        let drawn = Outline::of_polygon(&DRAWN, 220);
+        let (sin, cos) = 2.0_f64.sin_cos();
+        let turned = FLOOR.map(|p| [cos * p[0] - sin * p[1], sin * p[0] + cos * p[1]]);
+        let seen = pieces(&turned, 160);
+        let turns = turns_by_walls(&drawn, &seen);
+        let mut found: Vec<_> =
+            turns.iter().map(|&turn_rad| aligned_at(&drawn, &seen, turn_rad, None)).collect();
+        found.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        assert_eq!(found.len(), 4);
+        assert!((wrap_angle(found[0].turn_rad + 2.0)).abs() < 0.02, "{}", found[0].turn_rad);
+        assert!(found[1].cost > 1.5 * found[0].cost, "{} {}", found[1].cost, found[0].cost);
+        assert!(off_m(&drawn, &found[0], &turned) < 0.8);
     }
 
     /// In the mirror image, the arms of the L are swapped.
@@ -498,12 +557,11 @@ mod tests {
         let mut mirrored = DRAWN.map(mirror);
         mirrored.reverse();
         let seen = pieces(&FLOOR, 160);
-        let right = aligned(&Outline::of_polygon(&DRAWN, 220), &seen, &anchor(0.0));
-        let wrong = Anchor { drawn: mirror(START[0]), ..anchor(0.0) };
+        let right = aligned(&Outline::of_polygon(&DRAWN, 220), &seen, 0.0);
+        let wrong = Anchor { drawn: mirror(START[0]), ..ANCHOR };
         for turn in 0..4 {
             let turn_rad = f64::from(turn) * std::f64::consts::FRAC_PI_2;
-            let anchor = Anchor { turn_rad, ..wrong };
-            let found = aligned(&Outline::of_polygon(&mirrored, 220), &seen, &anchor);
+            let found = aligned_at(&Outline::of_polygon(&mirrored, 220), &seen, turn_rad, Some(&wrong));
             assert!(found.cost > 1.5 * right.cost, "{turn}: {} {}", found.cost, right.cost);
         }
     }
@@ -523,7 +581,7 @@ mod tests {
         });
         seen.pieces.insert(gap.unwrap() + 1, Piece::Gap(0));
         seen.gaps.push(vec![[5.0, 1.5]]);
-        let found = aligned(&drawn, &seen, &anchor(0.0));
+        let found = aligned(&drawn, &seen, 0.0);
         for (place, partner) in drawn.places.iter().zip(&found.partners) {
             if place[0] > 100.0 {
                 assert_eq!(*partner, Partner::Gap(0), "{place:?}");
@@ -537,7 +595,7 @@ mod tests {
     fn a_rival_avoids_forbidden_matches() {
         let drawn = Outline::of_polygon(&DRAWN, 220);
         let seen = pieces(&FLOOR, 160);
-        let best = aligned(&drawn, &seen, &anchor(0.0));
+        let best = aligned(&drawn, &seen, 0.0);
         let forbidden: Vec<_> = best.partners[30..50]
             .iter()
             .zip(30..)
@@ -547,9 +605,9 @@ mod tests {
             })
             .collect();
         let mut aligner = Aligner::default();
-        let (anchor, emphasis) = (anchor(0.0), &[]);
+        let (anchor, emphasis) = (Some(&ANCHOR), &[]);
         let problem =
-            Problem { drawn: &drawn, seen: &seen, anchor: &anchor, emphasis, forbidden: &forbidden };
+            Problem { drawn: &drawn, seen: &seen, turn_rad: 0.0, anchor, emphasis, forbidden: &forbidden };
         aligner.set(&Weights::default(), &problem);
         let rival = Search::whole(&mut aligner).unwrap();
         assert!(rival.cost > best.cost + 1.0, "{} {}", rival.cost, best.cost);
@@ -560,8 +618,8 @@ mod tests {
         let drawn = Outline::of_polygon(&DRAWN, 220);
         let seen = pieces(&FLOOR, 160);
         let mut aligner = Aligner::default();
-        let anchor = anchor(0.0);
-        let problem = Problem { drawn: &drawn, seen: &seen, anchor: &anchor, emphasis: &[], forbidden: &[] };
+        let (drawn, seen, anchor) = (&drawn, &seen, Some(&ANCHOR));
+        let problem = Problem { drawn, seen, turn_rad: 0.0, anchor, emphasis: &[], forbidden: &[] };
         aligner.set(&Weights::default(), &problem);
         let whole = Search::whole(&mut aligner).unwrap();
         let mut search = Search::default();

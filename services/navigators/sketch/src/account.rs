@@ -12,7 +12,7 @@ pub struct Account(Vec<PoseEstimate>);
 
 impl account::Account for Account {
     fn receive(&mut self, message: &Incoming<'_>) -> Result<(), Denied> {
-        self.0.extend(message.on(ESTIMATE)?);
+        self.0.extend(message.on(ESTIMATE)?.filter(|estimate| estimate.is_placed()));
         Ok(())
     }
 

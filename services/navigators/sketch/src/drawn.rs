@@ -132,6 +132,12 @@ mod tests {
     }
 
     #[test]
+    fn goals_without_a_start_are_a_mission_without_one() {
+        let (_, read) = written([600, 400], GOALS, GOALS);
+        assert_eq!((read.start, read.start_heading_deg, read.tasks.len()), (None, None, 2));
+    }
+
+    #[test]
     fn goals_after_a_path_keep_its_start() {
         let (_, read) = written([600, 400], ROUTE, GOALS);
         assert_eq!((read.start, read.start_heading_deg), (Some([100.0, 300.0]), Some(90.0)));

@@ -134,6 +134,8 @@ pub struct State {
     told: Option<Start>,
     /// The state of the search over the whole map.
     search: Option<search::State>,
+    /// Whether the robot may be anywhere and nothing searches for it, so that only a person can place it.
+    is_unplaced: bool,
 }
 
 /// The localization filter, with the prepared drawing, its state and its working memory.
@@ -201,10 +203,11 @@ impl Filter {
             sample_size: SampleSize::new(parameters.particles),
             search: None,
             state: State {
-                search: parameters.searches.then(|| match start.is_anywhere(grid.size_px()) {
+                search: parameters.searches.then(|| match start.is_anywhere(size_px) {
                     true => search::State::anywhere(&start.pose),
                     false => search::State::certain(),
                 }),
+                is_unplaced: start.is_anywhere(size_px) && !parameters.searches,
                 ..State::new(&parameters, mission_seed)
             },
             grid,
@@ -226,6 +229,10 @@ impl Filter {
     pub fn step(&mut self, odometry: &Pose<Odom>, scan: &LaserScan) -> Estimate {
         self.beams.select(scan, &self.mounting, self.parameters.beams);
         self.beam_model.read(&self.beams, self.state.drawing_error);
+        if self.state.is_unplaced && self.state.told.is_some() {
+            // Nothing that was estimated without a start is of use.
+            (self.state.is_unplaced, self.state.started) = (false, false);
+        }
         match (self.state.started, self.state.told.take()) {
             (false, told) => {
                 if let Some(told) = told {
@@ -241,7 +248,7 @@ impl Filter {
             (true, None) => {}
         }
         self.state.travel(odometry);
-        if !self.search(odometry, scan) {
+        if self.state.is_unplaced || !self.search(odometry, scan) {
             return self.guess();
         }
         if self.is_due() {
@@ -318,8 +325,8 @@ impl Filter {
             scale_b_pxpm: scale_pxpm,
             covariance,
             effective_sample_size: self.state.particles.effective_sample_size(),
-            fit: best.map_or(f32::MIN, |best| best.fit).into(),
-            tracking: if has_doubted { Tracking::Lost } else { Tracking::Doubtful },
+            fit: best.map_or(if found.is_some() { f32::MIN } else { 0.0 }, |best| best.fit).into(),
+            tracking: if has_doubted || found.is_none() { Tracking::Lost } else { Tracking::Doubtful },
         }
     }
 
@@ -332,6 +339,11 @@ impl Filter {
         told.check_within(self.size_px)?;
         self.state.told = Some(told);
         Ok(())
+    }
+
+    /// Returns true if the robot may be anywhere and nothing searches for it, so that only a person can place it.
+    pub fn is_unplaced(&self) -> bool {
+        self.state.is_unplaced
     }
 
     /// Returns the particles.
@@ -500,7 +512,11 @@ impl Filter {
     fn begin(&mut self, odometry: &Pose<Odom>) {
         let (p, start) = (&self.parameters, &self.start);
         let first = start.scaled_pose(&self.grid, &self.frame, &self.beams, self.scale_guess_pxpm, p);
-        let best = believed(&first, p);
+        let best = match start.has_any_heading() && self.search.is_none() {
+            // The first scan says nothing about the scales if it is not known where it looks.
+            true => ScaledPose { a_pxpm: self.scale_guess_pxpm, b_pxpm: self.scale_guess_pxpm, ..first },
+            false => believed(&first, p),
+        };
         let proportions = Proportions {
             mean_ln_scales: start.mean_ln_scales(&best, self.scale_guess_pxpm, p),
             first_anisotropy: first_anisotropy(&first, p),
@@ -556,6 +572,7 @@ impl State {
             confidence: Confidence::default(),
             told: None,
             search: None,
+            is_unplaced: false,
         }
     }
 

@@ -96,15 +96,17 @@ pub struct Localizer {
     start: Option<Start>,
     /// The start that the drawing marks.
     marked: Option<Start>,
+    /// Whether the drawing marks the heading, too.
+    knows_heading: bool,
     /// Orders given up to this time are ignored as too old. In nanoseconds.
     too_old_ns: Option<u64>,
 }
 
-/// Returns the start in a learned map, in which the robot may be anywhere, as uncertain as if a person had marked it.
-fn as_if_marked(anywhere: Start) -> Start {
+/// Returns the start of a robot that may be anywhere in a sketch of this size, as uncertain as if a person had marked it.
+fn as_if_marked(anywhere: Start, [width, height]: [usize; 2]) -> Start {
     let usual = Settings::default();
     Start {
-        spread_px: anywhere.spread_px * usual.start_spread_share,
+        spread_px: usual.start_spread_share * (width as f64).hypot(height as f64),
         spread_rad: usual.start_spread_deg.to_radians(),
         ..anywhere
     }
@@ -132,6 +134,7 @@ impl Localizer {
             estimate: None,
             start: None,
             marked: None,
+            knows_heading: false,
             too_old_ns: None,
         })
     }
@@ -147,8 +150,8 @@ impl Localizer {
         let known = self.estimate.filter(|estimate| estimate.tracking != Tracking::Lost);
         let heading = here.yaw_rad.or(known.map(|estimate| estimate.pose.yaw_rad));
         let yaw_rad = heading.unwrap_or(marked.pose.yaw_rad);
-        // Before the first scan, the heading is the marked one.
-        let is_any = heading.is_none() && self.estimate.is_some();
+        // Before the first scan, the heading is the marked one, if there is a mark.
+        let is_any = heading.is_none() && (self.estimate.is_some() || !self.knows_heading);
         let spread_rad = if is_any { std::f64::consts::PI } else { marked.spread_rad };
         let pose = Pose::new(here.at.x, here.at.y, wrap_angle(yaw_rad));
         // A place outside the drawing is ignored.
@@ -162,11 +165,7 @@ impl Localizer {
     /// start is outside the sketch.
     fn on_sketch(&mut self, map: &SketchMap, cells: &[u8]) -> Result<(), LocalizerError> {
         let sketch = SketchGrid::of_map(map, cells)?;
-        let marked = Start {
-            pose: map.start.pose(),
-            spread_px: map.start_spread_px,
-            spread_rad: map.start_spread_rad,
-        };
+        let marked = map.start();
         let mut parameters = parameters(&self.mission, map.origin())?;
         if map.is_learned() {
             // The scale is known.
@@ -177,7 +176,9 @@ impl Localizer {
             Filter::new(&sketch, mounting, self.drive, parameters.clone(), start, self.seed)
         };
         // The start is at least as uncertain as a mark, since the covariance does not cover everything.
-        let mark = if map.is_learned() { as_if_marked(marked) } else { marked };
+        let size = [sketch.width(), sketch.height()];
+        let mark = if marked.is_anywhere(size) { as_if_marked(marked, size) } else { marked };
+        self.knows_heading = !marked.has_any_heading();
         let last = self.start.take().map(|last| Start {
             spread_px: last.spread_px.max(mark.spread_px),
             spread_rad: last.spread_rad.max(mark.spread_rad),
@@ -212,13 +213,13 @@ impl Localizer {
         out.pose = PosePx::new(&Pose::new(0.0, 0.0, 0.0));
         if let (Some(filter), Some(estimate)) = (&self.filter, &self.estimate) {
             write_estimate(estimate, out);
-            out.particle_count = filter.particles().len() as u32;
+            out.particle_count = if filter.is_unplaced() { 0 } else { filter.particles().len() as u32 };
         }
     }
 }
 
 impl Stage for Localizer {
-    const FORM: &'static str = "sketch localizer 6";
+    const FORM: &'static str = "sketch localizer 7";
     type State = State;
 
     fn receive(&mut self, message: &Incoming<'_>) -> Result<(), StageError> {
@@ -237,7 +238,8 @@ impl Stage for Localizer {
     fn step(&mut self, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError> {
         let Some(odometry) = instant.newest(ODOMETRY)? else { return Ok(()) };
         self.observe(odometry, instant.fresh(SCAN)?);
-        if self.estimate.is_some() && instant.stamp_ns >= self.particles_due_ns {
+        let has_particles = self.filter.as_ref().is_some_and(|filter| !filter.is_unplaced());
+        if self.estimate.is_some() && has_particles && instant.stamp_ns >= self.particles_due_ns {
             out.send(PARTICLES, |particles| self.write_particles(particles))?;
             self.particles_due_ns = instant.stamp_ns + PARTICLES_EVERY_NS;
         }

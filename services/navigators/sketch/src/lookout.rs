@@ -115,12 +115,12 @@ impl lookout::Lookout for Lookout {
 
     fn draw(&mut self, picture: &mut Picture) {
         let Some(estimate) = self.estimate.as_deref() else { return };
+        picture.lasting = self.correspondence.take().map(|found| outline(&found).into());
         picture.robot = robot(estimate, &self.robot);
         if picture.robot.is_none() {
             return;
         }
         picture.particles = self.particles.take().map(|sample| particles(&sample));
-        picture.lasting = self.correspondence.take().map(|found| outline(&found).into());
         picture.shapes.extend(self.plan.iter().flat_map(|plan| ways(plan)));
         let hits =
             self.scan.as_deref().map(|scan| hits(scan, estimate, self.wall_direction_rad, &self.robot));
@@ -135,9 +135,13 @@ fn keep<T: Copy>(newest: &mut Option<Box<T>>, message: Option<&T>) {
     }
 }
 
-/// Returns the robot's estimated pose, or `None` while the localizer is still waiting for its first input.
+/// Returns the robot's estimated pose, or `None` while the localizer is still waiting for its first input, or for somebody who marks
+/// where the robot is.
 fn robot(estimate: &PoseEstimate, robot: &Robot) -> Option<Whereabouts> {
     let tracking = Tracking::from_code(estimate.tracking).filter(|t| *t != Tracking::Waiting)?;
+    if !estimate.is_placed() {
+        return None;
+    }
     let pose = estimate.pose.pose();
     let scale_pxpm = (estimate.scale_a_pxpm * estimate.scale_b_pxpm).sqrt();
     let [major, minor, angle] = ellipse(&estimate.covariance);

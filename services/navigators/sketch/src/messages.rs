@@ -72,9 +72,11 @@ messages! {
         pub wall_direction_rad: f64,
         /// Width of the pen's strokes, in pixels. Negative in maps, which nobody drew: see [`SketchMap::origin`].
         pub pen_width_px: f64,
-        /// Pose at which the robot starts.
+        /// Pose at which the robot starts. If nobody has marked it, this is a place from where the robot can get to wherever it may
+        /// be.
         pub start: PosePx,
-        /// Standard deviation of the start position in pixels, since a person's mark is imprecise.
+        /// Standard deviation of the start position in pixels, since a person's mark is imprecise. Twice the sketch's diagonal if
+        /// nobody has marked the start.
         pub start_spread_px: f64,
         /// Standard deviation of the start heading, in radians.
         pub start_spread_rad: f64,
@@ -108,7 +110,7 @@ messages! {
         pub fit: f64,
         /// Odometry at the time of the scan, from which a reader can extrapolate the pose.
         pub odometry: PoseM,
-        /// Number of particles.
+        /// Number of particles. If there are none and the robot is lost, nobody has marked where it is, and the pose means nothing.
         pub particle_count: u32,
         /// The localizer's confidence in the pose.
         pub tracking: u32 as Tracking,
@@ -266,6 +268,11 @@ impl Correspondence {
 }
 
 impl PoseEstimate {
+    /// Returns false if the pose means nothing, because nobody has marked where the robot is.
+    pub fn is_placed(&self) -> bool {
+        self.particle_count > 0 || self.tracking != Tracking::Lost.code()
+    }
+
     /// Returns the odometry at the time of the estimate.
     pub fn odometry(&self) -> Pose<Odom> {
         self.odometry.pose()

@@ -31,6 +31,11 @@ impl Method {
     pub const ALL: [Self; 5] =
         [Self::Outline, Self::Beam, Self::Boniardi2015, Self::Boniardi2015FixedScale, Self::Behzadian2015];
 
+    /// Returns true if the robot can find out where it is in a drawing, so that nobody has to mark the start.
+    pub const fn finds_start(self) -> bool {
+        matches!(self, Self::Outline)
+    }
+
     /// Returns the method's name as written in mission files and on the command line.
     pub const fn word(self) -> &'static str {
         match self {

@@ -31,7 +31,7 @@ pub struct SketchMission {
     /// Tone of the walls in the drawing.
     pub walls: WallTone,
     /// Start in the drawing, in image pixels (column, row; row 0 at the top). May be `None` if the first task is a drawn route,
-    /// or if the drawing itself marks the start.
+    /// if the drawing itself marks the start, or if the robot is to find out where it is.
     pub start: Option<[f64; 2]>,
     /// Heading at the start, in degrees counter-clockwise from "to the right" in the drawing.
     pub start_heading_deg: Option<f64>,

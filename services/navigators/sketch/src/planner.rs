@@ -159,7 +159,7 @@ impl Planner {
                 self.set_tasks(None);
             }
         }
-        self.driver.on_sketch(&sketch, map.start.pose());
+        self.driver.on_sketch(&sketch, &map.start());
         Ok(())
     }
 
@@ -352,7 +352,7 @@ impl Planner {
 }
 
 impl Stage for Planner {
-    const FORM: &'static str = "sketch planner 12";
+    const FORM: &'static str = "sketch planner 13";
     type State = State;
 
     fn receive(&mut self, message: &Incoming<'_>) -> Result<(), StageError> {

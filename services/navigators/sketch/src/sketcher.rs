@@ -22,6 +22,8 @@ use crate::reading::{
 };
 use crate::task::fill_route;
 
+/// Notice about a robot whose start nobody has marked.
+const NO_MARK: &str = "no start is marked: the robot finds out where it is";
 /// Number of failed attempts after which a drawing that crashes the sketcher is refused.
 const MAX_ATTEMPTS: u32 = 3;
 
@@ -86,8 +88,11 @@ pub fn doubts(run: &RunConfig, files: &Files<'_>) -> Result<Doubts, SketchError>
     let resolved = |(i, task): (usize, &ImageTask)| {
         Some(format!("{}.goal: {}", task_key(i + 1, &task.name), task.resolved.as_ref()?))
     };
-    let resolved = intent.tasks.iter().enumerate().filter_map(resolved).collect();
+    let mut resolved: Vec<_> = intent.tasks.iter().enumerate().filter_map(resolved).collect();
     let (drawing, places) = given.place(&mission, drawing, &intent, &options)?;
+    if !mission.is_learned() && places.is_anywhere(&drawing) {
+        resolved.push(NO_MARK.to_owned());
+    }
     if mission.is_learned() {
         // Doubts about a hand drawing do not apply to a map made by laser.
         return Ok(Doubts { resolved, ..Doubts::default() });

@@ -299,12 +299,36 @@ fn a_person_who_says_where_the_robot_is_has_its_particles_drawn_there() {
     assert!(particles.iter().all(|at| at[2].abs() < 1.0), "{particles:?}");
 }
 
+/// Nobody has marked where the robot is, so there are no particles until a person places it.
+#[test]
+fn without_a_start_mark_only_a_person_places_the_robot() {
+    let (mut map, cells) = room();
+    (map.start_spread_px, map.start_spread_rad) = (1e3, std::f64::consts::PI);
+    let hosted = || {
+        let mut localizer = Hosted::new("");
+        localizer.receive(SKETCH, &map, &cells).unwrap();
+        localizer
+    };
+    let mut localizer = hosted();
+    for seq in 1..=5 {
+        let out = localizer.answer(&at_the_origin(), &scan(seq));
+        assert!(!out.is_placed() && out.tracking == Tracking::Lost.code(), "{out:?}");
+    }
+    let mut successor = hosted();
+    successor.restore(&localizer.stored());
+    for localizer in [&mut localizer, &mut successor] {
+        let (out, particles) = particles_after(localizer, &here(50.0, 40.0, Some(0.0)));
+        assert!(out.is_placed() && out.tracking != Tracking::Lost.code(), "{out:?}");
+        assert!(particles.iter().all(|at| (at[0] - 50.0).hypot(at[1] - 40.0) < 30.0), "{particles:?}");
+    }
+}
+
 /// A lost robot does not know its heading either, so it has to try all of them. In a learned map the robot may be anywhere, but if
 /// a person sets its position, that place counts.
 #[test]
 fn a_place_that_was_told_counts_in_a_learned_map_too() {
     let (mut map, cells) = room();
-    (map.start_spread_px, map.start_spread_rad) = (128.0, std::f64::consts::PI);
+    (map.start_spread_px, map.start_spread_rad) = (1e3, std::f64::consts::PI);
     map.pen_width_px = SketchMap::NO_PEN_PX;
     let mission = MISSION.replace("drawing = ", "learned_file = \"room.learned\"\ndrawing = ");
     let run = RunConfig::lockstep("test", Mission::parse(&mission).unwrap(), Robot::parse(ROBOT).unwrap(), 1);

@@ -200,10 +200,7 @@ impl Bridge<'_> {
             scene: on_canvas(shown.shapes),
             lasting: shown.lasting.map(on_canvas),
             words: shown.words,
-            question: view
-                .filter(|_| pose.is_some())
-                .zip(question)
-                .map(|(view, places)| QuestionView::new(&places, view)),
+            question: view.zip(question).map(|(view, places)| QuestionView::new(&places, view)),
             trail: self.trail.last(),
             warnings: feed::warnings(status, tracking, &self.ends, &self.services, silence),
             services: self.services.views(),

@@ -36,6 +36,12 @@ const ROUNDS: usize = 6;
 const FARTHEST: f32 = 8.0;
 
 impl Start {
+    /// Creates the start of a robot that may be anywhere in a drawing of this size, with any heading. `pose` is a place from which
+    /// the robot can get to wherever it may be.
+    pub fn anywhere(pose: Pose<Sketch>, [width, height]: [usize; 2]) -> Self {
+        Self { pose, spread_px: 2.0 * (width as f64).hypot(height as f64), spread_rad: PI }
+    }
+
     /// Rejects a start outside the drawing.
     pub(super) fn check_within(&self, [width, height]: [usize; 2]) -> Result<(), FilterError> {
         let (x, y) = (self.pose.x, self.pose.y);
@@ -44,13 +50,14 @@ impl Start {
     }
 
     /// Returns true if the heading is unknown.
-    pub(super) fn has_any_heading(&self) -> bool {
+    pub fn has_any_heading(&self) -> bool {
         self.spread_rad >= PI
     }
 
-    /// Returns true if the position is as uncertain as the drawing is large, so that the robot may be anywhere in it.
-    pub(super) fn is_anywhere(&self, [width, height]: [f32; 2]) -> bool {
-        self.spread_px as f32 >= width.max(height)
+    /// Returns true if the robot may be anywhere in a drawing of this size. No mark is as uncertain, since the spread of a mark is at
+    /// most the drawing's diagonal.
+    pub fn is_anywhere(&self, [width, height]: [usize; 2]) -> bool {
+        self.spread_px > 1.5 * (width as f64).hypot(height as f64)
     }
 
     /// Returns the pose with the scales that the first scan suggests, or with `guess_pxpm` if the scan sees nothing.
@@ -100,7 +107,7 @@ impl Start {
         let spread_px = |ln: f32| (self.spread_px as f32).max(parameters.start_spread_m * ln.exp());
         let px_from_draw = terrain.frame.px_from_frame(spread_px(ln_a), spread_px(ln_b));
         for i in 0..particles.len() {
-            let place = match self.is_anywhere(terrain.grid.size_px()) {
+            let place = match self.is_anywhere(terrain.grid.size_px().map(|side| side as usize)) {
                 true => free_place_anywhere(terrain, rng).unwrap_or(middle),
                 false => free_place(terrain.grid, middle, &px_from_draw, rng),
             };

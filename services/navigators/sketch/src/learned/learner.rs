@@ -232,13 +232,21 @@ impl Learner {
             Goal { task: task.name.clone(), at: in_file(task.end()), at_m, reached: at_m.is_some() }
         };
         let goals: Vec<Goal> = (0..).zip(&places.tasks).map(goal).collect();
-        let start = in_file(places.start.position());
         let driven = self.driven.iter().map(|(drawn, seen)| ([drawn.x, drawn.y], [seen.x, seen.y]));
         let walls = if self.believed.is_empty() { driven.collect() } else { self.believed.clone() };
+        let is_marked = !places.is_anywhere(drawing);
+        let start = if is_marked {
+            in_file(places.start.position())
+        } else {
+            // Nobody has marked the start. It is near what was nearest to it in the map.
+            let nearest = walls.iter().min_by(|a, b| norm(a.1).total_cmp(&norm(b.1)));
+            in_file(nearest.map(|([x, y], _)| Point::new(*x, *y)).ok_or(LearnError::NowhereInTheDrawing)?)
+        };
         let reached = goals.iter().filter_map(|goal| Some((goal.at, goal.at_m?)));
         let seen =
             walls.iter().map(|([x, y], seen)| (in_file(Point::new(*x, *y)), seen.map(|m| rounded(m, 1e3))));
-        let pairs = std::iter::once((start, [0.0; 2])).chain(reached).chain(seen).take(MAX_PAIRS);
+        let marked = is_marked.then_some((start, [0.0; 2]));
+        let pairs = marked.into_iter().chain(reached).chain(seen).take(MAX_PAIRS);
         let pairs: Vec<_> = pairs.map(|([column, row], [x, y])| [column, row, x, y]).collect();
         if pairs.len() < 2 {
             return Err(LearnError::NowhereInTheDrawing);
@@ -320,7 +328,7 @@ impl Arrived {
     /// robot's own position is used, because the robot could drive there.
     fn goal_m(&self, goal: Point<Sketch>, drawing: &DrawnMap, map: &LearnedMap) -> Place {
         let by_estimate = || {
-            let estimate = self.estimate.as_ref()?;
+            let estimate = self.estimate.as_ref().filter(|estimate| estimate.is_placed())?;
             let goal = Chart::new(estimate, drawing.wall_direction_rad)?.to_odom(goal);
             let ahead = estimate.odometry().motion_to(&Pose::new(goal.x, goal.y, 0.0));
             let there = self.robot.compose(&ahead);
@@ -330,6 +338,10 @@ impl Arrived {
         let is_good = |at: &Place| distance(*at, here) <= GOAL_WITHIN_M && map.at_m(*at) == Cell::Free;
         self.goal.filter(is_good).or_else(|| by_estimate().filter(is_good)).unwrap_or(here)
     }
+}
+
+fn norm([x, y]: Place) -> f64 {
+    x.hypot(y)
 }
 
 /// Visits the cells that a disc covers.

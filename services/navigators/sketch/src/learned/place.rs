@@ -9,6 +9,7 @@ use sketchnav_schemas::seed;
 use sketchnav_stage::drawn::UNSEEN;
 
 use super::{Goal, Learned, LearnedEnd, LearnedMap, Warp};
+use crate::filter::Start;
 use crate::messages::SketchMap;
 use crate::reading::{self, DrawnMap, ImageTask, Intent, Kind, Marks, Options, Places, SketchError};
 
@@ -95,17 +96,15 @@ impl Learned {
         // The robot stood at the origin, but something else may have stood there later.
         let origin = drawing.from_image(self.map.to_image([0.0; 2]));
         let start = drawing.to_image(&reading::nearest_free(&drawing, &origin).unwrap_or(origin));
-        let placed = Intent { start: Some(start), heading_deg: Some(0.0), tasks };
+        let placed = Intent { start: Some(start), heading_deg: Some(0.0), tasks, ..Intent::default() };
         let places = placed.place(&drawing, &options.settings)?;
         let end = self.end.unwrap_or(LearnedEnd { at_m: [0.0; 2], heading_deg: 0.0 });
         let likely = drawing.from_image(self.map.to_image(end.at_m));
         let likely = free_near(&drawing, &likely).unwrap_or(likely);
-        let anywhere = Places {
-            start: Pose::new(likely.x, likely.y, wrap_angle(end.heading_deg.to_radians())),
-            start_spread_px: drawing.diagonal_px(),
-            start_spread_rad: std::f64::consts::PI,
-            ..places
-        };
+        let likely = Pose::new(likely.x, likely.y, wrap_angle(end.heading_deg.to_radians()));
+        let Start { pose, spread_px, spread_rad } = Start::anywhere(likely, drawing.size());
+        let anywhere =
+            Places { start: pose, start_spread_px: spread_px, start_spread_rad: spread_rad, ..places };
         Ok((drawing, anywhere))
     }
 

@@ -12,6 +12,7 @@ use sketchnav_schemas::ros2::parts::{expect, header, header_form};
 use sketchnav_schemas::ros2::{Definition, Field, Ros2, Ros2Error, pose};
 
 use super::SketchMap;
+use crate::filter::Start;
 
 /// The ROS 2 message `sketchnav_msgs/msg/SketchMap`.
 #[derive(Default, Serialize, Deserialize)]
@@ -54,6 +55,11 @@ impl SketchMap {
             pen_px if pen_px < 0.0 => Origin::Learned,
             _ => Origin::Drawn,
         }
+    }
+
+    /// Returns the start with its uncertainty, which shows whether the robot may be anywhere.
+    pub fn start(&self) -> Start {
+        Start { pose: self.start.pose(), spread_px: self.start_spread_px, spread_rad: self.start_spread_rad }
     }
 
     /// Returns true if the sketch is a map that a robot has learned.

@@ -87,7 +87,10 @@ pub struct Parameters {
     /// Maximum additional cost of the best rival at which the robot asks a person where it is, once it has looked at the rival's
     /// place. With 0, or without a pad, it does not ask.
     pub ask_margin: f64,
-    /// Time, in seconds, that the robot waits for an answer before it accepts the arrival.
+    /// Minimum additional cost of the best rival for an arrival to be accepted if nobody has marked the start. With less, the robot
+    /// is lost, because the drawing looks alike elsewhere.
+    pub alike_margin: f64,
+    /// Time, in seconds, that the robot waits for an answer before it decides about the arrival on its own evidence.
     pub ask_patience_s: f64,
     /// Distance beyond the footprint's padding, in metres, that paths through the map keep from walls.
     pub map_clearance_m: f64,
@@ -136,6 +139,7 @@ impl Default for Parameters {
             rival_away_m: 2.5,
             rival_looks: 8,
             ask_margin: 3.0,
+            alike_margin: 1.0,
             ask_patience_s: 120.0,
             map_clearance_m: 0.2,
             lost_s: 20.0,
@@ -227,6 +231,7 @@ impl Parameters {
             ("goal_emphasis", self.goal_emphasis),
             ("rival_margin", self.rival_margin),
             ("ask_margin", self.ask_margin),
+            ("alike_margin", self.alike_margin),
             ("map_clearance_m", self.map_clearance_m),
         ];
         let shares = [("speed_share", self.speed_share), ("turn_share", self.turn_share)];

@@ -9,6 +9,7 @@ mod recovering;
 mod state;
 mod way;
 
+use crate::filter::Start;
 use crate::paths::chart::Chart;
 use crate::paths::cost_field::{self, Blockage, CostField};
 use crate::paths::parameters::Parameters;
@@ -168,7 +169,7 @@ impl Driver {
     }
 
     /// Sets the drawing, and the start in it.
-    pub fn on_sketch(&mut self, sketch: &SketchGrid, start: Pose<Sketch>) {
+    pub fn on_sketch(&mut self, sketch: &SketchGrid, start: &Start) {
         self.field = Some(CostField::new(sketch));
         self.finding = self.parameters.finds_itself.then(Finding::default);
         if let Some(explorer) = &mut self.explorer {
@@ -316,7 +317,8 @@ impl Driver {
 
     /// Returns the local path, converted to the drawing.
     pub fn local_path_px(&self) -> impl ExactSizeIterator<Item = Point<Sketch>> + '_ {
-        let chart = self.chart;
+        let is_placed = self.explorer.as_ref().is_none_or(Explorer::is_placed);
+        let chart = self.chart.filter(|_| is_placed || self.attempt.guide != Guide::Outline);
         let path = if chart.is_some() { self.local_path.as_slice() } else { &[] };
         path.iter().map(move |&place| chart.map_or(Point::new(0.0, 0.0), |chart| chart.to_sketch(place)))
     }

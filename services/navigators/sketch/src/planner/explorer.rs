@@ -22,7 +22,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 use sketchnav_mapping::alignment::{
-    Aligner, Alignment, Anchor, Forbidden, Partner, Problem, Search, Weights, turn_by_walls,
+    Aligner, Alignment, Anchor, Forbidden, Partner, Problem, Search, Weights, turn_by_walls, turns_by_walls,
 };
 use sketchnav_mapping::mapper::{self, Mapper};
 use sketchnav_mapping::outline::{Place, SeenOutline, Taking, distance};
@@ -32,11 +32,12 @@ use sketchnav_mapping::{Map, Survey};
 use sketchnav_schemas::geometry::{Base, Odom, Point, Pose, Sketch};
 use sketchnav_schemas::message::LaserScan;
 
+use crate::filter::Start;
 use crate::paths::parameters::Parameters;
 use crate::sketch::SketchGrid;
 pub use course::Aim;
 use course::{Course, Likely};
-use doubt::{Doubt, Settled, Told};
+use doubt::{Doubt, Settled};
 pub use locate::locate;
 use paper::Paper;
 use path_grid::{Field, PathGrid};
@@ -89,6 +90,8 @@ pub enum Advice {
     Arrived(Evidence),
     /// Wait for a person to mark where the robot is.
     Ask,
+    /// Stop, because the goal may be here or elsewhere. The start is unknown, and another alignment costs only this much more.
+    Alike(f64),
 }
 
 /// The evidence for an arrival.
@@ -114,15 +117,57 @@ impl fmt::Display for Evidence {
     }
 }
 
+/// What is known about where the robot was at a moment of the drive.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Known {
+    /// The robot's position in the drawing and in the map.
+    pub places: Option<[Place; 2]>,
+    /// Angle from a direction in the map to the same direction in the drawing, in radians.
+    pub turn_rad: Option<f64>,
+}
+
 /// An alignment that is being computed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Job {
     seen: SeenOutline,
-    anchor: Anchor,
+    anchor: Option<Anchor>,
+    /// The rotations to try, and the index of the one that is being tried.
+    turns_rad: Vec<f64>,
+    turn: usize,
     forbidden: Vec<Forbidden>,
     /// Cost of the best alignment, if this job computes a rival.
     best: Option<f64>,
     search: Search,
+    /// The best alignment of the rotations tried so far, as its cost, the index of its rotation, and its start in the search.
+    least: Option<(f64, usize, usize)>,
+}
+
+impl Job {
+    /// Takes the result of the search with the current rotation into account. Returns true if there is another rotation to try,
+    /// which is now the current one.
+    fn turns_again(&mut self) -> bool {
+        if let Some((cost, start)) = self.search.least()
+            && self.least.is_none_or(|(least, ..)| cost < least)
+        {
+            self.least = Some((cost, self.turn, start));
+        }
+        let turns_again = self.turn + 1 < self.turns_rad.len();
+        if turns_again {
+            (self.turn, self.search) = (self.turn + 1, Search::default());
+        }
+        turns_again
+    }
+
+    fn problem<'a>(&'a self, paper: &'a Paper, emphasis: &'a [f64]) -> Problem<'a> {
+        Problem {
+            drawn: &paper.outline,
+            seen: &self.seen,
+            turn_rad: self.turns_rad.get(self.turn).copied().unwrap_or_default(),
+            anchor: self.anchor.as_ref(),
+            emphasis,
+            forbidden: &self.forbidden,
+        }
+    }
 }
 
 /// The best rival of an alignment.
@@ -158,7 +203,10 @@ pub struct Exploration {
     settled: Option<Settled>,
     /// Partners ruled out by a person's answers, because the goal does not lie there.
     denied: Vec<Forbidden>,
-    told: Option<Told>,
+    /// What a person has reported about where the robot was.
+    told: Option<Known>,
+    /// Where the robot was when it arrived without doubt, if neither the drawing nor a person had said where it is.
+    found: Option<Known>,
     is_news: bool,
     /// The last alignment and its outline.
     last: Option<(SeenOutline, Alignment)>,
@@ -224,7 +272,7 @@ impl Explorer {
     }
 
     /// Sets the drawing and the start in it. Discards the map, because it belongs to another drawing.
-    pub fn on_sketch(&mut self, sketch: &SketchGrid, start: Pose<Sketch>) {
+    pub fn on_sketch(&mut self, sketch: &SketchGrid, start: &Start) {
         self.paper = Paper::new(sketch, start, self.parameters.building_size_m);
         self.exploration = Exploration::default();
         if let Ok(mapper) = Mapper::new(self.mapping) {
@@ -249,12 +297,31 @@ impl Explorer {
         }
     }
 
-    /// Returns true if goals are located by the outline, which is the case while the floor seen so far is open, and for the rest of
-    /// a task in which the filter has failed.
+    /// Returns true if goals are located by the outline, which is the case while the floor seen so far is open, for the rest of a
+    /// task in which the filter has failed, and if nobody has placed the robot, because the filter needs a start.
     pub fn is_in_charge(&self) -> bool {
         let share = self.exploration.open_share.unwrap_or(1.0);
         let is_open = share >= self.parameters.least_open_share;
-        self.paper.is_some() && (is_open || self.exploration.has_taken_over)
+        self.paper.is_some() && (is_open || self.exploration.has_taken_over || !self.is_placed())
+    }
+
+    /// Returns true if the drawing or a person has placed the robot.
+    pub fn is_placed(&self) -> bool {
+        let is_place = |known: &Known| known.places.is_some();
+        self.paper.as_ref().is_some_and(|paper| is_place(&paper.marked))
+            || self.exploration.told.as_ref().is_some_and(is_place)
+    }
+
+    /// Returns true if it is known where the robot was at some moment.
+    fn knows_a_place(&self) -> bool {
+        self.known().places.is_some()
+    }
+
+    /// Returns what is known about where the robot was at some moment.
+    fn known(&self) -> Known {
+        let marked = self.paper.as_ref().map(|paper| paper.marked).unwrap_or_default();
+        let known = self.exploration.told.or(self.exploration.found).unwrap_or(marked);
+        Known { turn_rad: known.turn_rad.or(marked.turn_rad), ..known }
     }
 
     /// Takes charge of the rest of a task in which the filter has failed.
@@ -326,6 +393,10 @@ impl Explorer {
         }
         if let Some(job) = &mut self.exploration.job {
             if !job.search.advance(&mut self.aligner, WORK) {
+                return Advice::Drive;
+            }
+            if job.turns_again() {
+                self.prepare_job();
                 return Advice::Drive;
             }
             return match self.exploration.job.take() {
@@ -436,26 +507,36 @@ impl Explorer {
         if best.is_none() {
             (self.exploration.taken_at, self.exploration.doubt) = (Some(place), None);
         }
-        // The map's x axis points in the robot's direction at its first scan.
-        let marked = Told { drawn: [paper.start.x, paper.start.y], seen: [0.0; 2], turn_rad: None };
-        let Told { drawn, seen: at, turn_rad } = self.exploration.told.unwrap_or(marked);
-        let turn_rad = turn_by_walls(&paper.outline, &seen, turn_rad.unwrap_or(paper.start.yaw_rad));
-        let anchor = Anchor { drawn, seen: at, turn_rad, scale_m: paper.scale_m };
+        let known = self.known();
+        let turns_rad = match known.turn_rad {
+            Some(guess_rad) => vec![turn_by_walls(&paper.outline, &seen, guess_rad)],
+            None => turns_by_walls(&paper.outline, &seen),
+        };
+        let anchor = known.places.map(|[drawn, seen]| Anchor { drawn, seen, scale_m: paper.scale_m });
         forbidden.extend(&self.exploration.denied);
-        self.exploration.job = Some(Job { seen, anchor, forbidden, best, search: Search::default() });
+        self.exploration.job = Some(Job {
+            seen,
+            anchor,
+            turns_rad,
+            turn: 0,
+            forbidden,
+            best,
+            search: Search::default(),
+            least: None,
+        });
         self.prepare_job();
     }
 
     fn prepare_job(&mut self) {
-        if let (Some(job), Some(paper)) = (&self.exploration.job, &self.paper) {
-            let Job { seen, anchor, forbidden, .. } = job;
-            let (drawn, emphasis) = (&paper.outline, &self.emphasis[..]);
-            self.aligner.set(&self.weights, &Problem { drawn, seen, anchor, emphasis, forbidden });
-        }
+        let (Some(paper), Some(job)) = (&self.paper, &self.exploration.job) else { return };
+        self.aligner.set(&self.weights, &job.problem(paper, &self.emphasis));
     }
 
-    fn decide(&mut self, job: Job, left_s: f64) -> Advice {
-        let Some(start) = job.search.best() else { return Advice::Drive };
+    fn decide(&mut self, mut job: Job, left_s: f64) -> Advice {
+        let (Some((_, turn, start)), Some(paper)) = (job.least, &self.paper) else { return Advice::Drive };
+        if std::mem::replace(&mut job.turn, turn) != turn {
+            self.aligner.set(&self.weights, &job.problem(paper, &self.emphasis));
+        }
         let alignment = self.aligner.trace(start);
         match job.best {
             None => {
@@ -503,7 +584,8 @@ impl Explorer {
                     return Advice::Drive;
                 }
                 self.exploration.last = Some((seen.clone(), alignment.clone()));
-                if hurries || self.parameters.rival_margin <= 0.0 {
+                // Without a start, only the rival shows whether the goal may be elsewhere.
+                if hurries && self.knows_a_place() || self.parameters.rival_margin <= 0.0 {
                     return self.arrived(None);
                 }
                 let forbidden = self.goal_places(alignment);
@@ -595,7 +677,18 @@ impl Explorer {
         Advice::Drive
     }
 
-    fn arrived(&self, margin: Option<f64>) -> Advice {
+    /// Accepts an arrival, unless the start is unknown and a rival, which costs `margin` more, is about as good.
+    fn arrived(&mut self, margin: Option<f64>) -> Advice {
+        if !self.knows_a_place()
+            && let Some(margin) = margin
+        {
+            if margin < self.parameters.alike_margin {
+                return Advice::Alike(margin);
+            }
+            if margin > self.parameters.rival_margin {
+                self.exploration.found = self.found();
+            }
+        }
         let misfit = self.exploration.last.as_ref().map_or(0.0, |(_, alignment)| {
             let pairs = self.shares.iter().zip(&alignment.misfits);
             pairs.map(|(share, misfit)| share * f64::from(*misfit)).sum()
@@ -604,6 +697,13 @@ impl Explorer {
         let away_m = |rival: Rival| distance(rival.place, place);
         let rival = margin.map(|margin| (margin, self.exploration.rival.map_or(f64::INFINITY, away_m)));
         Advice::Arrived(Evidence { rival, misfit, is_confirmed: false })
+    }
+
+    /// Returns where the robot is according to the last alignment.
+    fn found(&self) -> Option<Known> {
+        let ((_, alignment), paper) = (self.exploration.last.as_ref()?, self.paper.as_ref()?);
+        let at = paper.place_of(&alignment.partners, self.place())?;
+        Some(Known { places: Some([[at.x, at.y], self.place()]), turn_rad: Some(alignment.turn_rad) })
     }
 
     fn look_at(&mut self, target: Place) {

@@ -36,12 +36,16 @@ pub enum Reason {
     Recovering(u32),
     /// The path is shut at this place, with the number of attempts to get past it.
     Shut(Point<Sketch>, u32),
+    /// The path is shut, with the number of attempts to get past. Where this is in the drawing is not known.
+    Stuck(u32),
     /// The drawing shows no path to the goal, and none was found.
     NoDrawnWay(Point<Sketch>),
     /// The scans do not fit anywhere near the estimate, with the duration in seconds.
     Lost(f64),
     /// The robot is finding out where it is in the learned map.
     Finding,
+    /// The goal may be here or elsewhere: nobody has marked the start, and another alignment costs only this much more.
+    Alike(f64),
     /// Several places of the learned map look alike, with the number of times that the robot has looked around.
     Ambiguous(u32),
     /// The robot turns on the spot to see everything around it.
@@ -73,6 +77,7 @@ impl fmt::Display for Help {
                 write!(f, "{on_way_s:.0} s on a drawn path of {drawn_m:.0} m")
             }
             Reason::Doubted(jumps, fit) => write!(f, "the scans fit badly ({fit:.1}), {jumps} jumps"),
+            Reason::Alike(_) => f.write_str("several places in the drawing look alike"),
             reason => write!(f, "{reason}"),
         }
     }
@@ -108,12 +113,16 @@ impl fmt::Display for Reason {
             Self::Shut(p, n) => {
                 write!(f, "no way past ({:.0}, {:.0}) px, {n} attempts: the laser sees it blocked", p.x, p.y)
             }
+            Self::Stuck(n) => write!(f, "no way on, {n} attempts: the laser sees it blocked"),
             Self::NoDrawnWay(p) => {
                 write!(f, "the drawing shows no path to ({:.0}, {:.0}) px, and none was found", p.x, p.y)
             }
             Self::Lost(s) => write!(f, "the scans have fitted nowhere nearby for {s:.0} s"),
             Self::Finding => f.write_str("looking for where it is in the learned map"),
             Self::Ambiguous(n) => write!(f, "several places look alike after looking around {n} times"),
+            Self::Alike(margin) => {
+                write!(f, "the goal may be here or where the drawing looks alike: margin {margin:.2}")
+            }
             Self::Surveying => f.write_str("turning to look all around"),
             Self::HandedOver => f.write_str("the filter has lost its way: driving on by the walls seen"),
             Self::Comparing => f.write_str("comparing the walls seen with the drawing"),
@@ -166,6 +175,7 @@ mod tests {
             Reason::Rooms,
             Reason::Shut(far, 10),
             Reason::NoDrawnWay(far),
+            Reason::Stuck(10),
             Reason::Recovering(10),
             Reason::LookingAround,
             Reason::Doubted(1234, -12.0),
@@ -176,10 +186,16 @@ mod tests {
             Reason::Matched(Evidence { rival: Some((9999.0, 99.0)), misfit: 2.0, is_confirmed: true }),
             Reason::Matched(Evidence { rival: None, misfit: 2.0, is_confirmed: true }),
             Reason::Asks(4, 9999.0),
+            Reason::Alike(99.0),
         ] {
             assert_eq!(Text::<96>::of(reason).as_str(), reason.to_string());
         }
-        for reason in [Reason::Lost(9999.0), Reason::Astray(99_999.0, 999.0), Reason::Doubted(1234, -12.0)] {
+        for reason in [
+            Reason::Lost(9999.0),
+            Reason::Astray(99_999.0, 999.0),
+            Reason::Doubted(1234, -12.0),
+            Reason::Alike(9.0),
+        ] {
             let words = format!("lost, waiting for help: {}", Help(reason));
             assert_eq!(Text::<96>::new(&words).as_str(), words);
         }

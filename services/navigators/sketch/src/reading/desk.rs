@@ -2,7 +2,8 @@
 //!
 //! A drawing is either a sketch or a set of marks in the sketch. The first marks after a sketch place the
 //! robot: it starts where the route starts and faces along it (Boniardi et al. 2016, IV). Later marks leave
-//! the robot where it is, unless they contain a start. A rejected drawing changes nothing.
+//! the robot where it is, unless they contain a start. If the first marks are goals without a start, the robot may be anywhere, and
+//! the first route places it. A rejected drawing changes nothing.
 //!
 //! A sketch may be followed by a map learned on drives with it. Marks are then placed in the learned map, although they refer to
 //! the sketch as before, and the robot may be anywhere. Sending the same sketch again ends this.
@@ -19,9 +20,10 @@ use super::doubts::{self, Doubt};
 use super::drawn_map::DrawnMap;
 use super::error::{Broken, SketchError};
 use super::file::read;
-use super::places::{Intent, Places};
+use super::places::{Intent, Places, flood};
 use super::settings::Options;
 use crate::learned::{DrawingFile, Learned, Learner};
+use crate::mission::SketchMission;
 use crate::task::PERSON_TIME_LIMIT_S;
 
 /// Name that error messages use for a drawing that does not come from a file.
@@ -56,6 +58,7 @@ pub enum Change {
 #[derive(Debug)]
 pub struct Desk {
     options: Options,
+    mission: SketchMission,
     drawing: Option<DrawnMap>,
     /// The map learned with the drawing and, once there are marks in it, the map as a sketch.
     learned: Option<(Learned, Option<DrawnMap>)>,
@@ -76,7 +79,8 @@ impl Desk {
         let options = Options::of_mission(&run.mission, run.seed)?;
         let range_max_m = run.robot.laser.as_ref().map(|laser| laser.range_max_m);
         let (state, doubts) = (State::default(), String::new());
-        Ok(Self { options, drawing: None, learned: None, places: None, state, range_max_m, doubts })
+        let mission = SketchMission::of(&run.mission)?;
+        Ok(Self { options, mission, drawing: None, learned: None, places: None, state, range_max_m, doubts })
     }
 
     /// Restores the state of another desk by processing its drawings again, in order.
@@ -180,10 +184,15 @@ impl Desk {
         let broken = Broken { file: "the path" };
         let marks: Marks = serde_json::from_slice(bytes).map_err(|error| broken.decode("JSON", error))?;
         let drawing = self.drawing.as_ref().ok_or(SketchError::NoSketch)?;
-        let stays = self.places.as_ref().filter(|_| marks.start.is_none());
-        let mut intent = Intent::of_marks(&marks);
+        let is_drawn = self.learned.is_none();
+        let stays = self.places.as_ref().filter(|before| {
+            let is_lost = is_drawn && before.is_anywhere(drawing);
+            marks.start.is_none() && (!is_lost || may_stay(drawing, before, &marks))
+        });
+        let may_start_anywhere = self.mission.method_in(drawing.kind.origin()).finds_start();
+        let mut intent = Intent { may_start_anywhere, ..Intent::of_marks(&marks) };
         intent.tasks.iter_mut().for_each(|task| task.time_limit_s = PERSON_TIME_LIMIT_S);
-        if let Some(before) = stays {
+        if let Some(before) = stays.filter(|before| !(is_drawn && before.is_anywhere(drawing))) {
             intent.start = Some(drawing.to_image(&before.start.position()));
             intent.heading_deg = Some(before.start.yaw_rad.to_degrees());
         }
@@ -205,14 +214,24 @@ impl Desk {
         let change = if stays.is_some() { Change::Tasks } else { Change::Start };
         // A robot that stays keeps its start bit for bit. Converting the start to image pixels and back would change the last
         // bits.
-        let start = stays.map_or(places.start, |before| before.start);
-        self.places = Some(Places { start, ..places });
+        self.places = Some(match stays {
+            Some(before) => Places { tasks: places.tasks, ..before.clone() },
+            None => places,
+        });
         self.state.marks = bytes.to_vec();
         if change == Change::Start {
             self.state.placing = bytes.to_vec();
         }
         Ok(change)
     }
+}
+
+/// Returns true if a robot that nobody has placed in the drawing may still be wherever it was thought to be, given its next marks:
+/// they neither begin with a route, which places it, nor lead to another part of the drawing.
+fn may_stay(drawing: &DrawnMap, before: &Places, marks: &Marks) -> bool {
+    let Some(goal) = marks.goals.first() else { return false };
+    let index = drawing.index(&drawing.from_image(goal.at));
+    index.is_some_and(|index| flood(drawing, &before.start.position())[index])
 }
 
 fn words(doubts: &[Doubt]) -> String {
@@ -260,6 +279,34 @@ mod tests {
         assert_eq!(names, ["kitchen", "goal 2"]);
         assert_eq!(desk.take(DrawingKind::Route, PLACED), Ok(Change::Start));
         assert_eq!((start(&desk).x, start(&desk).y), (200.0, 300.0));
+    }
+
+    /// A robot that has to find out where it is goes on to further goals in the same part of the drawing. A route places it, and so
+    /// does a start.
+    #[test]
+    fn goals_without_a_start_leave_open_where_the_robot_is() {
+        let mut desk = desk();
+        desk.take(DrawingKind::Sketch, ROOM).unwrap();
+        let is_anywhere = |desk: &Desk| desk.placed().unwrap().1.is_anywhere(desk.drawing().unwrap());
+        assert_eq!(desk.take(DrawingKind::Route, GOALS), Ok(Change::Start));
+        let first = start(&desk);
+        assert_eq!(desk.take(DrawingKind::Route, br#"{"goals": [{"at": [150,120]}]}"#), Ok(Change::Tasks));
+        assert!(is_anywhere(&desk) && start(&desk) == first);
+        let mut successor = self::desk();
+        successor.restore(desk.state()).unwrap();
+        assert_eq!(successor.placed(), desk.placed());
+        assert_eq!(
+            desk.take(DrawingKind::Route, br#"{"goals": [{"at": [20,20]}]}"#),
+            Ok(Change::Start),
+            "outside"
+        );
+        assert_eq!(desk.take(DrawingKind::Route, GOALS), Ok(Change::Start), "inside again");
+        assert_eq!(desk.take(DrawingKind::Route, ROUTE), Ok(Change::Start));
+        assert!(!is_anywhere(&desk));
+        desk.take(DrawingKind::Sketch, ROOM).unwrap();
+        desk.take(DrawingKind::Route, GOALS).unwrap();
+        assert_eq!(desk.take(DrawingKind::Route, PLACED), Ok(Change::Start));
+        assert!(!is_anywhere(&desk));
     }
 
     #[test]

@@ -40,7 +40,9 @@ const BRUSH_PENS: f64 = 4.0;
 pub enum Doubt {
     /// The laser sees no wall at the start.
     NoWallNear {
-        /// The start.
+        /// The start, or the first goal if the start is not marked.
+        what: &'static str,
+        /// Its position.
         at: [f64; 2],
         /// Estimated range of the laser.
         reach_px: f64,
@@ -58,7 +60,9 @@ pub enum Doubt {
     },
     /// The free space around the start is too small for a room.
     ShutIn {
-        /// The start.
+        /// The start, or the first goal if the start is not marked.
+        what: &'static str,
+        /// Its position.
         at: [f64; 2],
         /// Area of the free space.
         area_px2: f64,
@@ -72,7 +76,9 @@ pub enum Doubt {
     },
     /// The walls do not enclose the start, so they hardly distinguish one position from another.
     Unenclosed {
-        /// The start.
+        /// The start, or the first goal if the start is not marked.
+        what: &'static str,
+        /// Its position.
         at: [f64; 2],
         /// Maximum width of an opening that counts as a door.
         opening_px: f64,
@@ -92,9 +98,9 @@ impl fmt::Display for Doubt {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let at = |place: &[f64; 2]| format!("({:.0}, {:.0})", place[0], place[1]);
         match self {
-            Self::NoWallNear { at: start, reach_px } => write!(
+            Self::NoWallNear { what, at: start, reach_px } => write!(
                 f,
-                "no wall within the laser's reach (about {reach_px:.0} px) of the start at {}: draw the walls around it",
+                "no wall within the laser's reach (about {reach_px:.0} px) of {what} at {}: draw the walls around it",
                 at(start)
             ),
             Self::OpenField { task, from, to, reach_px } => write!(
@@ -103,9 +109,9 @@ impl fmt::Display for Doubt {
                 at(from),
                 at(to)
             ),
-            Self::ShutIn { at: start, area_px2 } => write!(
+            Self::ShutIn { what, at: start, area_px2 } => write!(
                 f,
-                "the start at {} is shut in: only {area_px2:.0} square pixels around it are free; move it, or draw a door",
+                "{what} at {} is shut in: only {area_px2:.0} square pixels around it are free; move it, or draw a door",
                 at(start)
             ),
             Self::ThroughWall { task, at: place } => write!(
@@ -113,9 +119,9 @@ impl fmt::Display for Doubt {
                 "{task}: the route crosses a wall at {}: draw a door there, or lead the route around",
                 at(place)
             ),
-            Self::Unenclosed { at: start, opening_px } => write!(
+            Self::Unenclosed { what, at: start, opening_px } => write!(
                 f,
-                "the walls do not enclose the start at {}: expected openings of {opening_px:.0} px at most, a sixth of \
+                "the walls do not enclose {what} at {}: expected openings of {opening_px:.0} px at most, a sixth of \
                  what is drawn; draw the walls around it",
                 at(start)
             ),
@@ -139,15 +145,16 @@ pub fn doubts(drawing: &DrawnMap, places: &Places, range_max_m: Option<f64>) -> 
     let mut doubts = of_drawing(drawing);
     let walls = Walls::new(drawing);
     let start = places.start.position();
-    doubts.extend(shut_in(drawing, &walls, &start));
+    let what = if places.is_anywhere(drawing) { "the first goal" } else { "the start" };
+    doubts.extend(shut_in(drawing, &walls, what, &start));
     if let Some(range_max_m) = range_max_m {
         let reach_px = walls.reach_px(&start, range_max_m);
         if !walls.are_within(&start, reach_px) {
             let at = drawing.to_image(&start);
-            doubts.push(Doubt::NoWallNear { at, reach_px: reach_px / drawing.scale });
+            doubts.push(Doubt::NoWallNear { what, at, reach_px: reach_px / drawing.scale });
             doubts.extend(open_fields(drawing, &walls, places, reach_px));
         } else {
-            doubts.extend(unenclosed(drawing, &walls, &start));
+            doubts.extend(unenclosed(drawing, &walls, what, &start));
         }
     }
     doubts.extend(crossings(drawing, places));
@@ -173,30 +180,35 @@ pub fn of_drawing(drawing: &DrawnMap) -> Vec<Doubt> {
 pub fn hopeless(drawing: &DrawnMap, places: &Places, doubts: &[Doubt]) -> Result<(), SketchError> {
     let open = doubts.iter().filter(|doubt| matches!(doubt, Doubt::OpenField { .. })).count();
     let near = doubts.iter().find_map(|doubt| match doubt {
-        Doubt::NoWallNear { at, reach_px } => Some((*at, *reach_px)),
+        Doubt::NoWallNear { at, reach_px, .. } => Some((*at, *reach_px)),
         _ => None,
     });
     match near {
-        Some((start, reach_px)) if open == places.tasks.len() => {
-            Err(SketchError::OpenField { start, file: drawing.file.clone(), reach_px })
+        Some((at, reach_px)) if open == places.tasks.len() => {
+            let what = if places.is_anywhere(drawing) { "the first goal" } else { "navigator.start" };
+            Err(SketchError::OpenField { what, at, file: drawing.file.clone(), reach_px })
         }
         _ => Ok(()),
     }
 }
 
-fn shut_in(drawing: &DrawnMap, walls: &Walls, start: &Point<Sketch>) -> Option<Doubt> {
+fn shut_in(drawing: &DrawnMap, walls: &Walls, what: &'static str, start: &Point<Sketch>) -> Option<Doubt> {
     let free = flood(drawing, start).into_iter().filter(|&reached| reached).count() as f64;
     let px_per_m = walls.length_px() / BUILDING_M;
     let is_small = free < LEAST_ROOM_M2 * px_per_m * px_per_m;
     let area_px2 = free / (drawing.scale * drawing.scale);
-    is_small.then(|| Doubt::ShutIn { at: drawing.to_image(start), area_px2 })
+    is_small.then(|| Doubt::ShutIn { what, at: drawing.to_image(start), area_px2 })
 }
 
-/// Returns a doubt if the walls do not enclose the start. A filled drawing always does, since it is solid beyond the page.
-fn unenclosed(drawing: &DrawnMap, walls: &Walls, start: &Point<Sketch>) -> Option<Doubt> {
+/// Returns a doubt if the walls do not enclose the start, or the first goal if the start is not marked. A filled drawing always does, since it is solid beyond the page.
+fn unenclosed(drawing: &DrawnMap, walls: &Walls, what: &'static str, start: &Point<Sketch>) -> Option<Doubt> {
     let opening_px = walls.length_px() * DOOR_M / ROOM_M;
     let is_open = !drawing.kind.is_filled() && !encloses(drawing, start, opening_px);
-    is_open.then(|| Doubt::Unenclosed { at: drawing.to_image(start), opening_px: opening_px / drawing.scale })
+    is_open.then(|| Doubt::Unenclosed {
+        what,
+        at: drawing.to_image(start),
+        opening_px: opening_px / drawing.scale,
+    })
 }
 
 /// Returns true if all walls lie along the page's edge. This does not exclude filled drawings, because a frame that touches the
@@ -402,7 +414,7 @@ mod tests {
     fn a_field_without_walls_is_hopeless() {
         let corner: &[[f64; 2]] = &[[900.0, 40.0], [960.0, 40.0], [960.0, 90.0]];
         let (drawing, places, found) = doubted(&[corner], goal([200.0, 600.0], [400.0, 700.0]));
-        let [Doubt::LittleInk { .. }, Doubt::NoWallNear { at, reach_px }, Doubt::OpenField { task, .. }] =
+        let [Doubt::LittleInk { .. }, Doubt::NoWallNear { at, reach_px, .. }, Doubt::OpenField { task, .. }] =
             &found[..]
         else {
             panic!("{found:?}");

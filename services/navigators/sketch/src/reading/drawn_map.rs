@@ -84,6 +84,11 @@ impl DrawnMap {
         [point.x / self.scale, (f64::from(self.height_px) - point.y) / self.scale]
     }
 
+    /// Returns the width and the height of the grid, in cells.
+    pub fn size(&self) -> [usize; 2] {
+        [self.width_px, self.height_px].map(|side| side as usize)
+    }
+
     /// Returns the length of the diagonal, in sketch pixels.
     pub fn diagonal_px(&self) -> f64 {
         diagonal(self.width_px, self.height_px)

@@ -105,11 +105,19 @@ pub enum SketchError {
     },
     /// Neither the mission nor the drawing specifies where the robot starts.
     #[error(
-        "navigator.start: expected the start in image pixels of {file}, found none in the mission or the drawing"
+        "navigator.start: expected the start in image pixels of {file}, found none in the mission or the drawing; it may be left out only with the method `outline`"
     )]
     NoStart {
         /// The drawing.
         file: String,
+    },
+    /// A task is to follow a route, although nobody has marked the start.
+    #[error(
+        "{task}.route: expected a goal, or a marked start (`navigator.start`), found a route for a robot that has to find out where it is"
+    )]
+    RouteWithoutStart {
+        /// The task.
+        task: String,
     },
     /// The robot's heading at the start is not given.
     #[error(
@@ -146,7 +154,7 @@ pub enum SketchError {
         nearest: [f64; 2],
     },
     /// A position cannot be reached over free cells.
-    #[error("{what} at ({:.0}, {:.0}) of {file}: expected a free path from the start at ({:.0}, {:.0}), found walls all around; the nearest reachable place is ({:.0}, {:.0}): move it there, or draw a door", place[0], place[1], start[0], start[1], nearest[0], nearest[1])]
+    #[error("{what} at ({:.0}, {:.0}) of {file}: expected a free path from {from} at ({:.0}, {:.0}), found walls all around; the nearest reachable place is ({:.0}, {:.0}): move it there, or draw a door", place[0], place[1], start[0], start[1], nearest[0], nearest[1])]
     Unreachable {
         /// The task.
         what: String,
@@ -154,7 +162,9 @@ pub enum SketchError {
         place: [f64; 2],
         /// The drawing.
         file: String,
-        /// The start.
+        /// The start, or the first goal if the start is not marked.
+        from: &'static str,
+        /// Its position.
         start: [f64; 2],
         /// The nearest position that can be reached.
         nearest: [f64; 2],
@@ -173,10 +183,12 @@ pub enum SketchError {
     },
     /// There are no walls near the start or the tasks, so neither the scale of the drawing nor the robot's position in it can be
     /// determined.
-    #[error("navigator.start at ({:.0}, {:.0}) of {file}: expected walls around the start or on the way, found none within the laser's reach (about {reach_px:.0} px). Draw the walls around them", start[0], start[1])]
+    #[error("{what} at ({:.0}, {:.0}) of {file}: expected walls around it or on the way, found none within the laser's reach (about {reach_px:.0} px). Draw the walls around them", at[0], at[1])]
     OpenField {
-        /// The start.
-        start: [f64; 2],
+        /// The start, or the first goal if the start is not marked.
+        what: &'static str,
+        /// Its position.
+        at: [f64; 2],
         /// The drawing.
         file: String,
         /// Estimated range of the laser, in image pixels.

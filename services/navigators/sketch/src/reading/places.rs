@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use crate::mission::{Aim, SketchMission, SketchTask};
 use sketchnav_schemas::codes::FREE;
-use sketchnav_schemas::geometry::{Point, Pose, Sketch};
+use sketchnav_schemas::geometry::{Point, Pose, Sketch, wrap_angle};
 use sketchnav_schemas::message::MAX_ROUTE_POINTS;
 use sketchnav_schemas::message::MAX_TASKS;
 use sketchnav_schemas::mission::task_key;
@@ -19,6 +19,7 @@ use super::drawn_map::DrawnMap;
 use super::error::SketchError;
 use super::located::{Atlas, Located};
 use super::settings::Settings;
+use crate::filter::Start;
 use crate::task::{PERSON_TIME_LIMIT_S, Task};
 
 /// Time limit for a task that is only defined in the drawing, in seconds of simulation time.
@@ -33,6 +34,8 @@ pub struct Intent {
     pub heading_deg: Option<f64>,
     /// The tasks, in order.
     pub tasks: Vec<ImageTask>,
+    /// Whether the robot can find out by itself where it starts, if no start is given.
+    pub may_start_anywhere: bool,
 }
 
 /// A task in image pixels (column, row; row 0 at the top): a goal if it has a single point, a drawn route if it has more.
@@ -64,6 +67,18 @@ pub struct Places {
     pub tasks: Vec<Task>,
 }
 
+impl Places {
+    /// Returns true if nobody has marked the start, so that the robot may be anywhere in the drawing.
+    pub fn is_anywhere(&self, drawing: &DrawnMap) -> bool {
+        self.start().is_anywhere(drawing.size())
+    }
+
+    /// Returns the start with its uncertainty.
+    pub fn start(&self) -> Start {
+        Start { pose: self.start, spread_px: self.start_spread_px, spread_rad: self.start_spread_rad }
+    }
+}
+
 impl Intent {
     /// Takes the intent from a mission. Goals that are names, or rooms by their position, are looked up in the mission and in the
     /// drawing.
@@ -74,7 +89,8 @@ impl Intent {
         let atlas = Atlas::of(mission, drawing);
         let tasks = mission.tasks.iter().enumerate().map(|(i, task)| image_task(i + 1, task, &atlas));
         let tasks = tasks.collect::<Result<_, _>>()?;
-        Ok(Self { start: mission.start, heading_deg: mission.start_heading_deg, tasks })
+        let may_start_anywhere = mission.method_in(drawing.kind.origin()).finds_start();
+        Ok(Self { start: mission.start, heading_deg: mission.start_heading_deg, tasks, may_start_anywhere })
     }
 
     /// Takes the intent from the marks in a strokes file: the goals in order, then the route.
@@ -102,6 +118,7 @@ impl Intent {
             start: start.map(|mark| mark.at),
             heading_deg: start.and_then(|mark| mark.heading_deg),
             tasks: goals.chain(route).collect(),
+            may_start_anywhere: false,
         }
     }
 
@@ -113,13 +130,14 @@ impl Intent {
             (start, _) => (start, self.heading_deg),
         };
         let tasks = if self.tasks.is_empty() { other.tasks } else { self.tasks };
-        Self { start, heading_deg, tasks }
+        let may_start_anywhere = self.may_start_anywhere || other.may_start_anywhere;
+        Self { start, heading_deg, tasks, may_start_anywhere }
     }
 
     /// Checks everything against the drawing and converts it to the drawing's frame.
     ///
     /// If no start is given and the first task is a route, the robot starts at the route's first point (Boniardi et al. 2016,
-    /// IV).
+    /// IV). If it is a goal, and the robot can find out where it is, it may start anywhere around that goal.
     ///
     /// # Errors
     /// [`SketchError`] if a position is outside the drawing, inside a wall or unreachable, if the start or its heading is
@@ -129,19 +147,47 @@ impl Intent {
         self.check_counts()?;
         let route = self.tasks.first().filter(|task| task.is_route());
         let first_point = route.map(|task| task.points[0]);
-        let at = self.start.or(first_point).ok_or_else(|| no_start(drawing))?;
-        let start = free(drawing, "navigator.start", at)?;
-        let yaw_rad = match self.heading_deg {
-            Some(degrees) => degrees.to_radians(),
-            None => route_heading(drawing, settings, route)?,
+        let start = match self.start.or(first_point) {
+            Some(at) => Start {
+                pose: facing(
+                    &free(drawing, "navigator.start", at)?,
+                    match self.heading_deg {
+                        Some(degrees) => degrees.to_radians(),
+                        None => route_heading(drawing, settings, route)?,
+                    },
+                ),
+                spread_px: settings.start_spread_share * drawing.diagonal_px(),
+                spread_rad: settings.start_spread_deg.to_radians(),
+            },
+            None => self.anywhere(drawing, settings)?,
         };
         let reached = Reachable::from(drawing, &start);
         let place = |(i, task): (usize, &ImageTask)| task.place(i + 1, drawing, &reached);
         Ok(Places {
-            start: Pose::new(start.x, start.y, sketchnav_schemas::geometry::wrap_angle(yaw_rad)),
-            start_spread_px: settings.start_spread_share * drawing.diagonal_px(),
-            start_spread_rad: settings.start_spread_deg.to_radians(),
+            start: start.pose,
+            start_spread_px: start.spread_px,
+            start_spread_rad: start.spread_rad,
             tasks: self.tasks.iter().enumerate().map(place).collect::<Result<_, _>>()?,
+        })
+    }
+
+    /// Returns the start of a robot that may be anywhere around the first goal.
+    fn anywhere(&self, drawing: &DrawnMap, settings: &Settings) -> Result<Start, SketchError> {
+        let no_start = || SketchError::NoStart { file: drawing.file.clone() };
+        let first = self.tasks.first().filter(|_| self.may_start_anywhere).ok_or_else(no_start)?;
+        if let Some((i, task)) = self.tasks.iter().enumerate().find(|(_, task)| task.is_route()) {
+            return Err(SketchError::RouteWithoutStart { task: task_key(i + 1, &task.name) });
+        }
+        let (goal, _) = inside(drawing, &first.goal_in_words(1), first.points[0])?;
+        let near = nearest_free(drawing, &goal).ok_or_else(no_start)?;
+        let anywhere = Start::anywhere(facing(&near, 0.0), drawing.size());
+        Ok(match self.heading_deg {
+            Some(degrees) => Start {
+                pose: facing(&near, degrees.to_radians()),
+                spread_rad: settings.start_spread_deg.to_radians(),
+                ..anywhere
+            },
+            None => anywhere,
         })
     }
 
@@ -200,12 +246,17 @@ impl ImageTask {
         Ok(Self { name, points: vec![at], is_named: true, resolved, time_limit_s: PERSON_TIME_LIMIT_S })
     }
 
+    fn goal_in_words(&self, number: usize) -> String {
+        format!("task {number} ({}): goal", self.name)
+    }
+
     fn place(&self, number: usize, drawing: &DrawnMap, reached: &Reachable) -> Result<Task, SketchError> {
-        let name = format!("task {number} ({})", self.name);
         let last = self.points.len() - 1;
         let place = |(i, &at): (usize, &[f64; 2])| {
-            let part = if last == 0 { "goal".into() } else { format!("route point {}", i + 1) };
-            let what = format!("{name}: {part}");
+            let what = match last {
+                0 => self.goal_in_words(number),
+                _ => format!("task {number} ({}): route point {}", self.name, i + 1),
+            };
             match (i > 0 && i < last, self.is_named) {
                 (true, _) => brushing(drawing, &what, at),
                 (false, true) => reached.near(&what, at),
@@ -217,8 +268,8 @@ impl ImageTask {
     }
 }
 
-fn no_start(drawing: &DrawnMap) -> SketchError {
-    SketchError::NoStart { file: drawing.file.clone() }
+fn facing(at: &Point<Sketch>, yaw_rad: f64) -> Pose<Sketch> {
+    Pose::new(at.x, at.y, wrap_angle(yaw_rad))
 }
 
 /// Converts a position that must be in the drawing. Returns it with the index of its cell.
@@ -326,12 +377,16 @@ fn route_heading(
 struct Reachable<'a> {
     drawing: &'a DrawnMap,
     start: Point<Sketch>,
+    /// Whether nobody has marked the start, so that the first goal takes its part.
+    is_anywhere: bool,
     cells: Vec<bool>,
 }
 
 impl<'a> Reachable<'a> {
-    fn from(drawing: &'a DrawnMap, start: &Point<Sketch>) -> Self {
-        Self { drawing, start: *start, cells: flood(drawing, start) }
+    fn from(drawing: &'a DrawnMap, start: &Start) -> Self {
+        let at = start.pose.position();
+        let is_anywhere = start.is_anywhere(drawing.size());
+        Self { drawing, start: at, is_anywhere, cells: flood(drawing, &at) }
     }
 
     fn contains(&self, point: &Point<Sketch>) -> bool {
@@ -356,7 +411,8 @@ impl<'a> Reachable<'a> {
         }
         let start = self.drawing.to_image(&self.start);
         // Metres given instead of pixels put the start into a corner of the page, from where no goal can be reached.
-        if touches_edge(self.drawing, &self.cells)
+        if !self.is_anywhere
+            && touches_edge(self.drawing, &self.cells)
             && !touches_edge(self.drawing, &flood(self.drawing, &point))
         {
             let (file, what) = (self.drawing.file.clone(), what.to_owned());
@@ -368,6 +424,7 @@ impl<'a> Reachable<'a> {
             what: what.to_owned(),
             place: at,
             file: self.drawing.file.clone(),
+            from: if self.is_anywhere { "the first goal" } else { "the start" },
             start,
         })
     }

@@ -30,7 +30,7 @@ pub fn preview(drawing: &DrawnMap, places: Option<&Places>) -> Result<Vec<u8>, S
     let mark = (0.012 * drawing.diagonal_px()) as f32;
     page.axes(drawing);
     if let Some(places) = places {
-        page.places(places, mark.max(2.0));
+        page.places(drawing, places, mark.max(2.0));
     }
     let mut bytes = Cursor::new(Vec::new());
     page.picture.write_to(&mut bytes, ImageFormat::Png).map_err(|error| SketchError::Broken {
@@ -86,7 +86,7 @@ impl Page {
         self.ray(&middle, drawing.wall_direction_rad + std::f64::consts::FRAC_PI_2, length, ACROSS);
     }
 
-    fn places(&mut self, places: &Places, mark: f32) {
+    fn places(&mut self, drawing: &DrawnMap, places: &Places, mark: f32) {
         for task in &places.tasks {
             task.points.windows(2).for_each(|pair| self.line(&pair[0], &pair[1], GOAL));
             let goal = task.points.last().map(|point| self.turned(point));
@@ -94,6 +94,9 @@ impl Page {
                 draw_hollow_circle_mut(&mut self.picture, (x as i32, y as i32), mark as i32, GOAL);
                 draw_filled_circle_mut(&mut self.picture, (x as i32, y as i32), mark as i32 / 3, GOAL);
             }
+        }
+        if places.is_anywhere(drawing) {
+            return;
         }
         let (x, y) = self.turned(&places.start.position());
         draw_filled_circle_mut(&mut self.picture, (x as i32, y as i32), mark as i32 / 2, START);

@@ -156,7 +156,12 @@ fn hairline_gaps_close_and_doors_stay() {
             resolved: None,
             time_limit_s: 60.0,
         };
-        let intent = Intent { start: Some([300.0, 100.0]), heading_deg: Some(0.0), tasks: vec![goal] };
+        let intent = Intent {
+            start: Some([300.0, 100.0]),
+            heading_deg: Some(0.0),
+            tasks: vec![goal],
+            ..Intent::default()
+        };
         intent.place(&drawing, &Settings::default())
     };
     let Err(error @ SketchError::Unreachable { nearest, .. }) = &through(1.5) else { panic!("a way") };
@@ -196,7 +201,7 @@ fn task(name: &str, points: &[[f64; 2]]) -> ImageTask {
 
 fn placed(start: Option<[f64; 2]>, tasks: Vec<ImageTask>) -> Result<Places, SketchError> {
     let drawing = read(STROKES.as_bytes(), "pad.json", &Options::default()).expect("a drawing");
-    Intent { start, heading_deg: None, tasks }.place(&drawing, &Settings::default())
+    Intent { start, tasks, ..Intent::default() }.place(&drawing, &Settings::default())
 }
 
 /// People begin a route with a squiggle (Boniardi et al. 2016, IV). This one goes backwards and down first.
@@ -250,6 +255,41 @@ fn what_cannot_be_is_refused_with_its_name_and_place() {
         assert!(error.contains(words), "{error}\nexpected {words}");
     }
     assert!(placed(start, route([299.0, 100.0])).is_ok(), "a route may brush a wall");
+}
+
+/// Without a start, the robot may be anywhere from where it can get to the first goal.
+#[test]
+fn a_start_that_nobody_has_marked_may_be_anywhere() {
+    let drawing = read(STROKES.as_bytes(), "pad.json", &Options::default()).expect("a drawing");
+    let place = |tasks: &[ImageTask], heading_deg| {
+        let intent =
+            Intent { heading_deg, tasks: tasks.to_vec(), may_start_anywhere: true, ..Intent::default() };
+        intent.place(&drawing, &Settings::default())
+    };
+    let kitchen = task("kitchen", &[[200.0, 200.0]]);
+    let places = place(&[kitchen.clone()], None).unwrap();
+    assert!(places.is_anywhere(&drawing) && places.start_spread_rad >= std::f64::consts::PI);
+    // A heading may be known although the place is not.
+    let facing = place(&[kitchen.clone()], Some(90.0)).unwrap();
+    assert!(facing.is_anywhere(&drawing) && facing.start_spread_rad < 0.1);
+    assert!((facing.start.yaw_rad - FRAC_PI_2).abs() < 1e-9);
+    // The errors are about the goals, not about the start that the robot is assumed to have.
+    for (goals, words) in [
+        (vec![[425.0, 275.0]], "task 1 (goal): goal at (425, 275) of pad.json: expected free space"),
+        (vec![[9999.0, 60.0]], "task 1 (goal): goal at (9999, 60): expected a place in pad.json"),
+        (
+            vec![[10.0, 10.0], [200.0, 200.0]],
+            "task 2 (goal): goal at (200, 200) of pad.json: expected a free path from the first goal at (10, 10)",
+        ),
+    ] {
+        let tasks: Vec<_> = goals.iter().map(|goal| task("goal", &[*goal])).collect();
+        let error = place(&tasks, None).unwrap_err().to_string();
+        assert!(error.starts_with(words), "{error}\nexpected {words}");
+    }
+    let route = task("way", &[[100.0, 100.0], [200.0, 100.0]]);
+    let error = place(&[kitchen, route.clone()], None).unwrap_err().to_string();
+    assert!(error.starts_with("task 2 (way).route: expected a goal, or a marked start"), "{error}");
+    assert!(!place(&[route], Some(0.0)).unwrap().is_anywhere(&drawing), "a route places the robot");
 }
 
 #[test]

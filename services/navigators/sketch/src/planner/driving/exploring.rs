@@ -94,6 +94,10 @@ impl Driver {
                 self.stop(dt_s);
                 return TaskStatus::Ended(TaskState::Reached, Reason::Matched(evidence));
             }
+            Advice::Alike(margin) => {
+                self.stop(dt_s);
+                return TaskStatus::Ended(TaskState::Lost, Reason::Alike(margin));
+            }
             Advice::Look => return self.look(chart, now_s, dt_s),
             Advice::Ask => {
                 let (count, margin) = explorer.asks().unwrap_or_default();
@@ -151,8 +155,13 @@ impl Driver {
         self.stop(dt_s);
         let place = chart.robot_m().position();
         if !self.attempt.stuck.count(place, &self.parameters.progress()) {
-            let here = chart.robot_px().position();
-            return TaskStatus::Ended(TaskState::Blocked, Reason::Shut(here, self.attempt.stuck.total));
+            let total = self.attempt.stuck.total;
+            let is_placed = self.explorer.as_ref().is_none_or(Explorer::is_placed);
+            let place = is_placed.then(|| chart.robot_px().position());
+            return TaskStatus::Ended(
+                TaskState::Blocked,
+                place.map_or(Reason::Stuck(total), |place| Reason::Shut(place, total)),
+            );
         }
         if let Some(explorer) = self.explorer.as_mut().filter(|_| self.attempt.stuck.here > 1) {
             explorer.give_way();
@@ -212,7 +221,8 @@ impl Driver {
         self.course_path.clear();
         self.course_path.extend(self.map_path.iter().map(|&place| join.to_odom(place)));
         self.global_path.clear();
-        let room = self.global_path.capacity();
+        // Where the course leads in the drawing is only known once the robot has been placed in it.
+        let room = if explorer.is_placed() { self.global_path.capacity() } else { 0 };
         self.global_path.extend(self.course_path.iter().take(room).map(|&place| chart.to_sketch(place)));
         let robot = chart.robot_m().position();
         let path = &self.course_path;

@@ -112,7 +112,7 @@ mod tests {
         Likely::new(
             shares,
             &outline(gaps),
-            &Alignment { cost: 0.0, partners, misfits: vec![0.0; shares.len()] },
+            &Alignment { cost: 0.0, partners, misfits: vec![0.0; shares.len()], turn_rad: 0.0 },
         )
     }
 

@@ -6,11 +6,10 @@
 
 use serde::{Deserialize, Serialize};
 use sketchnav_mapping::alignment::{Alignment, Forbidden};
-use sketchnav_mapping::outline::Place;
 use sketchnav_schemas::geometry::{Point, Sketch, wrap_angle};
 use sketchnav_schemas::message::Here;
 
-use super::{Advice, Explorer};
+use super::{Advice, Explorer, Known};
 use crate::messages::{PossiblePlace, Question};
 
 /// Maximum number of places that a [`Question`] offers.
@@ -52,17 +51,6 @@ pub(super) struct Settled {
     margin: f64,
     /// Whether a person has confirmed where the robot is.
     is_confirmed: bool,
-}
-
-/// A person's report of where the robot is.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub(super) struct Told {
-    /// The robot's position in the drawing.
-    pub drawn: Place,
-    /// The robot's position in the map.
-    pub seen: Place,
-    /// Angle from a direction in the map to the same direction in the drawing, in radians, if the person gave the heading.
-    pub turn_rad: Option<f64>,
 }
 
 impl Explorer {
@@ -152,8 +140,10 @@ impl Explorer {
     /// Takes the result of a doubt that has been settled, if there is one.
     pub(super) fn take_settled(&mut self) -> Option<Advice> {
         let Settled { margin, is_confirmed } = self.exploration.settled.take()?;
-        let Advice::Arrived(evidence) = self.arrived(Some(margin)) else { return None };
-        Some(Advice::Arrived(super::Evidence { is_confirmed, ..evidence }))
+        Some(match self.arrived(Some(margin)) {
+            Advice::Arrived(evidence) => Advice::Arrived(super::Evidence { is_confirmed, ..evidence }),
+            advice => advice,
+        })
     }
 
     /// Processes a person's report of where the robot is. If it agrees with the best alignment, the arrival in doubt is accepted.
@@ -165,17 +155,21 @@ impl Explorer {
         }
         let doubt = self.exploration.doubt.take_if(|doubt| doubt.is_open);
         let near = doubt.as_ref().and_then(|doubt| Some((doubt, self.nearest(doubt, &here.at)?)));
+        let robot = self.robot();
+        let turn_rad = here.yaw_rad.map(|yaw_rad| wrap_angle(yaw_rad - robot.yaw_rad));
+        let told = Known { places: Some([[here.at.x, here.at.y], self.place()]), turn_rad };
         if let Some((doubt, 0)) = near {
             self.exploration.settled = Some(Settled { margin: doubt.margin, is_confirmed: true });
+            if !self.is_placed() {
+                self.exploration.told = Some(told);
+            }
             return;
         }
         if let Some((doubt, chosen)) = near {
             let others = doubt.hypotheses.iter().enumerate().filter(|(k, _)| *k != chosen);
             self.exploration.denied.extend(others.flat_map(|(_, other)| &other.goal));
         }
-        let robot = self.robot();
-        let turn_rad = here.yaw_rad.map(|yaw_rad| wrap_angle(yaw_rad - robot.yaw_rad));
-        self.exploration.told = Some(Told { drawn: [here.at.x, here.at.y], seen: self.place(), turn_rad });
+        self.exploration.told = Some(told);
         self.look_anew();
     }
 

@@ -8,6 +8,7 @@ use sketchnav_schemas::geometry::{Point, Pose, Sketch};
 use super::course::Likely;
 use super::emphasis;
 use super::paper::Paper;
+use crate::filter::Start;
 use crate::paths::parameters::Parameters;
 use crate::sketch::SketchGrid;
 
@@ -20,16 +21,17 @@ pub fn locate(
     survey: &Survey,
     parameters: &Parameters,
 ) -> Option<Place> {
-    let paper = Paper::new(sketch, start, parameters.building_size_m)?;
+    let exact = Start { pose: start, spread_px: 0.0, spread_rad: 0.0 };
+    let paper = Paper::new(sketch, &exact, parameters.building_size_m)?;
     let shares = paper.shares(goal);
     let seen = SeenOutline::of_map(survey, &[], &paper.taking());
     let turn_rad = turn_by_walls(&paper.outline, &seen, start.yaw_rad);
-    let anchor = Anchor { drawn: [start.x, start.y], seen: [0.0; 2], turn_rad, scale_m: paper.scale_m };
+    let anchor = Anchor { drawn: [start.x, start.y], seen: [0.0; 2], scale_m: paper.scale_m };
     let weights = Weights { away_m: parameters.rival_away_m, ..Weights::default() };
     let emphasis = emphasis(&shares, parameters.goal_emphasis);
     let mut aligner = Aligner::default();
-    let (drawn, seen) = (&paper.outline, &seen);
-    aligner.set(&weights, &Problem { drawn, seen, anchor: &anchor, emphasis: &emphasis, forbidden: &[] });
+    let (drawn, seen, anchor) = (&paper.outline, &seen, Some(&anchor));
+    aligner.set(&weights, &Problem { drawn, seen, turn_rad, anchor, emphasis: &emphasis, forbidden: &[] });
     let likely = Likely::new(&shares, seen, &Search::whole(&mut aligner)?);
     likely.place.filter(|_| likely.hidden < parameters.goal_hidden_share)
 }

@@ -4,9 +4,10 @@ use sketchnav_mapping::alignment::Partner;
 use sketchnav_mapping::harmonic::Interior;
 use sketchnav_mapping::outline::{Outline, Place};
 use sketchnav_mapping::region::Region;
-use sketchnav_schemas::geometry::{Point, Pose, Sketch};
+use sketchnav_schemas::geometry::{Point, Sketch};
 
-use super::SAMPLES;
+use super::{Known, SAMPLES};
+use crate::filter::Start;
 use crate::filter::outline::closed;
 use crate::sketch::SketchGrid;
 
@@ -27,30 +28,36 @@ pub struct Paper {
     /// Inside of the outline, in cells of `grain_px` pixels.
     interior: Interior,
     grain_px: f64,
-    /// Start of the robot in the drawing.
-    pub start: Pose<Sketch>,
+    /// What the drawing says about the robot's start.
+    pub marked: Known,
     /// Length of a pixel, in metres, if the building is of typical size.
     pub scale_m: f64,
 }
 
 impl Paper {
     /// Prepares a drawing. Returns `None` if there is no free space in it.
-    pub fn new(sketch: &SketchGrid, start: Pose<Sketch>, building_size_m: f64) -> Option<Self> {
+    pub fn new(sketch: &SketchGrid, start: &Start, building_size_m: f64) -> Option<Self> {
         let (width, height) = (sketch.width(), sketch.height());
         let size = width.max(height) as f64;
-        let closed = closed(sketch, start.position(), building_size_m);
+        let closed = closed(sketch, start.pose.position(), building_size_m);
         let walls = closed.as_ref().unwrap_or(sketch).walls();
         let times = width.max(height).div_ceil(MOST_CELLS);
         let mut free = Region::default();
         Region::of(width, height, |k| !walls[k]).coarsen(times, &mut free);
         let grain_px = times as f64;
-        let at = [start.x, start.y].map(|px| px / grain_px);
+        let place = [start.pose.x, start.pose.y];
+        let at = place.map(|px| px / grain_px);
         let inside = free.connected(free.nearest(at, size)?);
         let mut outline = Outline::of_region(&inside, SAMPLES, SMOOTHING_PX * size / 512.0 / grain_px);
         let interior = Interior::new(&inside, &outline, INTERIOR_CELLS);
         let cell_m = building_size_m / extent(&inside);
         outline.scale(grain_px);
-        Some(Self { outline, interior, grain_px, start, scale_m: cell_m / grain_px })
+        // The map's origin is where the robot was at its first scan, and its x axis points in the robot's direction then.
+        let marked = Known {
+            places: (!start.is_anywhere([width, height])).then_some([place, [0.0; 2]]),
+            turn_rad: (!start.has_any_heading()).then_some(start.pose.yaw_rad),
+        };
+        Some(Self { outline, interior, grain_px, marked, scale_m: cell_m / grain_px })
     }
 
     /// Returns the goal's share of each sample of the outline, which is its harmonic measure.

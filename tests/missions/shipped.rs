@@ -54,6 +54,18 @@ demos! {
     the_demo_reaches_every_task_with_seed_5: 5;
 }
 
+/// Regression test: after `demo --out demo`, the word `demo` meant the folder with the results.
+#[test]
+fn a_folder_with_the_results_of_the_demo_does_not_hide_it() {
+    let place = Place::new();
+    std::fs::create_dir(place.files().join("demo")).unwrap();
+    let (report, code) = place.mission("run demo --out demo", "again");
+    assert_eq!((code, &report["mission"]), (0, &Value::from("building-a")), "{report:#}");
+    std::fs::write(place.files().join("demo/demo"), "").unwrap();
+    let refused = place.run("run demo/demo");
+    assert_eq!(refused.code, Some(2), "{refused}");
+}
+
 /// Scripts rely on these keys of the report.
 #[test]
 fn the_report_has_the_documented_keys() {

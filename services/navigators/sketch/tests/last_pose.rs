@@ -71,8 +71,7 @@ impl Robot {
             let [x, y] = place(letter);
             Pose::new(x, y, -std::f64::consts::FRAC_PI_2)
         };
-        let spread_px = (map.width() as f64).hypot(map.height() as f64);
-        let start = Start { pose: pose(last), spread_px, spread_rad: std::f64::consts::PI };
+        let start = Start::anywhere(pose(last), [map.width(), map.height()]);
         let parameters =
             Parameters { building_size_m: extent_px(&map) / PXPM as f32, ..Parameters::learned() };
         let filter =

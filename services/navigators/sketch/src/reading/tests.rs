@@ -267,10 +267,10 @@ fn a_start_that_nobody_has_marked_may_be_anywhere() {
         intent.place(&drawing, &Settings::default())
     };
     let kitchen = task("kitchen", &[[200.0, 200.0]]);
-    let places = place(&[kitchen.clone()], None).unwrap();
+    let places = place(std::slice::from_ref(&kitchen), None).unwrap();
     assert!(places.is_anywhere(&drawing) && places.start_spread_rad >= std::f64::consts::PI);
     // A heading may be known although the place is not.
-    let facing = place(&[kitchen.clone()], Some(90.0)).unwrap();
+    let facing = place(std::slice::from_ref(&kitchen), Some(90.0)).unwrap();
     assert!(facing.is_anywhere(&drawing) && facing.start_spread_rad < 0.1);
     assert!((facing.start.yaw_rad - FRAC_PI_2).abs() < 1e-9);
     // The errors are about the goals, not about the start that the robot is assumed to have.

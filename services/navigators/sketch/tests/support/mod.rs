@@ -54,11 +54,7 @@ impl Drive {
         let parameters =
             Parameters { building_size_m: extent_px(&map) / MAPPED.a as f32, ..Parameters::learned() };
         let [width, height] = MAPPED.size.map(|side| side as f64);
-        let start = Start {
-            pose: Pose::new(width / 2.0, height / 2.0, 0.0),
-            spread_px: width.hypot(height),
-            spread_rad: std::f64::consts::PI,
-        };
+        let start = Start::anywhere(Pose::new(width / 2.0, height / 2.0, 0.0), MAPPED.size);
         let drive = sketchnav_schemas::robot::Drive::Omnidirectional;
         let localizer = Filter::new(&map, Mounting::default(), drive, parameters, start, seed).unwrap();
         Self { localizer, ..Self::new(MAPPED, Parameters::default(), seed) }

@@ -13,9 +13,9 @@ use sketchnav_sim::SimError;
 
 use crate::error::EvalError;
 use crate::experiments::ground::Ground;
-use crate::experiments::suite::{Folders, Group, Suite};
+use crate::experiments::protocol;
+use crate::experiments::suite::{Group, Suite};
 use crate::experiments::trial::Trial;
-use crate::experiments::{people, protocol};
 use series::{First, Later, Series};
 
 /// The drives of a series, each with its name in tables and a description.
@@ -30,53 +30,20 @@ const BACK: usize = 3;
 /// Number of series for each drawing by people, spread evenly over those of the suite.
 const SERIES_OF_DRAWING: usize = 8;
 
-/// Loads the drives of [`protocol::building`].
+/// Returns the suite whose series consist of some of the trials of `suite`, spread evenly over its drawings.
 ///
 /// # Errors
-/// Any error of that suite.
-pub fn building(folders: &Folders) -> Result<Suite, EvalError> {
-    of(protocol::building(folders)?)
-}
-
-/// Loads the drives of [`protocol::building_079`].
-///
-/// # Errors
-/// Any error of that suite.
-pub fn building_079(folders: &Folders) -> Result<Suite, EvalError> {
-    of(protocol::building_079(folders)?)
-}
-
-/// Loads the drives of [`protocol::laboratory`].
-///
-/// # Errors
-/// Any error of that suite.
-pub fn laboratory(folders: &Folders) -> Result<Suite, EvalError> {
-    of(protocol::laboratory(folders)?)
-}
-
-/// Loads some of the drives of [`people::suite`].
-///
-/// # Errors
-/// Any error of that suite.
-pub fn people(folders: &Folders) -> Result<Suite, EvalError> {
-    some_of(people::suite(folders)?)
-}
-
-/// Loads some of the drives of [`people::exam`].
-///
-/// # Errors
-/// Any error of that suite.
-pub fn people_exam(folders: &Folders) -> Result<Suite, EvalError> {
-    some_of(people::exam(folders)?)
-}
-
-fn some_of(mut suite: Suite) -> Result<Suite, EvalError> {
+/// Same as [`of`].
+pub fn some_of(mut suite: Suite) -> Result<Suite, EvalError> {
     suite.sample(SERIES_OF_DRAWING);
     of(suite)
 }
 
 /// Returns the suite whose series consist of the trials of `suite`.
-fn of(suite: Suite) -> Result<Suite, EvalError> {
+///
+/// # Errors
+/// [`EvalError`] if a mission of the suite is invalid, or if its world cannot be read.
+pub fn of(suite: Suite) -> Result<Suite, EvalError> {
     let mut trials = Vec::new();
     let mut ground: Option<(&Trial, Arc<Ground>)> = None;
     for trial in &suite.trials {
@@ -148,6 +115,7 @@ mod tests {
     use super::*;
     use crate::experiments::outcome::Kind;
     use crate::experiments::run;
+    use crate::experiments::suite::Folders;
     use series::Search;
 
     /// Returns the drives of a series with two tasks in the laboratory. The first drive has no time for the second task, whose goal
@@ -192,7 +160,7 @@ mod tests {
 
     #[test]
     fn each_drawing_has_a_line_for_each_drive() {
-        let suite = laboratory(&Folders::of_checkout()).unwrap();
+        let suite = of(protocol::laboratory(&Folders::of_checkout()).unwrap()).unwrap();
         assert_eq!(
             suite.drawings(),
             ["a first", "a second", "a third", "a back", "b first", "b second", "b third", "b back"]

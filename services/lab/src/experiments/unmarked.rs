@@ -9,55 +9,17 @@ use sketchnav_sim::SimError;
 use sketchnav_sketch::mission::SketchMission;
 
 use crate::error::EvalError;
-use crate::experiments::suite::{Folders, Suite};
+use crate::experiments::suite::Suite;
 use crate::experiments::trial::{Sheet, Trial};
-use crate::experiments::{people, protocol};
 
 /// Time for finding out where the robot is, in seconds. It is added to the time limit of the drive with a mark.
 const FINDING_S: f64 = 300.0;
 
-/// Loads the drives of [`protocol::building`].
-///
-/// # Errors
-/// Any error of that suite.
-pub fn building(folders: &Folders) -> Result<Suite, EvalError> {
-    of(protocol::building(folders)?)
-}
-
-/// Loads the drives of [`protocol::building_079`].
-///
-/// # Errors
-/// Any error of that suite.
-pub fn building_079(folders: &Folders) -> Result<Suite, EvalError> {
-    of(protocol::building_079(folders)?)
-}
-
-/// Loads the drives of [`protocol::laboratory`].
-///
-/// # Errors
-/// Any error of that suite.
-pub fn laboratory(folders: &Folders) -> Result<Suite, EvalError> {
-    of(protocol::laboratory(folders)?)
-}
-
-/// Loads the drives of [`people::suite`].
-///
-/// # Errors
-/// Any error of that suite.
-pub fn people(folders: &Folders) -> Result<Suite, EvalError> {
-    of(people::suite(folders)?)
-}
-
-/// Loads the drives of [`people::exam`].
-///
-/// # Errors
-/// Any error of that suite.
-pub fn people_exam(folders: &Folders) -> Result<Suite, EvalError> {
-    of(people::exam(folders)?)
-}
-
 /// Returns the suite whose drives are the tasks of `suite`, without a mark.
-fn of(suite: Suite) -> Result<Suite, EvalError> {
+///
+/// # Errors
+/// [`EvalError`] if a mission of the suite is invalid.
+pub fn of(suite: Suite) -> Result<Suite, EvalError> {
     let title = format!("{} Nobody marks the start, and the robot may face anywhere.", suite.title);
     let mut trials = Vec::new();
     for trial in &suite.trials {
@@ -100,11 +62,14 @@ fn unmarked(trial: &Trial, k: usize) -> Result<Trial, MissionError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::experiments::protocol;
+    use crate::experiments::suite::Folders;
 
     #[test]
     fn each_task_of_a_tour_begins_where_the_previous_one_ends() {
         let folders = Folders::of_checkout();
-        let (tours, suite) = (protocol::laboratory(&folders).unwrap(), laboratory(&folders).unwrap());
+        let tours = protocol::laboratory(&folders).unwrap();
+        let suite = of(protocol::laboratory(&folders).unwrap()).unwrap();
         assert_eq!(suite.trials.len(), tours.legs.len() * tours.trials.len());
         for trial in &suite.trials {
             let (tour, number) = trial.name.split_once('/').unwrap();

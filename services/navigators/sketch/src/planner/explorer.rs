@@ -14,6 +14,8 @@ mod correspondence;
 mod course;
 mod doubt;
 mod floor;
+mod job;
+mod known;
 mod locate;
 mod paper;
 mod path_grid;
@@ -21,9 +23,7 @@ mod path_grid;
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
-use sketchnav_mapping::alignment::{
-    Aligner, Alignment, Anchor, Forbidden, Partner, Problem, Search, Weights, turn_by_walls, turns_by_walls,
-};
+use sketchnav_mapping::alignment::{Aligner, Alignment, Forbidden, Partner, Weights};
 use sketchnav_mapping::mapper::{self, Mapper};
 use sketchnav_mapping::outline::{Place, SeenOutline, Taking, distance};
 use sketchnav_mapping::scan::Scan;
@@ -38,6 +38,8 @@ use crate::sketch::SketchGrid;
 pub use course::Aim;
 use course::{Course, Likely};
 use doubt::{Doubt, Settled};
+use job::Job;
+use known::Known;
 pub use locate::locate;
 use paper::Paper;
 use path_grid::{Field, PathGrid};
@@ -114,59 +116,6 @@ impl fmt::Display for Evidence {
         }
         write!(f, ", misfit {:.3}", self.misfit)?;
         if self.is_confirmed { f.write_str(", a person agrees") } else { Ok(()) }
-    }
-}
-
-/// What is known about where the robot was at a moment of the drive.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Known {
-    /// The robot's position in the drawing and in the map.
-    pub places: Option<[Place; 2]>,
-    /// Angle from a direction in the map to the same direction in the drawing, in radians.
-    pub turn_rad: Option<f64>,
-}
-
-/// An alignment that is being computed.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct Job {
-    seen: SeenOutline,
-    anchor: Option<Anchor>,
-    /// The rotations to try, and the index of the one that is being tried.
-    turns_rad: Vec<f64>,
-    turn: usize,
-    forbidden: Vec<Forbidden>,
-    /// Cost of the best alignment, if this job computes a rival.
-    best: Option<f64>,
-    search: Search,
-    /// The best alignment of the rotations tried so far, as its cost, the index of its rotation, and its start in the search.
-    least: Option<(f64, usize, usize)>,
-}
-
-impl Job {
-    /// Takes the result of the search with the current rotation into account. Returns true if there is another rotation to try,
-    /// which is now the current one.
-    fn turns_again(&mut self) -> bool {
-        if let Some((cost, start)) = self.search.least()
-            && self.least.is_none_or(|(least, ..)| cost < least)
-        {
-            self.least = Some((cost, self.turn, start));
-        }
-        let turns_again = self.turn + 1 < self.turns_rad.len();
-        if turns_again {
-            (self.turn, self.search) = (self.turn + 1, Search::default());
-        }
-        turns_again
-    }
-
-    fn problem<'a>(&'a self, paper: &'a Paper, emphasis: &'a [f64]) -> Problem<'a> {
-        Problem {
-            drawn: &paper.outline,
-            seen: &self.seen,
-            turn_rad: self.turns_rad.get(self.turn).copied().unwrap_or_default(),
-            anchor: self.anchor.as_ref(),
-            emphasis,
-            forbidden: &self.forbidden,
-        }
     }
 }
 
@@ -303,25 +252,6 @@ impl Explorer {
         let share = self.exploration.open_share.unwrap_or(1.0);
         let is_open = share >= self.parameters.least_open_share;
         self.paper.is_some() && (is_open || self.exploration.has_taken_over || !self.is_placed())
-    }
-
-    /// Returns true if the drawing or a person has placed the robot.
-    pub fn is_placed(&self) -> bool {
-        let is_place = |known: &Known| known.places.is_some();
-        self.paper.as_ref().is_some_and(|paper| is_place(&paper.marked))
-            || self.exploration.told.as_ref().is_some_and(is_place)
-    }
-
-    /// Returns true if it is known where the robot was at some moment.
-    fn knows_a_place(&self) -> bool {
-        self.known().places.is_some()
-    }
-
-    /// Returns what is known about where the robot was at some moment.
-    fn known(&self) -> Known {
-        let marked = self.paper.as_ref().map(|paper| paper.marked).unwrap_or_default();
-        let known = self.exploration.told.or(self.exploration.found).unwrap_or(marked);
-        Known { turn_rad: known.turn_rad.or(marked.turn_rad), ..known }
     }
 
     /// Takes charge of the rest of a task in which the filter has failed.
@@ -492,46 +422,6 @@ impl Explorer {
         is_there || has_moved && course.aim != Aim::Rival
     }
 
-    /// Extracts the outline of what was seen and begins to align it.
-    fn begin_job(&mut self, mut forbidden: Vec<Forbidden>, best: Option<f64>) {
-        self.take_survey();
-        if self.shares.is_empty() {
-            self.weigh_goal();
-        }
-        let (Some(paper), place) = (&self.paper, self.place()) else { return };
-        let seen = match (&self.exploration.last, best) {
-            // A rival must align the same outline as the alignment that it rivals.
-            (Some((seen, _)), Some(_)) => seen.clone(),
-            _ => SeenOutline::of_map(&self.survey, &self.exploration.shut, &paper.taking()),
-        };
-        if best.is_none() {
-            (self.exploration.taken_at, self.exploration.doubt) = (Some(place), None);
-        }
-        let known = self.known();
-        let turns_rad = match known.turn_rad {
-            Some(guess_rad) => vec![turn_by_walls(&paper.outline, &seen, guess_rad)],
-            None => turns_by_walls(&paper.outline, &seen),
-        };
-        let anchor = known.places.map(|[drawn, seen]| Anchor { drawn, seen, scale_m: paper.scale_m });
-        forbidden.extend(&self.exploration.denied);
-        self.exploration.job = Some(Job {
-            seen,
-            anchor,
-            turns_rad,
-            turn: 0,
-            forbidden,
-            best,
-            search: Search::default(),
-            least: None,
-        });
-        self.prepare_job();
-    }
-
-    fn prepare_job(&mut self) {
-        let (Some(paper), Some(job)) = (&self.paper, &self.exploration.job) else { return };
-        self.aligner.set(&self.weights, &job.problem(paper, &self.emphasis));
-    }
-
     fn decide(&mut self, mut job: Job, left_s: f64) -> Advice {
         let (Some((_, turn, start)), Some(paper)) = (job.least, &self.paper) else { return Advice::Drive };
         if std::mem::replace(&mut job.turn, turn) != turn {
@@ -697,13 +587,6 @@ impl Explorer {
         let away_m = |rival: Rival| distance(rival.place, place);
         let rival = margin.map(|margin| (margin, self.exploration.rival.map_or(f64::INFINITY, away_m)));
         Advice::Arrived(Evidence { rival, misfit, is_confirmed: false })
-    }
-
-    /// Returns where the robot is according to the last alignment.
-    fn found(&self) -> Option<Known> {
-        let ((_, alignment), paper) = (self.exploration.last.as_ref()?, self.paper.as_ref()?);
-        let at = paper.place_of(&alignment.partners, self.place())?;
-        Some(Known { places: Some([[at.x, at.y], self.place()]), turn_rad: Some(alignment.turn_rad) })
     }
 
     fn look_at(&mut self, target: Place) {

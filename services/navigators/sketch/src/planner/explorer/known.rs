@@ -1,0 +1,44 @@
+//! Where in the drawing the robot is known to be: by a mark, by a person's report or, in a drawing without a start mark, by an arrival
+//! without doubt.
+
+use serde::{Deserialize, Serialize};
+use sketchnav_mapping::outline::Place;
+
+use super::Explorer;
+
+/// What is known about where the robot was at a moment of the drive.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Known {
+    /// The robot's position in the drawing and in the map.
+    pub places: Option<[Place; 2]>,
+    /// Angle from a direction in the map to the same direction in the drawing, in radians.
+    pub turn_rad: Option<f64>,
+}
+
+impl Explorer {
+    /// Returns true if the drawing or a person has placed the robot.
+    pub fn is_placed(&self) -> bool {
+        let is_place = |known: &Known| known.places.is_some();
+        self.paper.as_ref().is_some_and(|paper| is_place(&paper.marked))
+            || self.exploration.told.as_ref().is_some_and(is_place)
+    }
+
+    /// Returns true if it is known where the robot was at some moment.
+    pub(super) fn knows_a_place(&self) -> bool {
+        self.known().places.is_some()
+    }
+
+    /// Returns what is known about where the robot was at some moment.
+    pub(super) fn known(&self) -> Known {
+        let marked = self.paper.as_ref().map(|paper| paper.marked).unwrap_or_default();
+        let known = self.exploration.told.or(self.exploration.found).unwrap_or(marked);
+        Known { turn_rad: known.turn_rad.or(marked.turn_rad), ..known }
+    }
+
+    /// Returns where the robot is according to the last alignment.
+    pub(super) fn found(&self) -> Option<Known> {
+        let ((_, alignment), paper) = (self.exploration.last.as_ref()?, self.paper.as_ref()?);
+        let at = paper.place_of(&alignment.partners, self.place())?;
+        Some(Known { places: Some([[at.x, at.y], self.place()]), turn_rad: Some(alignment.turn_rad) })
+    }
+}

@@ -436,7 +436,7 @@ fn a_flood_of_connections_locks_out_no_user() {
     assert!(status == 408 || status == 503, "in the end it gets the reason: {status} {words}");
     // Each wait above and below takes ten seconds, and a page that sends nothing for twenty seconds is assumed to be
     // gone.
-    newcomer.read();
+    newcomer.respond();
     let mut talkative = connect();
     talkative.write_all(&[b"GET / HTTP/1.1\r\nx: ".as_slice(), &[b'x'; 20_000]].concat()).unwrap();
     assert_eq!(said(talkative).0, 431);
@@ -460,7 +460,7 @@ fn a_flood_of_connections_locks_out_no_user() {
     });
     let (status, words) = said(slow.into_iter().next().unwrap());
     assert!(status == 408 && words["error"].as_str().unwrap().contains("within"), "{status} {words}");
-    newcomer.read();
+    newcomer.respond();
 
     // There are as many pages as allowed, and one more. The driving page has a reserved place.
     let pages: Vec<_> = (1..16).map(|_| stage.page()).collect();

@@ -178,6 +178,13 @@ impl Page {
         }
     }
 
+    /// Reads messages up to the next feed and acknowledges it, as a page that is alive does all the time. Other messages
+    /// are not acknowledged.
+    pub fn respond(&mut self) {
+        let last = self.feed["n"].clone();
+        self.until_it("the next feed", |page| page.feed["n"] != last);
+    }
+
     /// Reads messages until this page satisfies `is_so`.
     pub fn until_it(&mut self, what: &str, is_so: impl Fn(&Self) -> bool) {
         let began = Instant::now();

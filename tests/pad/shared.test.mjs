@@ -393,6 +393,20 @@ test("a refused change keeps the valid ones, and is not sent again because other
   assert.deepEqual(sentTo(page.posts[2]), [2, 3]);
 });
 
+/** The server (together.rs) accepts a change that is later than the year 2100 only if it counts on from one that it has accepted. */
+test("a page counts on from a change in its future, and goes by its clock otherwise", () => {
+  const [anna, berta] = two(walls(1));
+  const of = (page) => page.shared.all().find(({ id }) => id === idOf(page.drawing.strokes[0]));
+  const year2100 = 4_102_444_800_000;
+  for (const [page, now, time] of [[anna, year2100, year2100], [berta, 2000, year2100 + 1], [anna, 3000, year2100 + 2]]) {
+    const [line] = page.drawing.strokes;
+    page.change({ ...page.drawing, strokes: [{ ...line, width_px: line.width_px + 1 }] }, now);
+    assert.equal(of(page).time, time);
+    tell(anna, berta);
+  }
+  assert.equal(model.toText(anna.drawing), model.toText(berta.drawing));
+});
+
 test("what was refused as too slow or too much at once is sent again", async () => {
   for (const status of [408, 429]) {
     const page = new Served(walls(1, 2), [status]);

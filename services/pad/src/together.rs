@@ -6,7 +6,12 @@
 //! therefore does not depend on the order in which changes arrive, or on how often they do, and pages that were cut off send what
 //! they have changed meanwhile. Removed items are kept without their content, so that they stay removed.
 //!
-//! This module is pure: it knows no connections and no clock. The times are those of the pages.
+//! The times are those of the pages' clocks, but a page that knows a change in its future counts on from there, by one with each change
+//! (a hybrid logical clock, Kulkarni et al. 2014). Changes must therefore leave times to those that follow: after a single one with the
+//! largest time, nobody could change its item again. So a change may be no later than the year 2100, or than shortly after the latest
+//! one that was accepted. It may be early by any amount, because pages can be without a link for days.
+//!
+//! This module is pure: it knows no connections and no clock.
 
 use std::collections::BTreeMap;
 
@@ -28,6 +33,10 @@ const MAX_SIDE_PX: u32 = 30_000;
 const MAX_WIDTH_PX: f64 = 1000.0;
 /// Largest time of a change: JavaScript's numbers are exact up to twice this value.
 const MAX_TIME: u64 = 1 << 52;
+/// Times that clocks can show: up to the year 2100, in milliseconds since 1970.
+const LATEST_CLOCK_MS: u64 = 4_102_444_800_000;
+/// How far a change may be ahead of that, or of all changes before it. A page that was without a link has counted its own changes.
+const MAX_AHEAD: u64 = 1 << 20;
 /// Maximum length of an id.
 const MAX_ID: usize = 32;
 
@@ -199,6 +208,12 @@ impl Entry {
         expect(own.map_or(!is_reserved, |only| only == self.id), place, "the id of its kind")?;
         shape.check(place)
     }
+
+    /// `latest` is the latest time of the changes before.
+    fn check_time(&self, place: &str, latest: u64) -> Result<(), Refusal> {
+        let holds = self.time <= latest.max(LATEST_CLOCK_MS) + MAX_AHEAD;
+        expect(holds, place, "a time before the year 2100; check this device's clock")
+    }
 }
 
 impl Change {
@@ -284,6 +299,8 @@ pub struct Room {
     arrivals: BTreeMap<u64, String>,
     seq: u64,
     size: Size,
+    /// The latest time of all changes.
+    latest: u64,
     people: BTreeMap<u32, Person>,
 }
 
@@ -291,7 +308,8 @@ impl Room {
     /// Makes a page's changes, all of them or none.
     ///
     /// # Errors
-    /// [`Refusal::NotNow`] if another drawing is shared, or [`Refusal::TooLarge`].
+    /// [`Refusal::NotNow`] if another drawing is shared, [`Refusal::Malformed`] if a change is too far in the future, or
+    /// [`Refusal::TooLarge`].
     pub fn make(&mut self, change: Change) -> Result<(), Refusal> {
         let Change { sheet, instead, entries } = change;
         let shared = self.sheet.as_ref().map_or("", |shared| shared.id.as_str());
@@ -313,7 +331,10 @@ impl Room {
 
     fn merge(&mut self, entries: Vec<Entry>) -> Result<(), Refusal> {
         let mut news: BTreeMap<String, Kept> = BTreeMap::new();
-        for entry in entries {
+        let mut latest = self.latest;
+        for (i, entry) in entries.into_iter().enumerate() {
+            entry.check_time(&format!("entries[{i}]"), self.latest)?;
+            latest = latest.max(entry.time);
             let stamp = (entry.time, entry.by.clone());
             let known = news.get(&entry.id).or_else(|| self.items.get(&entry.id));
             if known.is_some_and(|known| known.stamp >= stamp) {
@@ -329,7 +350,7 @@ impl Room {
         });
         let added = news.keys().filter(|id| !self.items.contains_key(*id)).count();
         size.check(self.items.len() + added)?;
-        self.size = size;
+        (self.size, self.latest) = (size, latest);
         for (id, mut kept) in news {
             self.seq += 1;
             kept.seq = self.seq;
@@ -496,6 +517,33 @@ mod tests {
             assert_eq!(refusal.status(), 400, "{entry}");
             assert!(refusal.to_string().contains(words), "{entry}: {refusal}");
         }
+    }
+
+    /// A single change with the largest time once left no later one to the others: nobody could change its item again, and nothing
+    /// else that they changed was accepted.
+    #[test]
+    fn a_change_from_the_far_future_does_not_block_its_item() {
+        let at = |time: u64, by: &str| change("kitchen", None, &[stroke("a", time, by, 1)]).unwrap();
+        let mut room = room(&[stroke("a", 5, "anna", 1)]);
+        let before = room.news(0);
+        let last = LATEST_CLOCK_MS + MAX_AHEAD;
+        for time in [MAX_TIME - 1, last + 1] {
+            let refusal = room.make(at(time, "mallory")).unwrap_err();
+            assert_eq!(refusal.status(), 400);
+            let words = "entries[0]: expected a time before the year 2100; check this device's clock";
+            assert_eq!(refusal.to_string(), words);
+            assert_eq!(room.news(0), before);
+        }
+        // Those who have heard of a change in their future count on from there.
+        for (time, by) in [(last, "mallory"), (last + 1, "berta"), (last + 100, "berta")] {
+            room.make(at(time, by)).unwrap();
+            assert_eq!(heard(&room, 0).0["drawn"]["entries"][0]["time"], time);
+        }
+        assert_eq!(room.make(at(MAX_TIME - 1, "mallory")).unwrap_err().status(), 400);
+        // Another drawing is no way around the limit.
+        let hall = |time| change("hall", Some("kitchen"), &[stroke("a", time, "mallory", 1)]).unwrap();
+        assert_eq!(room.make(hall(MAX_TIME - 1)).unwrap_err().status(), 400);
+        room.make(hall(1)).unwrap();
     }
 
     #[test]

@@ -48,7 +48,7 @@ pub(crate) struct Names<'a> {
     file: &'a str,
     /// Names with their positions in image pixels, by decreasing precedence.
     by_precedence: [Vec<(&'a str, [f64; 2])>; 3],
-    /// Names of tasks, which errors list as well.
+    /// Names of tasks that may be meant instead of a place. Errors list them as well.
     of_tasks: Vec<&'a str>,
 }
 
@@ -83,12 +83,13 @@ impl<'a> Names<'a> {
         inside.all(|(name, _)| folded(name) == folded(first.0)).then_some(first)
     }
 
-    /// Returns the position of the place with this name, in image pixels. Case and spaces are ignored.
+    /// Returns the position of the place with this name, in image pixels. Case and spaces are ignored. If the place only serves to
+    /// describe another one (`is_part`), no task can be meant.
     ///
     /// # Errors
     /// [`SketchError::UnknownName`], or [`SketchError::AmbiguousName`] if several places have the name. `what` is the task, for
     /// the error.
-    pub fn find(&self, what: &str, name: &str) -> Result<[f64; 2], SketchError> {
+    pub fn find(&self, what: &str, name: &str, is_part: bool) -> Result<[f64; 2], SketchError> {
         let wanted = folded(name);
         let found = |names: &Vec<(&str, [f64; 2])>| -> Vec<_> {
             let named = names.iter().filter(|(other, _)| folded(other) == wanted).map(|(_, at)| *at);
@@ -112,19 +113,20 @@ impl<'a> Names<'a> {
             _ => Err(SketchError::UnknownName {
                 what: what.to_owned(),
                 name: name.to_owned(),
-                hint: self.hint(name),
+                hint: self.hint(name, if is_part { &[] } else { &self.of_tasks }),
             }),
         }
     }
 
-    /// Returns suggestions for an unknown name.
-    fn hint(&self, name: &str) -> String {
+    /// Returns suggestions for an unknown name, from all places and from these tasks.
+    fn hint(&self, name: &str, tasks: &[&str]) -> String {
         let places = self.by_precedence.iter().flatten().map(|(name, _)| *name);
-        let mut names: Vec<_> = places.chain(self.of_tasks.iter().copied()).collect();
+        let mut names: Vec<_> = places.chain(tasks.iter().copied()).collect();
         names.sort_unstable();
         names.dedup();
         match (nearest_name(name, &names), names.len()) {
-            (Some(i), _) => format!("did you mean {:?}?", names[i]),
+            (Some(i), _) if self.has(names[i]) => format!("did you mean {:?}?", names[i]),
+            (Some(i), _) => format!("did you mean the task {:?}?", names[i]),
             _ if Reference::may_be_meant(name) => {
                 let sides = "left of, right of, above, below or nearest to a place, or between two";
                 format!(
@@ -264,7 +266,10 @@ mod tests {
     #[test]
     fn the_names_of_tasks_are_listed_for_a_person_who_names_a_goal() {
         let (drawing, mission) = (rooms(), mission("kitchen", ""));
-        let error = Names::with_tasks(&mission, &drawing).find("goal", "library").unwrap_err().to_string();
+        let known = Names::with_tasks(&mission, &drawing);
+        let error = |name: &str| known.find("goal", name, false).unwrap_err().to_string();
+        assert!(error("cofee").ends_with("; did you mean the task \"coffee\"?"), "{}", error("cofee"));
+        let error = error("library");
         let names = "Dining room, Twice, WC, coffee, door, edge, kitchen, table, twice";
         assert_eq!(
             error,

@@ -73,7 +73,7 @@ impl<'a> Atlas<'a> {
     /// [`SketchError`] if there is no such place, or if there are several. `what` is the task, for the error.
     pub fn find(&self, what: &str, text: &str) -> Result<Located, SketchError> {
         if self.names.has(text) {
-            return Ok(Located { at: self.names.find(what, text)?, room: None });
+            return Ok(Located { at: self.names.find(what, text, false)?, room: None });
         }
         let reference = Reference::parse(text).map_err(|reason| SketchError::Relation {
             what: what.to_owned(),
@@ -81,7 +81,7 @@ impl<'a> Atlas<'a> {
             reason,
         })?;
         match &reference {
-            Reference::Name(name) => Ok(Located { at: self.named(what, name)?, room: None }),
+            Reference::Name(name) => Ok(Located { at: self.named(what, name, false)?, room: None }),
             Reference::Room(relation) => {
                 let found = self.room(what, relation)?;
                 let (at, name) = (self.goal(found), self.name(found).map(str::to_owned));
@@ -96,11 +96,11 @@ impl<'a> Atlas<'a> {
     }
 
     /// Returns the position of a named place. An article before the name is ignored unless it belongs to the name.
-    fn named(&self, what: &str, name: &str) -> Result<[f64; 2], SketchError> {
+    fn named(&self, what: &str, name: &str, is_part: bool) -> Result<[f64; 2], SketchError> {
         let bare = name.get(..4).filter(|article| article.eq_ignore_ascii_case("the ")).map(|_| &name[4..]);
         let bare = bare
             .filter(|bare| !self.names.has(name) && (self.names.has(bare) || !Reference::may_be_meant(name)));
-        self.names.find(what, bare.unwrap_or(name))
+        self.names.find(what, bare.unwrap_or(name), is_part)
     }
 
     fn rooms(&self) -> &DrawnRooms {
@@ -166,7 +166,7 @@ impl<'a> Atlas<'a> {
     fn thing(&self, what: &str, reference: &Reference) -> Result<Thing, SketchError> {
         let at = match reference {
             Reference::Room(relation) => return Ok(self.rooms().room(self.room(what, relation)?)),
-            Reference::Name(name) => self.named(what, name)?,
+            Reference::Name(name) => self.named(what, name, true)?,
         };
         let room = self.room_at(at).filter(|room| self.label(*room).is_some_and(|(_, label)| label == at));
         let Point { x, y, .. } = self.drawing.from_image(at);

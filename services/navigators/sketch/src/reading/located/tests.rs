@@ -165,6 +165,18 @@ fn a_name_comes_before_a_relation() {
     assert_eq!(found, Located { at: [750.0, 510.0], room: None });
 }
 
+/// `send goal the room left of thare` used to suggest the task "there", whose name is no place, and refused it in turn.
+#[test]
+fn a_task_is_only_suggested_where_it_can_be_meant() {
+    let flat = flat();
+    let error = |goal: &str| ImageTask::named(goal, &mission("kitchen"), &flat).unwrap_err().to_string();
+    assert!(error("thare").ends_with("; did you mean the task \"there\"?"), "{}", error("thare"));
+    for goal in ["the room left of thare", "the room left of there", "the room between bath and thare"] {
+        let error = error(goal);
+        assert!(error.ends_with("; there are Bath, coffee machine, kitchen, lounge, store"), "{error}");
+    }
+}
+
 #[test]
 fn a_person_is_told_the_name_of_the_room() {
     let flat = flat();

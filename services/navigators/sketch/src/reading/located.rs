@@ -18,17 +18,6 @@ use sketchnav_schemas::codes::FREE;
 
 /// Maximum number of rooms in an error.
 const MOST_LISTED: usize = 6;
-/// The directions of [`DrawnRooms`], as seen on the sheet.
-const DIRECTIONS: [&str; crate::rooms::DIRECTIONS] = [
-    "right of",
-    "above right of",
-    "above",
-    "above left of",
-    "left of",
-    "below left of",
-    "below",
-    "below right of",
-];
 
 /// A place that words refer to.
 #[derive(Debug, Clone, PartialEq)]
@@ -138,7 +127,7 @@ impl<'a> Atlas<'a> {
         let found = match relation {
             Relation::Beside(side, of) => {
                 let thing = self.thing(what, of)?;
-                let found = self.rooms().beside(&thing, direction(*side));
+                let found = self.rooms().beside(&thing, *side as usize);
                 if found.is_empty() {
                     return Err(self.none(what, relation, self.around(&thing, of)));
                 }
@@ -190,9 +179,9 @@ impl<'a> Atlas<'a> {
 
     /// Lists the nearest room in each direction of something.
     fn around(&self, thing: &Thing, of: &Reference) -> String {
-        let beside = DIRECTIONS.iter().enumerate().map(|(direction, words)| {
-            let there = self.rooms().beside(thing, direction);
-            (!there.is_empty()).then(|| format!("{words} {of} {}", self.listed(there.into_iter())))
+        let beside = Side::ALL.iter().map(|side| {
+            let there = self.rooms().beside(thing, *side as usize);
+            (!there.is_empty()).then(|| format!("{} {of} {}", side.words(), self.listed(there.into_iter())))
         });
         beside.flatten().collect::<Vec<_>>().join("; ")
     }
@@ -206,16 +195,6 @@ impl<'a> Atlas<'a> {
             format!("{name} at ({x:.0}, {y:.0})")
         });
         words.collect::<Vec<_>>().join(", ") + more
-    }
-}
-
-/// Returns the direction of a side, as an index of [`DIRECTIONS`].
-const fn direction(side: Side) -> usize {
-    match side {
-        Side::Right => 0,
-        Side::Above => 2,
-        Side::Left => 4,
-        Side::Below => 6,
     }
 }
 

@@ -3,7 +3,7 @@
 //! ```text
 //! reference = [the] room relation | name
 //! relation  = side reference | nearest to reference | between reference and reference
-//! side      = [to the] left of | [to the] right of | above | below
+//! side      = [to the] left of | [to the] right of | above | below | above left of | above right of | below left of | below right of
 //! ```
 //!
 //! A name may be put in quotes, and must be if it contains the word "and" and stands between the words "between" and "and".
@@ -30,17 +30,25 @@ pub enum Relation {
     Between(Reference, Reference),
 }
 
-/// A side of a place, as one sees it on the sheet.
+/// A side of a place, as one sees it on the sheet, counter-clockwise from the right.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {
-    /// To the left.
-    Left,
     /// To the right.
     Right,
+    /// Farther up, and to the right.
+    AboveRight,
     /// Farther up.
     Above,
+    /// Farther up, and to the left.
+    AboveLeft,
+    /// To the left.
+    Left,
+    /// Farther down, and to the left.
+    BelowLeft,
     /// Farther down.
     Below,
+    /// Farther down, and to the right.
+    BelowRight,
 }
 
 /// The reason why a relation cannot be understood.
@@ -78,10 +86,14 @@ pub enum ReferenceError {
     },
 }
 
-/// The words of each relation, longer ones before those that they end with.
-const SIDES: [(&[&str], Side); 6] = [
+/// The words of each relation, longer ones before those that they begin with.
+const SIDES: [(&[&str], Side); 10] = [
     (&["to", "the", "left", "of"], Side::Left),
     (&["to", "the", "right", "of"], Side::Right),
+    (&["above", "left", "of"], Side::AboveLeft),
+    (&["above", "right", "of"], Side::AboveRight),
+    (&["below", "left", "of"], Side::BelowLeft),
+    (&["below", "right", "of"], Side::BelowRight),
     (&["left", "of"], Side::Left),
     (&["right", "of"], Side::Right),
     (&["above"], Side::Above),
@@ -97,13 +109,29 @@ const MAX_WORDS: usize = 200;
 const QUOTES: [char; 2] = ['"', '\''];
 
 impl Side {
+    /// All sides, in the order of the directions of [`DrawnRooms`](crate::rooms::DrawnRooms).
+    pub const ALL: [Self; crate::rooms::DIRECTIONS] = [
+        Self::Right,
+        Self::AboveRight,
+        Self::Above,
+        Self::AboveLeft,
+        Self::Left,
+        Self::BelowLeft,
+        Self::Below,
+        Self::BelowRight,
+    ];
+
     /// Returns the words of the relation.
     pub const fn words(self) -> &'static str {
         match self {
-            Self::Left => "left of",
             Self::Right => "right of",
+            Self::AboveRight => "above right of",
             Self::Above => "above",
+            Self::AboveLeft => "above left of",
+            Self::Left => "left of",
+            Self::BelowLeft => "below left of",
             Self::Below => "below",
+            Self::BelowRight => "below right of",
         }
     }
 }
@@ -230,7 +258,10 @@ impl fmt::Display for Reference {
 /// Returns true if a name without quotes would be understood as something else.
 fn needs_quotes(name: &str) -> bool {
     let is_name = || Reference::parse(name).is_ok_and(|read| read == Reference::Name(name.to_owned()));
-    name.split(' ').any(|word| word.eq_ignore_ascii_case(AND[0])) || !is_name()
+    let words: Vec<&str> = name.split(' ').collect();
+    // After "above", the name "left of the stairs" would be part of the side.
+    let continues_side = || ["left", "right"].iter().any(|side| after(&words, &[side, "of"]).is_some());
+    words.iter().any(|word| word.eq_ignore_ascii_case(AND[0])) || continues_side() || !is_name()
 }
 
 impl fmt::Display for Relation {
@@ -266,6 +297,11 @@ mod tests {
             ("the room left of the kitchen", room(Relation::Beside(Side::Left, name("the kitchen")))),
             (" The  ROOM to the left of Office  3 ", room(Relation::Beside(Side::Left, name("Office 3")))),
             ("room above stairs", room(Relation::Beside(Side::Above, name("stairs")))),
+            (
+                "the room above left of the stairs",
+                room(Relation::Beside(Side::AboveLeft, name("the stairs"))),
+            ),
+            ("room Below Right of Bath", room(Relation::Beside(Side::BelowRight, name("Bath")))),
             ("the room nearest to the bath", room(Relation::Nearest(name("the bath")))),
             ("the room between kitchen and bath", room(Relation::Between(name("kitchen"), name("bath")))),
             (
@@ -333,6 +369,7 @@ mod tests {
             Just("the"),
             Just("room"),
             Just("left"),
+            Just("above"),
             Just("of"),
             Just("and"),
             Just("between"),
@@ -345,7 +382,7 @@ mod tests {
         ];
         let names = prop::collection::vec(word, 1..5).prop_map(|words| Reference::Name(words.join(" ")));
         names.prop_recursive(3, 8, 2, |inner| {
-            let side = prop_oneof![Just(Side::Left), Just(Side::Right), Just(Side::Above), Just(Side::Below)];
+            let side = prop::sample::select(&Side::ALL[..]);
             prop_oneof![
                 (side, inner.clone()).prop_map(|(side, of)| room(Relation::Beside(side, of))),
                 inner.clone().prop_map(|to| room(Relation::Nearest(to))),
@@ -364,7 +401,7 @@ mod tests {
         }
 
         #[test]
-        fn any_text_is_a_reference_or_refused(text in "(the |room |left of |between |and |\"|'|[a-z ü]){0,12}") {
+        fn any_text_is_a_reference_or_refused(text in "(the |room |left of |above |between |and |\"|'|[a-z ü]){0,12}") {
             if let Ok(reference) = Reference::parse(&text) {
                 prop_assert_eq!(Reference::parse(&reference.to_string()), Ok(reference));
             }

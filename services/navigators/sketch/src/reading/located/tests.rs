@@ -86,6 +86,8 @@ fn a_room_with_a_name_is_called_by_it_and_driven_to_as_by_its_name() {
         ("the room nearest to the store", "lounge", [300.0, 580.0]),
         ("the room above the room below the kitchen", "", [0.0; 2]),
         ("the room above the coffee machine", "Bath", [750.0, 230.0]),
+        // Errors listed the rooms in diagonal directions, but nobody could ask for them.
+        ("the room above right of the lounge", "Bath", [750.0, 230.0]),
         ("the room left of the room right of the lounge", "", [0.0; 2]),
     ] {
         match found(&flat, goal) {
@@ -103,7 +105,10 @@ fn a_room_with_a_name_is_called_by_it_and_driven_to_as_by_its_name() {
 
 #[test]
 fn several_rooms_are_listed_and_none_is_chosen() {
-    let error = found(&flat(), "the room right of the lounge").unwrap_err();
+    let flat = flat();
+    let error = found(&flat, "the room above left of the store").unwrap_err();
+    assert!(error.contains("expected one room above left of the store in flat.json, found \"kitchen\" at (200, 180), a room at (475, 227)"), "{error}");
+    let error = found(&flat, "the room right of the lounge").unwrap_err();
     assert!(
         error.starts_with("task 1 (there).goal: expected one room right of the lounge in flat.json, found ")
             && error.contains("\"store\" at (700, 640)")

@@ -261,7 +261,7 @@ async function main() {
 
   const phone = await browser.newContext({ viewport: { width: 390, height: 844 }, deviceScaleFactor: 2, isMobile: true, hasTouch: true, acceptDownloads: true });
   const watcher = await visit(phone);
-  await says(watcher.page, "link-role", "You watch");
+  await says(watcher.page, "link-role", "You draw");
   assert.deepEqual(JSON.parse(await watcher.hand.saved()).strokes, JSON.parse(await hand.saved()).strokes, "the watcher's drawing");
   assert.equal(await isOn(watcher.page, "execute"), false, "who watches does not drive");
   await fingersOnAPhone(watcher);

@@ -11,7 +11,7 @@ import { Link, pauseMs } from "../../services/pad/page/link.js";
 import { LANDSCAPE, blank, withGoal, withStroke } from "../../services/pad/page/model.js";
 import { warnings } from "../../services/pad/page/panel.js";
 import { merged } from "../../services/pad/page/settings.js";
-import { advice, enabled, headline, isAsked, meant, seconds, stages, taskWords, tooMuch, wheelNews } from "../../services/pad/page/states.js";
+import { advice, enabled, headline, isAsked, meant, role, seconds, stages, taskWords, tooMuch, wheelNews } from "../../services/pad/page/states.js";
 import { fitted, held, onScreen, onSheet, panned, zoomed } from "../../services/pad/page/view.js";
 
 const feed = (state, ...allowed) => ({ state, allowed, ready: true });
@@ -43,6 +43,15 @@ test("a page that asked for the wheel hears what became of it", () => {
   assert.equal(wheelNews(asks, { ...feed("driving"), drives: true }), "You drive.");
   assert.match(wheelNews(asks, { ...feed("driving"), drives: false }), /keeps the wheel/);
   assert.match(advice(page({ drives: false, feed: asks })), /asked for the wheel/);
+});
+
+test("whoever may draw but does not drive is not called a watcher", () => {
+  const words = [{ up: false }, { up: true, drives: true, draws: true }, { up: true, draws: true }, { up: true }].map(role);
+  assert.deepEqual(words, ["Not connected", "You drive", "You draw", "You watch"]);
+  const other = (more) => advice(page({ drives: false, feed: feed("sketch"), ...more }));
+  assert.deepEqual([{ draws: true, together: true }, { draws: true }, {}].map(other), [
+    "You draw with the others. Another page drives.", "Another page drives.", "Another page drives; this one watches.",
+  ]);
 });
 
 test("every state has a headline and advice", () => {

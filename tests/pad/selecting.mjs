@@ -495,7 +495,7 @@ async function sendsWhatWasChanged(me) {
   const drawing = await me.drawing();
   const context = await browser.newContext({ acceptDownloads: true });
   const other = await visit(context);
-  await other.page.waitForFunction(() => document.getElementById("link-role").textContent === "You watch");
+  await other.page.waitForFunction(() => document.getElementById("link-role").textContent === "You draw");
   assert.deepEqual(await other.drawing(), drawing, "the other page");
   await context.close();
   assert.deepEqual([drawing.pad.groups.length, drawing.start.heading_deg, drawing.goals[0].name], [1, -15, "door"]);

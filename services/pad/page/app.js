@@ -292,7 +292,7 @@ function refresh() {
   showWheel({ up: link.up, drives, study: Boolean(robot.hello?.study), feed: robot.feed }, say);
   show({
     up: link.up, refusal: link.refusal, latencyMs: link.latencyMs, drives,
-    watches: robot.hello?.mode === "watches", busy: robot.busy, feed: robot.feed, seen: robot.hello !== null,
+    watches: robot.hello?.mode === "watches", draws: robot.hello?.mode === "draws" && !robot.hello.study, busy: robot.busy, feed: robot.feed, seen: robot.hello !== null,
     practising, questions: study.hasQuestions(robot.feed),
     learned: learned(),
     together: together.isInside,

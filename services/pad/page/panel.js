@@ -2,7 +2,7 @@
 // does not repeat it.
 
 import { showLearned } from "./learned.js";
-import { advice, enabled, headline, isAsked, metres, seconds, speed, stages, taskWords } from "./states.js";
+import { advice, enabled, headline, isAsked, metres, role, seconds, speed, stages, taskWords } from "./states.js";
 
 const at = (id) => document.getElementById(id);
 const BUTTONS = {
@@ -14,7 +14,7 @@ function write(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
-/** Shows `state`: `{ up, drives, watches, busy, feed, map, path, learned, latencyMs, silentS }`. */
+/** Shows `state`: `{ up, drives, watches, draws, busy, feed, map, path, learned, latencyMs, silentS }`. */
 export function show(state) {
   const { feed } = state;
   document.body.classList.toggle("robot", Boolean(feed?.pose));
@@ -58,10 +58,10 @@ function showQuestion(feed) {
   }));
 }
 
-function showLink({ up, drives, latencyMs }) {
+function showLink({ up, drives, draws, latencyMs }) {
   at("link").dataset.up = String(up);
   at("link").dataset.drives = String(drives);
-  write(at("link-role"), up ? (drives ? "You drive" : "You watch") : "Not connected");
+  write(at("link-role"), role({ up, drives, draws }));
   write(at("link-latency"), latencyMs === null ? "" : `${latencyMs < 10 ? latencyMs.toFixed(1) : Math.round(latencyMs)} ms`);
 }
 

@@ -58,8 +58,11 @@ export function meant(question, at, near) {
   return nearest && off(nearest) <= near ? nearest.at : at;
 }
 
+/** Who this page is for the robot, in two words. */
+export const role = ({ up, drives, draws }) => (!up ? "Not connected" : drives ? "You drive" : draws ? "You draw" : "You watch");
+
 /** What to do next, in one sentence. */
-export function advice({ up, refusal, drives, watches, practising, questions, feed, map, path, learned, together }) {
+export function advice({ up, refusal, drives, watches, draws, practising, questions, feed, map, path, learned, together }) {
   if (!up && refusal) return `The robot refuses this page: ${refusal}.`;
   if (!up) return "The page will reconnect by itself. The drawing is kept.";
   if (!feed || !feed.ready) return "The navigation is getting ready.";
@@ -69,7 +72,8 @@ export function advice({ up, refusal, drives, watches, practising, questions, fe
   if (watches && !feed.asks) return ["The tasks come from a mission file.", ...(feed.resolved ?? []).map((goal) => `${goal}.`)].join(" ");
   if (!drives && feed.wheel) return "No page drives. Take the wheel to drive from this one.";
   if (!drives && feed.asks) return "The page that drives has been asked for the wheel.";
-  if (!drives) return together ? "You draw with the others. Another page drives." : "Another page drives; this one watches.";
+  if (!drives && together) return "You draw with the others. Another page drives.";
+  if (!drives) return draws ? "Another page drives." : "Another page drives; this one watches.";
   const words = {
     "no-sketch": map ? "Send the map." : "Draw the walls of the place, then send the map.",
     sketch: path ? "Send the path." : learned?.accepted ? "Tap goals. The robot finds out where it is." : "Draw the path from where the robot stands, or tap goals and mark the start. Without a mark, the robot has to find out where it is.",

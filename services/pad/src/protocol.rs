@@ -166,7 +166,7 @@ impl Refusal {
 
     /// A request that only the driver may make.
     pub fn watches() -> Self {
-        Self::Forbidden("another page drives; this one watches".into())
+        Self::Forbidden("another page drives; ask for the wheel first".into())
     }
 
     /// The bridge has ended.

@@ -22,7 +22,7 @@ import { onQuestion, say, show, showDoubts, showFigures } from "./panel.js";
 import { Pointers, listen } from "./pointer.js";
 import { keep, load } from "./settings.js";
 import { Shelf } from "./shelf.js";
-import { isAsked, meant, tooMuch } from "./states.js";
+import { isAsked, meant, missing, tooMuch } from "./states.js";
 import { Study } from "./study.js";
 import { toSvg } from "./svg.js";
 import { Together } from "./together.js";
@@ -289,6 +289,7 @@ function refresh() {
   study.refresh(robot.feed);
   people.show();
   const drives = robot.feed?.drives ?? robot.hello?.drives ?? false;
+  const placing = robot.hello?.placing;
   showWheel({ up: link.up, drives, study: Boolean(robot.hello?.study), feed: robot.feed }, say);
   show({
     up: link.up, refusal: link.refusal, latencyMs: link.latencyMs, drives,
@@ -296,6 +297,7 @@ function refresh() {
     practising, questions: study.hasQuestions(robot.feed),
     learned: learned(),
     together: together.isInside,
+    placing, lacks: missing({ placing, drawing, feed: robot.feed, learned: learned() }),
     map: hasMap(drawing) && !practising, path: hasPath(drawing) && !practising,
     silentS: robot.fedAt ? (performance.now() - robot.fedAt) / 1000 : 0,
   });

@@ -14,7 +14,7 @@ function write(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
-/** Shows `state`: `{ up, drives, watches, draws, busy, feed, map, path, learned, latencyMs, silentS }`. */
+/** Shows `state`: `{ up, drives, watches, draws, busy, feed, map, path, placing, lacks, learned, latencyMs, silentS }`. */
 export function show(state) {
   const { feed } = state;
   document.body.classList.toggle("robot", Boolean(feed?.pose));
@@ -23,6 +23,7 @@ export function show(state) {
   document.body.classList.toggle("passenger", state.up && !state.drives);
   const buttons = enabled(state);
   for (const [step, id] of Object.entries(BUTTONS)) at(id).disabled = !buttons[step];
+  at(BUTTONS.path).title = state.lacks ?? "";
   const next = ["sketch", "path", "execute", "restore"].findLast((step) => buttons[step]);
   for (const step of ["sketch", "path", "execute", "restore"]) at(BUTTONS[step]).classList.toggle("next", step === next);
   at("wheel").hidden = !state.up || state.drives || !feed?.wheel;

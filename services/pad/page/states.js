@@ -13,16 +13,30 @@ const STATE_WORDS = {
 };
 
 /**
+ * What has to be marked before the path or the goals of a drawing can be sent, in words; `null` if nothing is missing.
+ *
+ * `placing`: what the navigator needs besides goals (`anywhere`: nothing, `start`, `path`). `learned`: what the robot has learned.
+ */
+export function missing({ placing, drawing, feed, learned }) {
+  if (drawing.route || !drawing.goals.length) return null;
+  if (placing === "path") return "Draw a path from where the robot stands. This robot does not drive to goals.";
+  // Whoever has driven in this drawing is somewhere in it.
+  const isPlaced = !["no-sketch", "sketch"].includes(feed?.state);
+  if (placing !== "start" || drawing.start || learned?.accepted || isPlaced) return null;
+  return "Mark the start: where the robot stands, and its heading. With this method, the robot does not find out where it is.";
+}
+
+/**
  * Which buttons are enabled. Every page may stop the robot; everything else requires the wheel.
  *
  * `up`: the link is up. `drives`: this page has the wheel. `busy`: a request is in progress. `feed`: the last one, or `null`.
- * `map`, `path`: whether the sheet has one.
+ * `map`, `path`: whether the sheet has one. `lacks`: what is missing before the path can be sent, in words, or `null`.
  */
-export function enabled({ up, drives, busy, feed, map, path }) {
+export function enabled({ up, drives, busy, feed, map, path, lacks }) {
   const may = (step) => Boolean(up && drives && feed?.ready && feed.allowed.includes(step));
   return {
     sketch: may("sketch") && map && !busy,
-    path: may("path") && path && !busy,
+    path: may("path") && path && !lacks && !busy,
     execute: may("execute") && !busy,
     abort: Boolean(up && feed?.allowed.includes("abort")),
     restore: may("restore") && !busy,
@@ -61,8 +75,15 @@ export function meant(question, at, near) {
 /** Who this page is for the robot, in two words. */
 export const role = ({ up, drives, draws }) => (!up ? "Not connected" : drives ? "You drive" : draws ? "You draw" : "You watch");
 
-/** What to do next, in one sentence. */
-export function advice({ up, refusal, drives, watches, draws, practising, questions, feed, map, path, learned, together }) {
+/** What to mark in a drawing that was sent, by what the navigator needs. */
+const MARKS = {
+  anywhere: "Draw the path from where the robot stands, or tap goals and mark the start. Without a mark, the robot has to find out where it is.",
+  start: "Draw the path from where the robot stands, or mark the start and tap goals.",
+  path: "Draw the path from where the robot stands.",
+};
+
+/** What to do next, in one or two sentences. */
+export function advice({ up, refusal, drives, watches, draws, practising, questions, feed, map, path, placing, lacks, learned, together }) {
   if (!up && refusal) return `The robot refuses this page: ${refusal}.`;
   if (!up) return "The page will reconnect by itself. The drawing is kept.";
   if (!feed || !feed.ready) return "The navigation is getting ready.";
@@ -74,9 +95,10 @@ export function advice({ up, refusal, drives, watches, draws, practising, questi
   if (!drives && feed.asks) return "The page that drives has been asked for the wheel.";
   if (!drives && together) return "You draw with the others. Another page drives.";
   if (!drives) return draws ? "Another page drives." : "Another page drives; this one watches.";
+  if (lacks && feed.allowed.includes("path")) return lacks;
   const words = {
     "no-sketch": map ? "Send the map." : "Draw the walls of the place, then send the map.",
-    sketch: path ? "Send the path." : learned?.accepted ? "Tap goals. The robot finds out where it is." : "Draw the path from where the robot stands, or tap goals and mark the start. Without a mark, the robot has to find out where it is.",
+    sketch: path ? "Send the path." : learned?.accepted ? "Tap goals. The robot finds out where it is." : MARKS[placing] ?? MARKS.start,
     path: "Press Execute, and the robot drives.",
     driving: "Abort stops the robot at once.",
     aborted: "Restore continues the task. Or draw another path.",

@@ -121,10 +121,18 @@ fn put(folder: &Path, name: &str, bytes: &[u8], own: &mut BTreeSet<String>) -> R
 mod tests {
     use std::os::unix::fs::PermissionsExt;
 
+    use sketchnav_stage::drawn::Placing;
+
     use super::*;
 
     /// A navigator that leaves the mission unchanged.
-    const DRAWN: Drawn = Drawn { blank: |_| Ok(()), walls: |_, _| None, keep: |_, _| Ok(()), lessons: None };
+    const DRAWN: Drawn = Drawn {
+        blank: |_| Ok(()),
+        placing: |_| Placing::Start,
+        walls: |_, _| None,
+        keep: |_, _| Ok(()),
+        lessons: None,
+    };
 
     fn mission() -> Mission {
         Mission::parse(

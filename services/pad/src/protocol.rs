@@ -42,8 +42,9 @@
 //! same name. The drawing is processed only once. If it is still being read, the page waits for the response,
 //! and if there already was a response, it is repeated.
 //!
-//! The first path of a sketch places the robot at its first point, facing along it, or at its `start`, which
-//! is required with goals. A later path leaves the robot where it is, unless it has a `start`.
+//! The first path of a sketch places the robot at its first point, facing along it, or at its `start`. Goals
+//! require a `start` unless the robot finds out where it is (`placing` of the hello). A later path leaves the
+//! robot where it is, unless it has a `start`.
 //!
 //! # WebSocket
 //! `GET /ws?token=…&session=…`, where `session` is that of the last `hello`, so that a page that reconnects
@@ -70,7 +71,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::message::MAX_ROUTE_POINTS;
 use sketchnav_schemas::message::{MAX_DRAWING_BYTES, MAX_DRAWN_POINTS, MAX_TASKS};
-use sketchnav_stage::drawn::{GoalMark, Marks, StartMark};
+use sketchnav_stage::drawn::{GoalMark, Marks, Placing, StartMark};
 
 use crate::study::sitting::View;
 
@@ -515,6 +516,8 @@ pub struct Hello {
     pub robot_radius_m: f64,
     /// The limits.
     pub limits: Limits,
+    /// What has to be marked besides goals, or null if the navigator does not drive by drawings.
+    pub placing: Option<Placing>,
     /// The current drawing as JSON, as it was sent. For a photo, this is
     /// `{"canvas":…,"image":"/api/drawing"}`.
     #[serde(skip)]

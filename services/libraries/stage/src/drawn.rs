@@ -65,11 +65,25 @@ pub trait Frame: Debug + Send + Sync {
     fn to_sketch(&self, image_px: [f64; 2]) -> [f64; 2];
 }
 
+/// What a person has to mark, in addition to goals, before a robot can drive in a new drawing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Placing {
+    /// Nothing, because the robot finds out where it is.
+    Anywhere,
+    /// The start, or a path in place of the goals, which begins where the robot stands.
+    Start,
+    /// A path in place of the goals.
+    Path,
+}
+
 /// Functions for interpreting drawings.
 #[derive(Debug, Clone, Copy)]
 pub struct Drawn {
     /// Removes the drawing and its marks from a mission, because people draw while it runs.
     pub blank: fn(&mut Mission) -> Result<(), StageError>,
+    /// Returns what a person has to mark in a drawing besides goals.
+    pub placing: fn(&Mission) -> Placing,
     /// Returns the walls of a drawing as the sketcher understands them, or `None` if the sketcher rejects the drawing.
     pub walls: fn(&RunConfig, &[u8]) -> Option<Walls>,
     /// Writes the drawing and its marks into a mission, so that the mission can be driven without a page.

@@ -11,7 +11,7 @@ use sketchnav_schemas::message::Text;
 use sketchnav_schemas::mission::{Mission, NavigatorChoice, Place, Task};
 use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::run::RunConfig;
-use sketchnav_stage::drawn::{Drawn, Kept, Marks};
+use sketchnav_stage::drawn::{Drawn, Kept, Marks, Placing};
 use sketchnav_stage::lookout::Walls;
 use sketchnav_stage::{Incoming, Outbox, Stage, StageError};
 
@@ -25,7 +25,7 @@ use crate::sketch::check_objects;
 use crate::sketcher::{Announced, extraction_of};
 
 /// The functions that the pad calls to show and save drawings for this navigator.
-pub const DRAWN: Drawn = Drawn { blank, walls, keep, lessons: None };
+pub const DRAWN: Drawn = Drawn { blank, placing: |_| Placing::Path, walls, keep, lessons: None };
 
 /// File name in the mission that stands for a drawing sent by a person.
 const NAME: &str = "the drawing";

@@ -9,17 +9,23 @@ use sketchnav_schemas::geometry::Point;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::StageError;
-use sketchnav_stage::drawn::{Drawn, Kept, Lessons, Marks};
+use sketchnav_stage::drawn::{Drawn, Kept, Lessons, Marks, Placing};
 use sketchnav_stage::lookout::Walls;
 
+use crate::messages::Origin;
 use crate::reading::{self, Options, Settings, desk, route_heading_rad};
 
 /// Time limit for a task, in seconds of simulation time.
 const TIME_LIMIT_S: f64 = 1800.0;
 
 /// The functions that the pad uses to show and save drawings for this navigator.
-pub const DRAWN: Drawn =
-    Drawn { blank, walls, keep, lessons: Some(Lessons { begin: learned::begin, show: learned::show }) };
+pub const DRAWN: Drawn = Drawn {
+    blank,
+    placing,
+    walls,
+    keep,
+    lessons: Some(Lessons { begin: learned::begin, show: learned::show }),
+};
 
 /// Reads the walls with the sketcher's own code, so that the page shows exactly what the sketcher would read. Returns `None` if
 /// the drawing cannot be read.
@@ -42,6 +48,13 @@ fn blank(mission: &mut Mission) -> Result<(), StageError> {
     };
     blank.write_to(mission);
     Ok(())
+}
+
+/// Returns what places the robot in a hand drawing. If a person sends the picture of a surveyed map instead, only the sketcher
+/// notices, and a start may be needed after all.
+fn placing(mission: &Mission) -> Placing {
+    let finds_start = |mission: SketchMission| mission.method_in(Origin::Drawn).finds_start();
+    if SketchMission::of(mission).is_ok_and(finds_start) { Placing::Anywhere } else { Placing::Start }
 }
 
 fn keep(mission: &mut Mission, kept: &Kept<'_>) -> Result<(), StageError> {
@@ -129,6 +142,20 @@ mod tests {
         assert_eq!((read.start, read.start_heading_deg), (Some([100.0, 300.0]), None));
         assert_eq!(read.tasks[0].aim.route().unwrap().len(), 3);
         assert!(mission.task[0].there.is_unknown());
+    }
+
+    #[test]
+    fn only_methods_that_find_the_start_need_no_mark() {
+        for (method, expected) in
+            [(None, Placing::Anywhere), (Some("outline"), Placing::Anywhere), (Some("beam"), Placing::Start)]
+        {
+            let mut mission = mission();
+            if let Some(method) = method {
+                mission.navigator.given.insert("method".into(), method.into());
+            }
+            blank(&mut mission).unwrap();
+            assert_eq!(placing(&mission), expected, "{method:?}");
+        }
     }
 
     #[test]

@@ -140,6 +140,7 @@ impl Bridge<'_> {
             mission: self.run.mission.name.clone(),
             robot_radius_m: self.run.robot.radius_m,
             limits: Limits::new(self.sessions.limit_s()),
+            placing: self.drawn.map(|drawn| (drawn.placing)(&self.run.mission)),
             drawing,
             path: memory.path.as_ref().map(|path| path.body.clone()),
             walls: self.walls,

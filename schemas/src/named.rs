@@ -75,7 +75,7 @@ mod tests {
              start = { world = [0, 0], world_heading_deg = 0 }\n\
              [[task]]\nname = 'Coffee'\ngoal = 'kitchen'\n[[task]]\nname = 'hall'\ngoal = [1, 2]\n\
              [[task]]\nname = 'office'\ngoal = 'office 3'\n[[task]]\nname = 'washing up'\ngoal = 'Kitchen'\n\
-             [[task]]\nname = 'home'\ngoal = 'hall'\n";
+             [[task]]\nname = 'home'\ngoal = 'hall'\n[[task]]\nname = 'tea'\ngoal = 'Cüche'\n";
         let mission = Mission::parse(mission).unwrap();
         task(&mission, name).map_err(|error| error.to_string())
     }
@@ -84,6 +84,7 @@ mod tests {
     fn a_task_is_found_by_its_name_or_by_its_goal() {
         assert_eq!(index("coffee"), Ok(0));
         assert_eq!(index(" Office  3 "), Ok(2));
+        assert_eq!(index("cu\u{308}che"), Ok(5), "with a combining mark");
         assert_eq!(index("hall"), Ok(1), "the task of this name precedes the one that leads there");
     }
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
-use sketchnav_schemas::nearest::nearest;
+use sketchnav_schemas::nearest::{folded, nearest};
 
 use crate::drawn::DrawnMetres;
 use crate::error::{Error, LandmarksError};
@@ -131,7 +131,7 @@ impl Instructions {
 fn marked(markers: &BTreeMap<String, Vec<u32>>, names: &[&str]) -> Result<Vec<Marked>, Error> {
     let mut all = Vec::new();
     for (label, numbers) in markers {
-        let has_label = |(_, name): &(usize, &&str)| **name == label;
+        let has_label = |(_, name): &(usize, &&str)| folded(name) == folded(label);
         let mut found = names.iter().enumerate().filter(has_label).map(|(i, _)| i);
         let (first, others) = (found.next(), found.count());
         let Some(landmark) = first.filter(|_| others == 0) else {
@@ -152,10 +152,11 @@ mod tests {
 
     #[test]
     fn labels_name_one_object_each() {
-        let names = ["desk", "tree", "tree"];
+        let names = ["desk", "tree", "tree", "büro"];
         let of = |label: &str| marked(&BTreeMap::from([(label.to_owned(), vec![8, 3])]), &names);
         let on_desk = |marker| Marked { marker, landmark: 0 };
         assert_eq!(of("desk").unwrap(), [on_desk(3), on_desk(8)]);
+        assert_eq!(of("Bu\u{308}ro").unwrap().len(), 2, "with a combining mark");
         for (label, words) in [
             ("desc", "found 0; did you mean \"desk\"?"),
             (

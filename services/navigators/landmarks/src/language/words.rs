@@ -1,6 +1,6 @@
 //! Splits a text into words, keeping their positions for error messages.
 
-use sketchnav_schemas::nearest::nearest;
+use sketchnav_schemas::nearest::{composed, nearest};
 
 use crate::error::{Error, WordPlace};
 
@@ -21,10 +21,10 @@ pub(super) struct Words {
 }
 
 impl Words {
-    /// Splits a text into words. A `#` at the start of a word begins a comment, unless a digit follows.
+    /// Splits a text into words with composed letters. A `#` at the start of a word begins a comment, unless a digit follows.
     pub fn of(text: &str) -> Result<Self, Error> {
         let mut tokens = Vec::new();
-        for (i, line) in text.lines().enumerate() {
+        for (i, line) in composed(text).lines().enumerate() {
             split(line, i + 1, &mut tokens)?;
         }
         Ok(Self { tokens, next: 0 })

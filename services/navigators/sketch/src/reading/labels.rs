@@ -4,7 +4,7 @@
 //! and these over texts, so that a mission can always resolve what a drawing leaves open.
 
 use serde::{Deserialize, Serialize};
-use sketchnav_schemas::nearest::{folded, nearest_name};
+use sketchnav_schemas::nearest::{composed, folded, nearest_name};
 
 use super::drawn_map::DrawnMap;
 use super::error::SketchError;
@@ -35,9 +35,9 @@ impl Label {
     }
 }
 
-/// Returns a text with single spaces between its words, or `None` if it is empty, too long for a name or has control characters.
+/// Returns a text with composed letters and single spaces between its words, or `None` if it is empty, too long for a name or has control characters.
 pub(crate) fn tidied(text: &str) -> Option<String> {
-    let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let words = composed(&text.split_whitespace().collect::<Vec<_>>().join(" "));
     let is_name = (1..=MOST_CHARACTERS).contains(&words.chars().count()) && !words.contains(char::is_control);
     is_name.then_some(words)
 }
@@ -211,6 +211,17 @@ mod tests {
         assert!(drawing.cells == without.cells, "a name is no wall");
         assert_eq!(goal(&drawing, "kitchen", ""), [700.0, 200.0]);
         assert_eq!(goal(&drawing, " dining Room", ""), [300.0, 200.0]);
+        // An umlaut may be one character or two, on the drawing and in the mission.
+        let umlauts = ["Büro", "Bu\u{308}ro"];
+        for written in umlauts {
+            let drawing = super::tests::drawing(json!([{ "text": written, "at": [700, 200] }]));
+            assert_eq!(drawing.labels[0].text, "Büro");
+            for name in umlauts {
+                assert_eq!(goal(&drawing, name, ""), [700.0, 200.0]);
+                let places = format!("places = {{ '{written}' = [300, 200] }}");
+                assert_eq!(goal(&drawing, name, &places), [300.0, 200.0]);
+            }
+        }
         let places = placed(&drawing, "kitchen", "").unwrap();
         assert_eq!(places.tasks[0].name, "coffee");
     }

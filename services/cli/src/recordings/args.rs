@@ -70,7 +70,7 @@ pub enum Tool {
     /// Learn from a drive by a drawing: the map of what the robot saw, the goals in it, and how it corresponds to the drawing. The
     /// next drive starts from it with `run --learned`.
     #[command(
-        after_help = "Exit codes: 0 done (also if the recording is cut off), 2 bad input, 3 anything else.\nExample: sketchnav learn out/building-a-001 -o building.learned --svg corrected.svg\nExample: sketchnav run sim/missions/building/building-a.toml --learned building.learned"
+        after_help = "Exit codes: 0 done (also if the recording is still being written), 2 bad input, 3 anything else.\nExample: sketchnav learn out/building-a-001 -o building.learned --svg corrected.svg\nExample: sketchnav run sim/missions/building/building-a.toml --learned building.learned"
     )]
     Learn {
         /// The recording, or the folder of a run.

@@ -7,6 +7,7 @@ use sketchnav_navigators::read_from;
 use sketchnav_recordings::Recording;
 use sketchnav_recordings::replay::replay;
 use sketchnav_recordings::sources::RecordedRun;
+use sketchnav_schemas::say;
 use sketchnav_sketch::learned::{CELL_M, Learned, map_server, of_drive, svg};
 use sketchnav_sketch::mission::KIND;
 use sketchnav_sketch::reading::DrawnMap;
@@ -27,7 +28,11 @@ pub fn learn(whole: &Whole, options: &LearnOptions) -> Result<Outcome, Failure> 
     refuse_outputs(whole, [Some(&output), picture.as_ref(), yaml.as_ref(), options.svg.as_ref()])?;
     let recording = super::open(whole.path())?;
     if recording.index().or_input()?.is_cut_off() {
-        super::tell_cut_off(whole.name().display());
+        // The drive may go on: this is no damage.
+        say!(
+            "notice: {} is still being written, or its recorder was killed; the map covers everything up to the last message",
+            whole.name().display()
+        );
     }
     let (learned, drawing) = of(&recording).with_context(|| whole.name().display().to_string()).or_input()?;
     write(&output, &learned.to_bytes())?;

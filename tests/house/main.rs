@@ -4,4 +4,5 @@ mod docs;
 mod ecosystem;
 mod graph;
 mod python_package;
+mod robot_file;
 mod rules;

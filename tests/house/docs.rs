@@ -231,6 +231,30 @@ fn a_wrong_command_a_wrong_link_and_a_wrong_anchor_are_found() {
     assert_eq!(follow(&readme, "ARCHITECTURE.md#where-we-leave-the-papers"), None);
 }
 
+/// Some pages once built optional features with `cargo build`, others with `cargo run` or `cargo install`, and readers wondered
+/// whether the programs differed.
+#[test]
+fn optional_features_are_built_in_one_way_on_all_pages() {
+    let building = pattern(r"cargo (build|check|install|run)\b[^`#]* --features");
+    let (mut findings, mut count) = (Findings::default(), 0);
+    for page in pages::all().into_iter().filter(|page| page.name() != CHANGES) {
+        for (number, line, _) in page.lines() {
+            for found in building.captures_iter(line) {
+                count += 1;
+                if &found[1] != "build" {
+                    findings.add(
+                        &page,
+                        number,
+                        format!("{}: expected `cargo build --features …`", &found[0]),
+                    );
+                }
+            }
+        }
+    }
+    assert!(count >= 4, "the test sees what is there: {count}");
+    findings.are_none();
+}
+
 #[test]
 fn every_command_is_documented() {
     let page = Page::of("docs/commands.md");

@@ -21,6 +21,7 @@ mod frame;
 mod learner;
 mod merge;
 mod place;
+mod upright;
 mod warp;
 
 use serde::{Deserialize, Serialize};

@@ -171,6 +171,65 @@ fn the_corrected_drawing_shows_what_was_not_seen_as_drawn() {
     assert!(svg(&named, &drawing).contains("a &lt;b&gt; &amp; c"));
 }
 
+/// The picture used to lie as the robot's first heading had it, with the names of goals only.
+#[test]
+fn the_corrected_drawing_lies_like_the_drawing_and_has_its_names() {
+    let strokes = r#"{"canvas":[900,300],"strokes":[
+        {"points":[[20,20],[880,20],[880,280],[20,280],[20,20]]},{"points":[[425,20],[425,280]]}],
+        "labels":[{"text":"Kitchen & bar","at":[150,220]},{"text":"Corner","at":[350,250]},{"text":"Tea","at":[305,100]}]}"#;
+    let drawing = read(strokes.as_bytes(), "a.json", &Options::default()).unwrap();
+    // In the drawing, the robot began to drive upwards, or to the left.
+    for (quarters, heading_deg) in [(0, 0.0), (1, 90.0), (2, 180.0)] {
+        let turned = |[column, row, x, y]: [f64; 4]| {
+            let [x, y] = [[x, y], [y, -x], [-x, -y]][quarters];
+            [column, row, x, y]
+        };
+        let map = turned_map(&room().map, quarters);
+        let pairs = room().pairs.into_iter().map(turned).collect();
+        let goals = vec![Goal { at_m: None, ..room().goals[0].clone() }];
+        let picture = svg(&Learned { map, pairs, goals, ..room() }, &drawing);
+        let (_, rest) = picture.split_once("<g transform=\"rotate(").unwrap();
+        let (degrees, _) = rest.split_once(')').unwrap();
+        let off = degrees.parse::<f64>().unwrap() + heading_deg;
+        assert!((off - 360.0 * (off / 360.0).round()).abs() < 0.2, "{degrees}");
+        // Wider than high, like the drawing.
+        let (_, size) = picture.split_once("viewBox=\"").unwrap();
+        let size: Vec<f64> =
+            size.split_once('"').unwrap().0.split(' ').map(|number| number.parse().unwrap()).collect();
+        assert!(size[2] > 2.0 * size[3], "{size:?}");
+        let at = |words: &str| {
+            let line = picture.lines().find(|line| line.contains(words)).unwrap();
+            let number =
+                |key: &str| line.split_once(key).unwrap().1.split_once('"').unwrap().0.parse::<f64>();
+            [number(" x=\"").unwrap(), number(" y=\"").unwrap()]
+        };
+        let [name, goal] = [at(">Kitchen &amp; bar</text>"), at(">corner</text>")];
+        // The name is 1.5 m to the left of the goal and 1.2 m below it.
+        assert!(
+            (goal[0] - 10.0 - name[0] - 30.0).abs() < 1.5 && (name[1] - goal[1] - 24.0).abs() < 1.5,
+            "{name:?} {goal:?}"
+        );
+        // At the goal, which it must not cover.
+        let tea = at(">Tea</text>");
+        assert!(
+            (goal[1] - tea[1] - 16.0).abs() < 0.2 && (goal[0] - 10.0 - tea[0]).abs() < 2.0,
+            "{tea:?} {goal:?}"
+        );
+        assert!(!picture.contains(">Corner<"), "the goal has this name already");
+    }
+}
+
+/// Turns a map clockwise by quarters of a full turn about its origin.
+fn turned_map(map: &LearnedMap, quarters: usize) -> LearnedMap {
+    (0..quarters).fold(map.clone(), |map, _| {
+        let (width, height) = (map.width, map.height());
+        let cell = |index: usize| map.cells[index % height * width + width - 1 - index / height];
+        // x of the new map is y of the old one, and y of the new map is −x of the old one.
+        let origin_m = [map.origin_m[1], -(map.origin_m[0] + width as f64 * CELL_M)];
+        LearnedMap { origin_m, width: height, cells: (0..width * height).map(cell).collect() }
+    })
+}
+
 fn cell() -> impl Strategy<Value = Cell> {
     prop_oneof![Just(Cell::Unknown), Just(Cell::Free), Just(Cell::Occupied)]
 }

@@ -175,6 +175,138 @@ fn a_recording_that_ends_on_the_way_teaches_what_was_seen_until_then() {
     assert!(learning.learned().unwrap().0 == read(&place, "cut.learned"));
 }
 
+/// Drives two drawings of the building, each through another part of it, and learns from both. The second drive begins in a room in
+/// which the first one ended, but in another direction, and names its goals.
+fn learned_by_two_drawings() -> Place {
+    let place = Place::new();
+    building::write(&place.files().join("a.toml"), keep_tasks);
+    building::write_of("building-b.toml", &place.files().join("b.toml"), |mission| {
+        mission["start"]["world"] = vec![14.0, 10.6].into();
+        mission["start"]["world_heading_deg"] = 180.0.into();
+        mission["navigator"]["start"] = vec![1162, 318].into();
+        mission["navigator"]["start_heading_deg"] = 180.0.into();
+        let tasks = mission["task"].as_array_mut().unwrap();
+        *tasks = tasks[3..6].to_vec();
+        for (task, name) in tasks.iter_mut().zip(["kitchen", "print room", "office of the director"]) {
+            task.as_table_mut().unwrap().insert("name".into(), name.into());
+        }
+    });
+    for name in ["a", "b"] {
+        let recording = place.driven(&format!("{name}.toml"));
+        place.fine(&format!("learn {recording} -o {name}.learned"));
+        fs::rename(place.files().join(recording), place.files().join(format!("{name}.mcap"))).unwrap();
+    }
+    place
+}
+
+#[test]
+fn what_was_learned_by_another_drawing_is_added() {
+    let place = learned_by_two_drawings();
+    let report = place.fine("learn a.learned --with b.learned -o both.learned --json").json();
+    let merged = &report["merged"][0];
+    let near = |key: &str, expected: f64, within: f64| {
+        let found = merged["motion"][key].as_f64().unwrap();
+        assert!((found - expected).abs() < within, "{report:#}");
+    };
+    // The true starts of the two drives.
+    near("x_m", 14.0 - 2.0, 0.3);
+    near("y_m", 10.6 - 6.95, 0.3);
+    assert!((merged["motion"]["yaw_deg"].as_f64().unwrap().abs() - 180.0).abs() < 1.5, "{report:#}");
+    assert_eq!(merged["drawing"], "sketch-b.json");
+    let names = ["kitchen", "print room", "office of the director"];
+    assert_eq!(merged["added_goals"].as_array().unwrap().as_slice(), names, "{report:#}");
+    assert!(merged["added_floor_m2"].as_f64().unwrap() > 40.0, "{report:#}");
+    let [a, both] = ["a.learned", "both.learned"].map(|name| Learned::parse(&read(&place, name)).unwrap());
+    assert!(both.drawing.is_same(&a.drawing) && both.goals.len() == 6 && both.pairs == a.pairs);
+
+    // The robot stands in a room that only the drive by the other drawing saw. Its goals are one of that drive, by its name, a
+    // place in this drawing that only the other drive saw, and one of this drive.
+    building::write(&place.files().join("again.toml"), |mission| {
+        mission["start"]["world"] = vec![26.9, 10.4].into();
+        mission["start"]["world_heading_deg"] = 30.0.into();
+        let navigator = mission["navigator"].as_table_mut().unwrap();
+        navigator.remove("start");
+        navigator.remove("start_heading_deg");
+        navigator.insert("learned_file".into(), "both.learned".into());
+        let tasks = mission["task"].as_array_mut().unwrap();
+        *tasks = [3, 4, 1].map(|k| tasks[k].clone()).to_vec();
+        tasks[0].as_table_mut().unwrap().insert("goal".into(), "Kitchen".into());
+        for task in tasks {
+            task.as_table_mut().unwrap().insert("time_limit_s".into(), 200.0.into());
+        }
+    });
+    let recording = place.driven("again.toml");
+    place.is_reproduced(&recording, &["sketcher", "localizer", "planner"]);
+    place.page_says(&recording, &["3 of 3 tasks reached"]);
+    let refused = place.run("run again.toml --learned a.learned");
+    assert!(refused.code == Some(2) && refused.err.contains("\"Kitchen\""), "{refused}");
+
+    // The other way round, from the recordings, and several at once.
+    let text =
+        place.fine("learn b.mcap --with a.mcap --with a.learned -o swapped.learned --svg swapped.svg").out;
+    let words = ["merged     a.mcap, by sketch-a.svg: moved by (", "added 0 m² of floor and no goals"];
+    assert!(words.iter().all(|words| text.contains(words)), "{text}");
+    let swapped = Learned::parse(&read(&place, "swapped.learned")).unwrap();
+    assert_eq!((swapped.drawing.file.as_str(), swapped.goals.len()), ("sketch-b.json", 6));
+    let [many, fewer] = [&swapped, &both].map(|learned| learned.map.free_cells());
+    assert!(many.abs_diff(fewer) < fewer / 20, "{many} {fewer}");
+    place.fine("learn b.learned --with a.learned --with a.learned -o again.learned");
+    assert!(read(&place, "again.learned") == read(&place, "swapped.learned"));
+}
+
+#[test]
+fn learned_maps_that_cannot_be_combined_are_refused() {
+    let place = learned_by_two_drawings();
+    let write = |name: &str, content: &[u8]| fs::write(place.files().join(name), content).unwrap();
+    let a = String::from_utf8(read(&place, "a.learned")).unwrap();
+    write("cut.learned", &a.as_bytes()[..a.len() / 2]);
+    // The map without what the laser saw, that of an empty room, which looks the same after half a turn, and that of a chamber, which
+    // is too small.
+    let mut map: serde_json::Value = serde_json::from_str(&a).unwrap();
+    map["map"]["rows"] = ["200u"; 140].as_slice().into();
+    map["map"]["width"] = 200.into();
+    write("unseen.learned", map.to_string().as_bytes());
+    let wall = ["10u180o10u"; 2];
+    let rows = [&["200u"; 10][..], &wall, &["10u2o176f2o10u"; 116], &wall, &["200u"; 10]].concat();
+    map["map"]["rows"] = rows.into();
+    write("empty.learned", map.to_string().as_bytes());
+    map["map"]["rows"] = [&["10u40o150u"][..], &["10u1o38f1o150u"; 38], &["10u40o150u"]].concat().into();
+    write("small.learned", map.to_string().as_bytes());
+    let refused = |line: &str, words: &[&str]| {
+        let ended = place.run(line);
+        let is_refused = ended.code == Some(2) && words.iter().all(|words| ended.err.contains(words));
+        assert!(is_refused, "{line}: {ended}");
+    };
+    for (line, words) in [
+        ("a.learned --with b.learned", &["a.learned: expected --output"][..]),
+        ("a.learned --with b.learned -o a.learned", &["expected a file other than the input"]),
+        ("a.learned --with b.learned -o b.learned", &["expected a file other than the input"]),
+        (
+            "a.learned --with b.learned -o c.learned --svg c.svg",
+            &["a.learned: expected a recording for --svg"],
+        ),
+        ("a.learned --with cut.learned -o c.learned", &["cut.learned", "expected a learned map"]),
+        ("a.learned --with none.learned -o c.learned", &["none.learned"]),
+        ("a.learned --with a.toml -o c.learned", &["a.toml"]),
+        (
+            "a.learned --with unseen.learned -o c.learned",
+            &["a.learned with unseen.learned: expected walls in both maps, found none in the second one"],
+        ),
+        (
+            "a.learned --with small.learned -o c.learned",
+            &["a.learned with small.learned: expected maps that overlap, found at most"],
+        ),
+        (
+            "empty.learned --with empty.learned -o c.learned",
+            &["empty.learned with empty.learned: expected one way to lay the maps on each other", "180°"],
+        ),
+    ] {
+        refused(&format!("learn {line}"), words);
+    }
+    assert!(!place.files().join("c.learned").exists());
+    assert!(read(&place, "a.learned") == a.as_bytes());
+}
+
 #[test]
 fn what_does_not_belong_together_is_refused() {
     let (place, first) = learned();

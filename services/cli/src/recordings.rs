@@ -38,7 +38,7 @@ pub fn dispatch(tool: Tool) -> Result<Outcome, Failure> {
             refuse_a_recording(&output, Some(force))?;
             report::report(whole, &output, rooms.as_deref(), json)
         }),
-        Tool::Learn { file, options } => with(&file, |whole| learn::learn(whole, &options)),
+        Tool::Learn { file, options } => learn::learn(&file, &options),
         Tool::Import { log, options } => import::import(&log, &options),
         Tool::Recover { file, options } => rewrite::recover(&file, &options),
         Tool::Filter { file, options } => with(&file, |whole| rewrite::filter(whole, &options)),

@@ -22,8 +22,13 @@ pub fn write_patient(folder: &Path) {
 
 /// Writes the demo's mission, changed by `edit`, to a file.
 pub fn write(file: &Path, edit: impl FnOnce(&mut toml::Table)) {
+    write_of("building-a.toml", file, edit);
+}
+
+/// Like [`write()`], for any mission in the same building.
+pub fn write_of(name: &str, file: &Path, edit: impl FnOnce(&mut toml::Table)) {
     let folder = repository().join("sim/missions/building");
-    let text = fs::read_to_string(folder.join("building-a.toml")).unwrap();
+    let text = fs::read_to_string(folder.join(name)).unwrap();
     let mut mission: toml::Table = toml::from_str(&text).unwrap();
     for (table, key) in [("world", "floor_plan"), ("navigator", "drawing")] {
         let path = folder.join(mission[table][key].as_str().unwrap());

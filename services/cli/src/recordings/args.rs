@@ -68,12 +68,12 @@ pub enum Tool {
         json: bool,
     },
     /// Learn from a drive by a drawing: the map of what the robot saw, the goals in it, and how it corresponds to the drawing. The
-    /// next drive starts from it with `run --learned`.
+    /// next drive starts from it with `run --learned`. Drives by several drawings of one place are combined with `--with`.
     #[command(
-        after_help = "Exit codes: 0 done (also if the recording is still being written), 2 bad input, 3 anything else.\nExample: sketchnav learn out/building-a-001 -o building.learned --svg corrected.svg\nExample: sketchnav run sim/missions/building/building-a.toml --learned building.learned"
+        after_help = "Exit codes: 0 done (also if the recording is still being written), 2 bad input, 3 anything else.\nExample: sketchnav learn out/building-a-001 -o building.learned --svg corrected.svg\nExample: sketchnav run sim/missions/building/building-a.toml --learned building.learned\nExample: sketchnav learn a.learned --with b.learned -o both.learned"
     )]
     Learn {
-        /// The recording, or the folder of a run.
+        /// The recording, the folder of a run, or a learned map.
         file: PathBuf,
         #[command(flatten)]
         options: LearnOptions,
@@ -141,6 +141,10 @@ pub struct LearnOptions {
     /// Where to write what was learned; beside the recording if left out.
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
+    /// Add what was learned on another drive in the same place, also by another drawing: a learned map, a recording, or the folder
+    /// of a run. Can be repeated.
+    #[arg(long, value_name = "FILE")]
+    pub with: Vec<PathBuf>,
     /// Also write what the robot saw into this folder as a map of map_server: a YAML file and a PGM picture.
     #[arg(long, value_name = "DIR")]
     pub map_server: Option<PathBuf>,

@@ -6,6 +6,7 @@
 //! - [`grid`]: the map as a rectangular grid of cells.
 //! - [`region`], [`survey`], [`outline`]: the free space in a map or a drawing, and its outline.
 //! - [`alignment`]: finds the corresponding pieces of two outlines.
+//! - [`registration`]: finds the motion between two maps of the same place.
 //! - [`harmonic`]: extends the correspondence of two outlines to their interiors.
 //!
 //! This crate does not access clocks, files or channels, start threads, or draw random numbers, so the same
@@ -21,6 +22,7 @@ pub mod occupancy;
 pub mod outline;
 pub mod parameters;
 pub mod region;
+pub mod registration;
 pub mod scan;
 pub mod survey;
 

@@ -15,6 +15,7 @@
 //! the map, whose origin is the robot's position at its first scan and whose x axis is its heading there. Rows of the map run along
 //! x, the lowest first; `120u4f1o` means 120 unknown cells, four free ones and an occupied one.
 
+mod combine;
 mod drive;
 mod export;
 mod frame;
@@ -29,6 +30,7 @@ use sketchnav_mapping::{Cell, Map};
 use sketchnav_schemas::geometry::Pose;
 use sketchnav_schemas::message::MAX_TASKS;
 
+pub use combine::{CombineError, Gain};
 pub use drive::{begin, of_drive};
 pub use export::{MapServer, map_server, svg};
 pub use frame::show;

@@ -209,7 +209,10 @@ impl Given {
 
     /// Reads the drawing, with the tasks in it.
     fn read(&self, mission: &SketchMission, options: &Options) -> Result<(DrawnMap, Intent), SketchError> {
-        let drawing = read(&self.drawing, &mission.drawing, options)?;
+        let mut drawing = read(&self.drawing, &mission.drawing, options)?;
+        if let Some((learned, _)) = self.learned(mission)? {
+            drawing.known_goals = learned.known_goals();
+        }
         let intent = Intent::of_mission(mission, &drawing)?.or(Intent::of_marks(&drawing.marks));
         Ok((drawing, intent))
     }

@@ -57,26 +57,46 @@ impl Field {
 
     /// Redraws the field from the walls around a cell of the map.
     pub fn rebuild(&mut self, map: &Occupancy, middle: [i32; 2]) {
+        self.clear_around(middle);
+        map.occupied_within(self.low, self.low.map(|at| at + self.side as i32 - 1), |cell| self.draw(cell));
+        self.finish();
+    }
+
+    /// Redraws the field from occupied cells. `middle` is the cell at its centre.
+    pub(crate) fn rebuild_of(&mut self, occupied: impl Iterator<Item = [i32; 2]>, middle: [i32; 2]) {
+        self.clear_around(middle);
+        occupied.for_each(|cell| self.draw(cell));
+        self.finish();
+    }
+
+    fn clear_around(&mut self, middle: [i32; 2]) {
         let half = (self.side / 2) as i32;
         self.low = middle.map(|at| at - half);
         self.levels[0].fill(0);
-        let (side, reach, low, level) = (self.side, self.reach, self.low, &mut self.levels[0]);
+    }
+
+    /// Draws the kernel around an occupied cell, unless part of the kernel would be outside the field.
+    #[inline]
+    fn draw(&mut self, cell: [i32; 2]) {
+        let (side, reach) = (self.side, self.reach);
         let chunks = self.kernel.len() / (2 * reach + 1);
-        map.occupied_within(low, low.map(|at| at + side as i32 - 1), |cell| {
-            let [x, y] = [0, 1].map(|axis| (cell[axis] - low[axis]) as usize);
-            if x < reach || y < reach || x - reach + chunks * TOGETHER > side || y + reach >= side {
-                return;
+        let [x, y] = [0, 1].map(|axis| (cell[axis] - self.low[axis]) as usize);
+        if x.max(y) >= side || x.min(y) < reach || x - reach + chunks * TOGETHER > side || y + reach >= side {
+            return;
+        }
+        for (row, values) in self.kernel.chunks(chunks).enumerate() {
+            let start = (y + row - reach) * side + x - reach;
+            for (cells, values) in self.levels[0][start..].as_chunks_mut().0.iter_mut().zip(values) {
+                *cells = std::array::from_fn::<_, TOGETHER, _>(|k| u8::max(cells[k], values[k]));
             }
-            for (row, values) in self.kernel.chunks(chunks).enumerate() {
-                let start = (y + row - reach) * side + x - reach;
-                for (cells, values) in level[start..].as_chunks_mut().0.iter_mut().zip(values) {
-                    *cells = std::array::from_fn::<_, TOGETHER, _>(|k| u8::max(cells[k], values[k]));
-                }
-            }
-        });
+        }
+    }
+
+    /// Computes the maxima over blocks.
+    fn finish(&mut self) {
         for k in 1..BLOCKS.len() {
             let (finer, coarser) = self.levels.split_at_mut(k);
-            double(&finer[k - 1], &mut coarser[0], side, BLOCKS[k - 1]);
+            double(&finer[k - 1], &mut coarser[0], self.side, BLOCKS[k - 1]);
         }
     }
 

@@ -89,7 +89,25 @@ impl LearnedMap {
     /// # Errors
     /// [`LearnError::TooLarge`] if the map would have too many cells.
     pub fn updated_by(&self, newer: &Self, motion: &Pose<Map>) -> Result<Self, LearnError> {
-        let (low, size) = self.bounds_with(newer, motion);
+        self.with_cells_of(newer, motion, |own, newer| if newer == Cell::Unknown { own } else { newer })
+    }
+
+    /// Returns this map with those cells of `other` that are unknown in it. `motion` is the origin of `other` in this map.
+    ///
+    /// # Errors
+    /// [`LearnError::TooLarge`] if the map would have too many cells.
+    pub fn extended_by(&self, other: &Self, motion: &Pose<Map>) -> Result<Self, LearnError> {
+        self.with_cells_of(other, motion, |own, other| if own == Cell::Unknown { other } else { own })
+    }
+
+    /// Returns the area of both maps, where `choose` selects between the cell of this map and that of the other.
+    fn with_cells_of(
+        &self,
+        other: &Self,
+        motion: &Pose<Map>,
+        choose: impl Fn(Cell, Cell) -> Cell,
+    ) -> Result<Self, LearnError> {
+        let (low, size) = self.bounds_with(other, motion);
         if size[0] * size[1] > MAX_SKETCH_CELLS {
             return Err(LearnError::TooLarge(size[0] * size[1]));
         }
@@ -97,10 +115,7 @@ impl LearnedMap {
             let steps = [low[0] + (index % size[0]) as i64, low[1] + (index / size[0]) as i64];
             let at = [0, 1].map(|axis| self.origin_m[axis] + (steps[axis] as f64 + 0.5) * CELL_M);
             let seen = motion.motion_to(&Pose::new(at[0], at[1], 0.0));
-            match newer.at_m([seen.x, seen.y]) {
-                Cell::Unknown => self.at_m(at),
-                known => known,
-            }
+            choose(self.at_m(at), other.at_m([seen.x, seen.y]))
         };
         let cells = (0..size[0] * size[1]).map(cell).collect();
         let origin_m = [0, 1].map(|axis| self.origin_m[axis] + low[axis] as f64 * CELL_M);

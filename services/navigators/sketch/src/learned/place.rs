@@ -11,7 +11,7 @@ use sketchnav_stage::drawn::UNSEEN;
 use super::{Goal, Learned, LearnedEnd, LearnedMap, Warp};
 use crate::filter::Start;
 use crate::messages::SketchMap;
-use crate::reading::{self, DrawnMap, ImageTask, Intent, Kind, Marks, Options, Places, SketchError};
+use crate::reading::{self, DrawnMap, ImageTask, Intent, Kind, Label, Marks, Options, Places, SketchError};
 
 /// Maximum distance in the drawing, in pixels of the file, between a goal and the same goal on the drive that was learned from.
 const SAME_GOAL_PX: f64 = 1.0;
@@ -52,6 +52,7 @@ impl LearnedMap {
             wall_direction_rad: reading::wall_direction(&picture, &options.settings, &mut rng),
             marks: Marks::default(),
             labels: Vec::new(),
+            known_goals: Vec::new(),
             left_out: Vec::new(),
         }
     }
@@ -65,6 +66,12 @@ impl Goal {
 }
 
 impl Learned {
+    /// Returns the goals at which the robot arrived, in pixels of the drawing's file.
+    pub fn known_goals(&self) -> Vec<Label> {
+        let known = self.goals.iter().filter(|goal| goal.at_m.is_some());
+        known.map(|goal| Label { text: goal.task.clone(), at: goal.at }).collect()
+    }
+
     /// Returns the map as a drawing, with the tasks of a mission placed in it. `intent` contains the tasks in pixels of the
     /// drawing's file. The robot may start anywhere in the area that was seen, with any heading, but is most likely where it was
     /// at the end of the drive, or if that is unknown, at its beginning.

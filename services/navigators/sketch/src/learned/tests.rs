@@ -317,3 +317,105 @@ fn what_is_known_of_a_goal_stays() {
     assert_eq!(merged.pairs.len(), before.pairs.len() + 1);
     assert_eq!(Learned::parse(&merged.to_bytes()), Ok(merged));
 }
+
+/// The room of [`room`] with a larger one to its right, as seen between two columns. They are connected by a door.
+fn rooms(seen: std::ops::Range<usize>) -> LearnedMap {
+    let (width, height) = (190, 70);
+    let cell = |index: usize| {
+        let (column, row) = (index % width, index / width);
+        let is_wall = [4, 185].contains(&column)
+            || [4, 65].contains(&row)
+            || column == 40 && row > 25
+            || column == 85 && !(10..30).contains(&row);
+        let border = (4..=185).contains(&column) && (4..=65).contains(&row) && seen.contains(&column);
+        match (border, is_wall) {
+            (false, _) => Cell::Unknown,
+            (true, true) => Cell::Occupied,
+            (true, false) => Cell::Free,
+        }
+    };
+    LearnedMap { origin_m: [-1.0, -1.0], width, cells: (0..width * height).map(cell).collect() }
+}
+
+/// The origin of the other drive's map in the first one.
+const OTHER: Pose<Map> = Pose::new(3.0, 1.0, 2.0);
+
+/// Returns what was learned in the left room, and what was learned by another drawing on a drive in both. The second map has
+/// its own origin and direction.
+fn two_drives() -> (Learned, Learned) {
+    let back = OTHER.motion_to(&Pose::new(0.0, 0.0, 0.0));
+    let back = Pose::<Map>::new(back.x, back.y, back.yaw_rad);
+    let nothing = LearnedMap { origin_m: [0.0; 2], width: 1, cells: vec![Cell::Unknown] };
+    let map = nothing.extended_by(&rooms(30..190), &back).unwrap();
+    let there = |x: f64, y: f64| {
+        let at = back.compose(&Pose::<Map>::new(x, y, 0.0));
+        [at.x, at.y]
+    };
+    let goal = |task: &str, at, at_m| Goal { task: task.into(), at, at_m, reached: true };
+    let goals = vec![
+        goal("office", [60.0, 10.0], Some(there(7.0, 1.0))),
+        goal("Corner", [20.0, 10.0], Some(there(2.6, 1.4))),
+        goal("nowhere", [70.0, 10.0], None),
+    ];
+    let [near, far] = [there(2.0, 0.0), there(7.0, 1.0)];
+    let pairs = vec![[20.0, 0.0, near[0], near[1]], [60.0, 10.0, far[0], far[1]]];
+    let drawing = DrawingFile::of("b.json", b"other strokes");
+    (Learned { map: rooms(0..130), ..room() }, Learned { drawing, map, goals, pairs, ..room() })
+}
+
+#[test]
+fn what_was_learned_by_another_drawing_is_converted() {
+    let (first, other) = two_drives();
+    let (both, gain) = first.combined_with(&other).unwrap();
+    let Pose { x, y, yaw_rad, .. } = gain.motion;
+    assert!((x - OTHER.x).hypot(y - OTHER.y) < 0.1 && (yaw_rad - OTHER.yaw_rad).abs() < 0.01, "{gain:?}");
+    assert!((gain.floor_m2 - 2.8 * 3.0).abs() < 0.7 && gain.agreement.share() > 0.95, "{gain:?}");
+    // The corner is known under the same name. The drawing of the first drive has 100 px/m.
+    assert_eq!((&gain.goals[..], &gain.left_out[..]), (&["office".to_owned()][..], &[][..]));
+    let [.., office] = &both.goals[..] else { panic!("{:?}", both.goals) };
+    let [[column, row], [x, y]] = [office.at, office.at_m.unwrap()];
+    assert!((column - 800.0).hypot(row - 100.0) < 12.0 && (x - 7.0).hypot(y - 1.0) < 0.1, "{office:?}");
+    assert_eq!((&both.drawing, &both.pairs, both.end), (&first.drawing, &first.pairs, first.end));
+    assert_eq!(Learned::parse(&both.to_bytes()), Ok(both.clone()));
+    // What the first drive saw is unchanged, and the other room can be driven to.
+    let is_kept = |k: usize| {
+        let at = [k % 130, k / 130].map(|cells| -1.0 + (cells as f64 + 0.5) * CELL_M);
+        first.map.at_m(at) == Cell::Unknown || both.map.at_m(at) == first.map.at_m(at)
+    };
+    assert!((0..130 * 70).all(is_kept));
+    assert!(placed_in(&first, [800.0, 100.0]).is_err() && placed_in(&both, [800.0, 100.0]).is_ok());
+    let names: Vec<_> = both.known_goals().into_iter().map(|label| label.text).collect();
+    assert_eq!(names, ["corner", "office"]);
+    // Both files contain the same place, each by its drawing.
+    let (swapped, _) = other.combined_with(&first).unwrap();
+    assert!(swapped.drawing.is_same(&other.drawing) && swapped.goals.len() == 3, "{:?}", swapped.goals);
+    assert!(swapped.map.free_cells().abs_diff(both.map.free_cells()) < 300);
+}
+
+#[test]
+fn correspondences_of_the_same_drawing_are_added() {
+    let (first, other) = two_drives();
+    let other = Learned { drawing: first.drawing.clone(), ..other };
+    let (both, gain) = first.combined_with(&other).unwrap();
+    assert_eq!((gain.goals.as_slice(), both.goals[2].at), (&["office".to_owned()][..], [60.0, 10.0]));
+    // That of the place that the first drive saw is left out.
+    let [column, row, x, y] = both.pairs[first.pairs.len()];
+    assert_eq!((both.pairs.len(), column, row), (first.pairs.len() + 1, 60.0, 10.0));
+    assert!((x - 7.0).hypot(y - 1.0) < 0.1, "{x} {y}");
+}
+
+#[test]
+fn goals_without_room_are_named() {
+    let (first, other) = two_drives();
+    let goals = vec![first.goals[0].clone(); MAX_TASKS];
+    let (both, gain) = Learned { goals, ..first }.combined_with(&other).unwrap();
+    assert_eq!((both.goals.len(), gain.left_out), (MAX_TASKS, vec!["office".to_owned()]));
+}
+
+#[test]
+fn maps_that_do_not_determine_the_motion_are_refused() {
+    let (first, other) = two_drives();
+    let blank = LearnedMap { cells: vec![Cell::Free; first.map.cells.len()], ..first.map.clone() };
+    let error = first.combined_with(&Learned { map: blank, ..other }).unwrap_err().to_string();
+    assert_eq!(error, "expected walls in both maps, found none in the second one");
+}

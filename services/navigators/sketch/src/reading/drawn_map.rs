@@ -37,6 +37,8 @@ pub struct DrawnMap {
     pub marks: Marks,
     /// The texts that are written on the drawing.
     pub labels: Vec<Label>,
+    /// The goals at which the robot arrived on earlier drives by the drawing, if it now drives in what it learned there.
+    pub known_goals: Vec<Label>,
     /// Content of the file that was not read as walls.
     pub left_out: Vec<LeftOut>,
 }
@@ -70,6 +72,7 @@ impl DrawnMap {
             wall_direction_rad,
             marks,
             labels,
+            known_goals: Vec::new(),
             left_out,
         })
     }
@@ -120,6 +123,7 @@ impl std::fmt::Debug for DrawnMap {
             .field("wall_direction_rad", &self.wall_direction_rad)
             .field("marks", &self.marks)
             .field("labels", &self.labels)
+            .field("known_goals", &self.known_goals)
             .field("left_out", &self.left_out)
             .finish_non_exhaustive()
     }

@@ -1,7 +1,8 @@
 //! Texts on a drawing. They are not walls, but name the places where they are written.
 //!
 //! A goal may be given by name. Names in the mission (`navigator.places`) take precedence over the goals marked in a strokes file,
-//! and these over texts, so that a mission can always resolve what a drawing leaves open.
+//! these over texts, and texts over the goals of earlier drives in a learned map, so that a mission can always resolve what a drawing
+//! leaves open.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::nearest::{composed, folded, nearest_name};
@@ -47,7 +48,7 @@ pub(crate) fn tidied(text: &str) -> Option<String> {
 pub(crate) struct Names<'a> {
     file: &'a str,
     /// Names with their positions in image pixels, by decreasing precedence.
-    by_precedence: [Vec<(&'a str, [f64; 2])>; 3],
+    by_precedence: [Vec<(&'a str, [f64; 2])>; 4],
     /// Names of tasks that may be meant instead of a place. Errors list them as well.
     of_tasks: Vec<&'a str>,
 }
@@ -58,8 +59,9 @@ impl<'a> Names<'a> {
         let declared = mission.places.iter().map(|(name, at)| (name.as_str(), *at)).collect();
         let goals = drawing.marks.goals.iter().filter(|goal| !goal.name.is_empty());
         let goals = goals.map(|goal| (goal.name.as_str(), goal.at)).collect();
-        let written = drawing.labels.iter().map(|label| (label.text.as_str(), label.at)).collect();
-        Self { file: &drawing.file, by_precedence: [declared, goals, written], of_tasks: Vec::new() }
+        let [written, known] = [&drawing.labels, &drawing.known_goals]
+            .map(|labels| labels.iter().map(|label| (label.text.as_str(), label.at)).collect());
+        Self { file: &drawing.file, by_precedence: [declared, goals, written, known], of_tasks: Vec::new() }
     }
 
     /// Like [`Names::of`], for a person who can also name a task.
@@ -77,7 +79,7 @@ impl<'a> Names<'a> {
     /// Returns the name of a room with its position: the only text that is written in it. `is_inside` tells which positions are in the
     /// room.
     pub fn of_room(&self, is_inside: impl Fn([f64; 2]) -> bool) -> Option<(&'a str, [f64; 2])> {
-        let [_, _, written] = &self.by_precedence;
+        let [_, _, written, _] = &self.by_precedence;
         let mut inside = written.iter().copied().filter(|(_, at)| is_inside(*at));
         let first = inside.next()?;
         inside.all(|(name, _)| folded(name) == folded(first.0)).then_some(first)
@@ -202,6 +204,17 @@ mod tests {
             { "text": "twice", "at": [300, 600] },
             { "text": "Twice", "at": [300, 600] },
         ]))
+    }
+
+    /// In a learned map, goals of earlier drives have names, unless something on the drawing has the same name.
+    #[test]
+    fn known_goals_have_names_of_the_lowest_precedence() {
+        let known = |text: &str, at| Label { text: text.to_owned(), at };
+        let known_goals = vec![known("Printer", [300.0, 600.0]), known("kitchen", [300.0, 300.0])];
+        let drawing = DrawnMap { known_goals, ..rooms() };
+        assert_eq!(goal(&drawing, "printer", ""), [300.0, 600.0]);
+        assert_eq!(goal(&drawing, "kitchen", ""), [700.0, 200.0]);
+        assert!(refusal(&rooms(), "printer").contains("expected the name of a place"));
     }
 
     #[test]

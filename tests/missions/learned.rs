@@ -134,7 +134,8 @@ fn a_recording_that_ends_on_the_way_teaches_what_was_seen_until_then() {
     let bytes = fs::read(place.files().join(&whole)).unwrap();
     fs::write(place.files().join("cut.mcap"), &bytes[..bytes.len() / 2]).unwrap();
     let ended = place.run("learn cut.mcap -o cut.learned --svg cut.svg --json");
-    let words = "cut.mcap is still being written, or its recorder was killed; the map covers everything up to the last message";
+    let words =
+        "cut.mcap is still being written, or is incomplete; the map covers everything up to the last message";
     assert!(ended.code == Some(0) && ended.err.contains(words) && !ended.err.contains("cut off"), "{ended}");
     let [cut, all] =
         ["cut.learned", "building.learned"].map(|name| Learned::parse(&read(&place, name)).unwrap());

@@ -72,7 +72,7 @@ export function meant(question, at, near) {
   return nearest && off(nearest) <= near ? nearest.at : at;
 }
 
-/** Who this page is for the robot, in two words. */
+/** The role of this page, in two words. */
 export const role = ({ up, drives, draws }) => (!up ? "Not connected" : drives ? "You drive" : draws ? "You draw" : "You watch");
 
 /** What to mark in a drawing that was sent, by what the navigator needs. */

@@ -10,6 +10,7 @@ use sketchnav_navigators::read_from;
 use sketchnav_recordings::Recording;
 use sketchnav_recordings::replay::replay;
 use sketchnav_recordings::sources::RecordedRun;
+use sketchnav_schemas::message::MAX_TASKS;
 use sketchnav_schemas::say;
 use sketchnav_sketch::learned::{CELL_M, Gain, Learned, map_server, of_drive, svg};
 use sketchnav_sketch::mission::KIND;
@@ -63,7 +64,7 @@ pub fn learn(file: &Path, options: &LearnOptions) -> Result<Outcome, Failure> {
     Ok(Outcome::Success)
 }
 
-/// Something that was learned from, or that contains what was learned.
+/// An input of `learn`: a recording, or a learned map.
 enum Source {
     /// The recording of a drive.
     Recording(Whole),
@@ -124,7 +125,7 @@ impl Source {
             if recording.index().or_input()?.is_cut_off() {
                 // The drive may go on: this is no damage.
                 say!(
-                    "notice: {} is still being written, or its recorder was killed; the map covers everything up to the last message",
+                    "notice: {} is still being written, or is incomplete; the map covers everything up to the last message",
                     whole.name().display()
                 );
             }
@@ -135,7 +136,7 @@ impl Source {
     }
 }
 
-/// Returns true if a file begins like one of JSON, which no recording does.
+/// Returns true if a file begins like a JSON file. No recording does.
 fn begins_as_json(file: &Path) -> bool {
     let first = || {
         let mut head = [0; 64];
@@ -195,7 +196,10 @@ impl Merged {
         };
         out!("           added {floor_m2:.0} m² of floor and {}", names(goals))?;
         if !left_out.is_empty() {
-            out!("           left out {}, because there is no room for more goals", names(left_out))?;
+            out!(
+                "           left out {}: a learned map has room for {MAX_TASKS} goals, and each needs a place in the drawing",
+                names(left_out)
+            )?;
         }
         Ok(())
     }

@@ -1,5 +1,5 @@
-//! Finds the rigid motion between two maps of the same place, such as those of two drives, of which neither the places nor the
-//! directions correspond at first. The maps may overlap only partly, but have the same scale.
+//! Finds the rigid motion between two maps of the same place, such as those of two drives, with unrelated origins and directions. The
+//! maps may overlap only partly, but have the same scale.
 //!
 //! The directions of the walls determine a few candidates for the rotation (`rotation`; Carpin 2008). For each of them, branch and
 //! bound finds the translations by which most walls coincide and the fewest stand in free space (`search`; Hess et al. 2016).
@@ -50,7 +50,7 @@ pub struct Registration {
     /// How well the maps agree.
     pub agreement: Agreement,
     /// Score of the best motion that is clearly another one, relative to the score of this one. It is 0 if no other motion is
-    /// possible, and less than 1.
+    /// possible, and at most 0.8.
     pub rival: f64,
 }
 

@@ -64,7 +64,7 @@ pub struct Learned {
     pub map: LearnedMap,
     /// The start in the drawing, which corresponds to the map's origin.
     pub start: LearnedStart,
-    /// The goals of the drive, in order.
+    /// The goals of the drive, in order, followed by those that were added from other drives.
     pub goals: Vec<Goal>,
     /// Corresponding places: column and row in the drawing, x and y in the map.
     pub pairs: Vec<[f64; 4]>,

@@ -25,7 +25,7 @@ const LEAST: f64 = 0.5;
 /// The value of a wall in each cell of the first map, and the maxima over blocks. A cell's block begins at that cell and extends to
 /// the right and up.
 struct Values {
-    /// Number of columns and rows, including a margin to the left and below.
+    /// Number of columns and rows, including a margin on each side.
     size: [usize; 2],
     levels: Vec<Vec<i8>>,
 }

@@ -28,7 +28,7 @@ pub struct Gain {
     pub floor_m2: f64,
     /// Names of the goals that were added.
     pub goals: Vec<String>,
-    /// Names of the goals that were left out, because a learned map has room for 64.
+    /// Names of the goals that were left out, because a learned map has room for 64 or because their place in the drawing is unknown.
     pub left_out: Vec<String>,
 }
 
@@ -44,8 +44,8 @@ pub enum CombineError {
 }
 
 impl Learned {
-    /// Returns this with everything that only the drive of `other` saw, and with its goals. The result belongs to the drawing of
-    /// this one, and what both drives saw remains as this one has it.
+    /// Returns this map, extended by everything that only the drive of `other` saw and by the goals that its robot reached. The
+    /// result belongs to the drawing of this one, and what both drives saw remains as this one has it.
     ///
     /// Places that were learned by another drawing are converted to the map by the correspondence of that drawing, and from there
     /// to this drawing by its own. Corresponding places are only taken over from the same drawing.
@@ -60,13 +60,13 @@ impl Learned {
             let moved = found.motion.compose(&Pose::<Map>::new(at[0], at[1], 0.0));
             [moved.x, moved.y].map(|m| rounded(m, 1e3))
         };
-        let (new, left_out) = self.goals_of(other, in_map);
+        let Goals { all, added, left_out } = self.goals_with(other, in_map);
         let gain = Gain {
             motion: found.motion,
             agreement: found.agreement,
             rival: found.rival,
             floor_m2: (map.free_cells() - self.map.free_cells()) as f64 * CELL_M * CELL_M,
-            goals: new.iter().map(|goal| goal.task.clone()).collect(),
+            goals: added,
             left_out,
         };
         let is_same = self.drawing.is_same(&other.drawing);
@@ -79,34 +79,52 @@ impl Learned {
             .filter(|(_, at_m)| self.map.at_m(*at_m) == Cell::Unknown)
             .map(|([column, row], [x, y])| [column, row, x, y]);
         let pairs = self.pairs.iter().copied().chain(theirs).take(MAX_PAIRS).collect();
-        let goals = self.goals.iter().cloned().chain(new).collect();
-        Ok((Self { map, pairs, goals, ..self.clone() }, gain))
+        Ok((Self { map, pairs, goals: all, ..self.clone() }, gain))
     }
 
-    /// Returns the goals at which the robot of the other drive arrived and that are not known yet, and the names of those for which
-    /// there is no room. `in_map` converts places from the other map to this one.
-    fn goals_of(&self, other: &Self, in_map: impl Fn([f64; 2]) -> [f64; 2]) -> (Vec<Goal>, Vec<String>) {
+    /// Returns the goals of both drives. A goal of the other drive counts if its robot arrived there, and replaces a goal of the same
+    /// name at the same place at which only that robot arrived. `in_map` converts places from the other map to this one.
+    fn goals_with(&self, other: &Self, in_map: impl Fn([f64; 2]) -> [f64; 2]) -> Goals {
         let is_same_drawing = self.drawing.is_same(&other.drawing);
-        let to_drawing = self.to_map().inverse();
-        let new = other.goals.iter().filter_map(|goal| {
-            let at_m = in_map(goal.at_m?);
-            let at = if is_same_drawing {
-                goal.at
-            } else {
-                to_drawing.apply(at_m).map(|[column, up]| [column, -up].map(|px| rounded(px, 100.0)))?
-            };
-            let is_known = |known: &Goal| {
-                let is_near = known.at_m.is_some_and(|known| distance(known, at_m) <= SAME_GOAL_M);
+        let (to_map, to_drawing) = (self.to_map(), self.to_map().inverse());
+        let mut goals = Goals { all: self.goals.clone(), added: Vec::new(), left_out: Vec::new() };
+        for goal in &other.goals {
+            let Some(at_m) = goal.at_m.map(&in_map) else { continue };
+            let is_here = |known: &Goal| {
+                let known_m = known.at_m.or_else(|| to_map.apply([known.at[0], -known.at[1]]));
+                let is_near = known_m.is_some_and(|known| distance(known, at_m) <= SAME_GOAL_M);
                 is_near && folded(&known.task) == folded(&goal.task)
             };
-            let is_new = at.iter().all(|px| px.abs() <= FARTHEST) && !self.goals.iter().any(is_known);
-            is_new.then(|| Goal { at, at_m: Some(at_m), ..goal.clone() })
-        });
-        let mut new: Vec<_> = new.collect();
-        let room = MAX_TASKS.saturating_sub(self.goals.len()).min(new.len());
-        let left_out = new.split_off(room).into_iter().map(|goal| goal.task).collect();
-        (new, left_out)
+            let at = match is_same_drawing {
+                true => Some(goal.at),
+                false => {
+                    to_drawing.apply(at_m).map(|[column, up]| [column, -up].map(|px| rounded(px, 100.0)))
+                }
+            };
+            let at = at.filter(|at| at.iter().all(|px| px.abs() <= FARTHEST));
+            match goals.all.iter_mut().find(|known| is_here(known)) {
+                Some(known) if known.at_m.is_some() => continue,
+                Some(known) => *known = Goal { at: known.at, at_m: Some(at_m), ..goal.clone() },
+                None => {
+                    let Some(at) = at.filter(|_| goals.all.len() < MAX_TASKS) else {
+                        goals.left_out.push(goal.task.clone());
+                        continue;
+                    };
+                    goals.all.push(Goal { at, at_m: Some(at_m), ..goal.clone() });
+                }
+            }
+            goals.added.push(goal.task.clone());
+        }
+        goals
     }
+}
+
+/// The goals of two drives.
+struct Goals {
+    all: Vec<Goal>,
+    /// Names of those at which only the robot of the other drive arrived.
+    added: Vec<String>,
+    left_out: Vec<String>,
 }
 
 impl LearnedMap {

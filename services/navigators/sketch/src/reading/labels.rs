@@ -36,7 +36,8 @@ impl Label {
     }
 }
 
-/// Returns a text with composed letters and single spaces between its words, or `None` if it is empty, too long for a name or has control characters.
+/// Returns a text with composed letters and single spaces between its words, or `None` if it is empty, too long for a name or has
+/// control characters.
 pub(crate) fn tidied(text: &str) -> Option<String> {
     let words = composed(&text.split_whitespace().collect::<Vec<_>>().join(" "));
     let is_name = (1..=MOST_CHARACTERS).contains(&words.chars().count()) && !words.contains(char::is_control);

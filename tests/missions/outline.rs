@@ -29,13 +29,25 @@ fn kills_leave_the_same_bytes() {
 #[test]
 fn a_robot_without_a_start_mark_finds_out_where_it_is() {
     let place = place();
-    let mission = repository().join("sim/missions/hall/hall-unmarked.toml").display().to_string();
-    let recording = &place.driven(&mission);
-    place.is_reproduced(recording, &["localizer", "planner"]);
-    place.is_identical_after(&mission, 7, "localizer,planner");
+    let (mission, recording) = finds_out_where_it_is(&place, "hall/hall-unmarked.toml");
     // What the robot has learned has a start, although nobody has marked it.
     place.fine(&format!("learn {recording} -o hall.learned"));
     place.driven(&format!("{mission} --learned hall.learned"));
+}
+
+/// Among rooms, the localizer finds the robot, with ten times as many particles as it has otherwise.
+#[test]
+fn a_robot_among_rooms_without_a_start_mark_finds_out_where_it_is() {
+    finds_out_where_it_is(&place(), "building/building-unmarked.toml");
+}
+
+/// Drives a mission of those that ship, also with kills and from its recording. Returns the mission's file and the recording.
+fn finds_out_where_it_is(place: &Place, mission: &str) -> (String, String) {
+    let mission = repository().join("sim/missions").join(mission).display().to_string();
+    let recording = place.driven(&mission);
+    place.is_reproduced(&recording, &["localizer", "planner"]);
+    place.is_identical_after(&mission, 7, "localizer,planner");
+    (mission, recording)
 }
 
 /// A floor that looks the same after half a turn, with its drawing. No robot can know at which end of it it is.

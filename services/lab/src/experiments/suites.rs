@@ -26,7 +26,7 @@ const PAPER: &str = Method::Boniardi2015.word();
 
 /// All suites with their loaders. To add one, add a line here and a module for it. The last column lists methods for suites that
 /// compare several, or that use a method other than the first of their navigator, when all suites are driven.
-const SUITES: [(&str, Loader, &[&str]); 45] = [
+const SUITES: [(&str, Loader, &[&str]); 46] = [
     ("ablation", ablation::suite, &[]),
     ("building-079", protocol::building_079, &[OUTLINE, PAPER]),
     ("building-079-unmarked", |folders| unmarked::of(protocol::building_079(folders)?), &[]),
@@ -44,6 +44,7 @@ const SUITES: [(&str, Loader, &[&str]); 45] = [
     ("directions-buildings", land::buildings::suite, &[]),
     ("directions-choice", land::buildings::choice, &[]),
     ("directions-land", land::suite, &[]),
+    ("floors-unmarked", |folders| unmarked::of(witnesses::floors(folders)?), &[]),
     ("laboratory", protocol::laboratory, &[OUTLINE, PAPER]),
     ("laboratory-unmarked", |folders| unmarked::of(protocol::laboratory(folders)?), &[]),
     ("landmark-answers", landmarks::answered, &[]),

@@ -40,6 +40,9 @@ const DRAWINGS_OF_FLOOR: u64 = 4;
 /// suite uses drawings with such numbers, and no two floors share one, because drawings with the same number are deformed in the
 /// same way.
 const FIRST_DRAWING: [u64; 2] = [104, 8];
+/// Number of the drawing of the first floor, and degrees of deformation, for drives without a start mark.
+const CAREFUL_DRAWING: u64 = 404;
+const CAREFUL_DEGREES: [f64; 2] = [0.5, 1.0];
 /// Maximum distance, in metres, between the goals of two witnesses that agree with each other.
 const AGREE_M: f64 = 2.5;
 
@@ -67,6 +70,28 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
         }
     }
     suite.trials.iter_mut().for_each(|trial| trial.asks_rooms = true);
+    Ok(suite)
+}
+
+/// Returns the same floors drawn by more careful people, for drives without a start mark.
+///
+/// # Errors
+/// [`EvalError`] if a file is malformed.
+pub fn floors(folders: &Folders) -> Result<Suite, EvalError> {
+    let mut suite = Suite {
+        title: "Drawings of invented floors of seven kinds by sketchnav deform.".into(),
+        repetitions: 1,
+        lines: Some("degree"),
+        ..Suite::default()
+    };
+    let names = KINDS.iter().flat_map(|kind| (1..=FLOORS).map(move |k| format!("{kind}-{k}")));
+    for (name, number) in names.zip(CAREFUL_DRAWING..) {
+        let path = folders.project.join(format!("sim/missions/floors/{name}.floor.toml"));
+        let site = Site::of_plan(name, &path)?;
+        for degree in CAREFUL_DEGREES {
+            suite.trials.extend(site.trials(degree, number)?);
+        }
+    }
     Ok(suite)
 }
 

@@ -23,6 +23,7 @@ pub mod motion;
 pub mod outline;
 pub mod parameters;
 pub mod particles;
+mod placing;
 pub mod range_code;
 pub mod range_table;
 pub mod scales;
@@ -56,9 +57,10 @@ use motion::{Motion, Proportions, Terrain, perturb, propagate};
 use outline::enclosed;
 use parameters::{Likelihood, ParameterError, Parameters};
 use particles::{ParticleSet, Resampler};
+use placing::Placing;
 use range_table::{RANGE_TABLE_CELLS, RangeTable};
 use scales::{ScaledPose, least_squares};
-use search::{Hypothesis, Search};
+use search::Search;
 pub use start::{Start, extent_px};
 use start::{believed, first_anisotropy};
 use weighing::{BeamModelOfScan, FieldOfScan, weigh};
@@ -66,8 +68,6 @@ use workers::Workers;
 
 /// Amount by which the fit of a scan without valid beams falls below the limit at which the robot counts as lost.
 const BLIND: f32 = 1.0;
-/// Standard deviation of the position that the search over the whole map finds, in metres.
-const FOUND_WITHIN_M: f32 = 0.1;
 
 /// The filter's estimate of the robot's pose in the drawing after a scan.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -134,8 +134,9 @@ pub struct State {
     told: Option<Start>,
     /// The state of the search over the whole map.
     search: Option<search::State>,
-    /// Whether the robot may be anywhere and nothing searches for it, so that only a person can place it.
-    is_unplaced: bool,
+    placing: Placing,
+    /// Yaw by the odometry when the filter started, in radians.
+    started_yaw_rad: f64,
 }
 
 /// The localization filter, with the prepared drawing, its state and its working memory.
@@ -177,6 +178,8 @@ impl Filter {
     ) -> Result<Self, FilterError> {
         parameters.check()?;
         let size_px = [sketch.width(), sketch.height()];
+        let placing = Placing::of(&start, size_px, &parameters);
+        let most = placing.most_particles(&parameters);
         start.check_within(size_px)?;
         let scale_guess_pxpm = extent_px(sketch) / parameters.building_size_m;
         let door_px = parameters.door_width_m * scale_guess_pxpm;
@@ -199,7 +202,7 @@ impl Filter {
             level: Level::new(),
             workers: Workers::default(),
             beams: Beams::with_capacity(parameters.beams),
-            resampler: Resampler::new(parameters.particles),
+            resampler: Resampler::new(most),
             sample_size: SampleSize::new(parameters.particles),
             search: None,
             state: State {
@@ -207,8 +210,8 @@ impl Filter {
                     true => search::State::anywhere(&start.pose),
                     false => search::State::certain(),
                 }),
-                is_unplaced: start.is_anywhere(size_px) && !parameters.searches,
-                ..State::new(&parameters, mission_seed)
+                placing,
+                ..State::new(&parameters, mission_seed, most)
             },
             grid,
             parameters,
@@ -229,9 +232,10 @@ impl Filter {
     pub fn step(&mut self, odometry: &Pose<Odom>, scan: &LaserScan) -> Estimate {
         self.beams.select(scan, &self.mounting, self.parameters.beams);
         self.beam_model.read(&self.beams, self.state.drawing_error);
-        if self.state.is_unplaced && self.state.told.is_some() {
+        if self.state.told.is_some() {
             // Nothing that was estimated without a start is of use.
-            (self.state.is_unplaced, self.state.started) = (false, false);
+            self.state.started &= !self.is_unplaced();
+            self.state.placing = Placing::Marked;
         }
         match (self.state.started, self.state.told.take()) {
             (false, told) => {
@@ -239,6 +243,10 @@ impl Filter {
                     self.start = told;
                     self.state.search.iter_mut().for_each(search::State::settle);
                 }
+                // An update is due at once, also for a robot that was told its place while it stood still.
+                (self.state.travelled_m, self.state.turned_rad) = (0.0, 0.0);
+                (self.state.confidence, self.state.started_yaw_rad) =
+                    (Confidence::default(), odometry.yaw_rad);
                 self.begin(odometry);
             }
             (true, Some(told)) => {
@@ -248,86 +256,14 @@ impl Filter {
             (true, None) => {}
         }
         self.state.travel(odometry);
-        if self.state.is_unplaced || !self.search(odometry, scan) {
+        if !self.search(odometry, scan) {
             return self.guess();
         }
         if self.is_due() {
             self.update();
         }
-        self.estimate()
-    }
-
-    /// Takes a step of the search over the whole map, if there is one. Returns true if the robot is certain of its place.
-    fn search(&mut self, odometry: &Pose<Odom>, scan: &LaserScan) -> bool {
-        let mode = self.dead_reckoned(self.state.mode);
-        let known = Hypothesis::new([mode.x_px, mode.y_px, mode.yaw_rad]);
-        let Self { search, state, weigher, workers, .. } = self;
-        let (Some(search), Some(found), Weigher::Beam(table)) = (search, &mut state.search, &*weigher) else {
-            return true;
-        };
-        let is_tracking = found.is_certain();
-        if is_tracking && state.confidence.tracking() == Tracking::Lost {
-            found.doubt();
-        }
-        search.step(found, odometry, scan, &known, table, workers);
-        if !found.is_certain() {
-            self.show_hypotheses();
-            return false;
-        }
-        let prevails = found.prevails();
-        let is_found =
-            |best: &Hypothesis| !is_tracking || prevails && best.is_elsewhere(&known, self.scale_guess_pxpm);
-        if let Some(best) = found.hypotheses().first().copied().filter(is_found) {
-            self.begin_at(&best, odometry);
-        }
-        true
-    }
-
-    /// Starts the filter where the search has found the robot.
-    fn begin_at(&mut self, found: &Hypothesis, odometry: &Pose<Odom>) {
-        let p = &self.parameters;
-        let start = Start {
-            pose: Pose::new(found.x_px.into(), found.y_px.into(), found.yaw_rad.into()),
-            spread_px: f64::from(FOUND_WITHIN_M * self.scale_guess_pxpm),
-            spread_rad: p.start_spread_rad.into(),
-        };
-        self.begin_anew_at(&start, odometry);
-    }
-
-    /// Makes a particle of each hypothesis of the search.
-    fn show_hypotheses(&mut self) {
-        let State { particles, search: Some(found), proportions, .. } = &mut self.state else { return };
-        particles.make_anew(found.hypotheses().len().max(1));
-        for (i, (hypothesis, share)) in found.hypotheses().iter().zip(found.shares()).enumerate() {
-            (particles.x_px[i], particles.y_px[i]) = (hypothesis.x_px, hypothesis.y_px);
-            (particles.yaw_rad[i], particles.weight[i]) = (hypothesis.yaw_rad, share);
-            [particles.ln_a[i], particles.ln_b[i]] = proportions.mean_ln_scales;
-            particles.anisotropy[i] = 0.0;
-        }
-    }
-
-    /// Returns the best hypothesis of the search as an estimate that is as uncertain as the map is large.
-    fn guess(&self) -> Estimate {
-        let found = self.state.search.as_ref();
-        let best = found.and_then(|found| found.hypotheses().first());
-        let pose = best.map_or(self.start.pose, |best| {
-            Pose::new(best.x_px.into(), best.y_px.into(), wrap_angle(best.yaw_rad.into()))
-        });
-        let has_doubted = found.is_some_and(search::State::has_doubted);
-        let [width, height] = self.size_px.map(|side| side as f64);
-        let mut covariance = [0.0; 25];
-        (covariance[0], covariance[6]) = (width * width + height * height, width * width + height * height);
-        covariance[12] = std::f64::consts::PI.powi(2);
-        let scale_pxpm = f64::from(self.scale_guess_pxpm);
-        Estimate {
-            pose,
-            scale_a_pxpm: scale_pxpm,
-            scale_b_pxpm: scale_pxpm,
-            covariance,
-            effective_sample_size: self.state.particles.effective_sample_size(),
-            fit: best.map_or(if found.is_some() { f32::MIN } else { 0.0 }, |best| best.fit).into(),
-            tracking: if has_doubted || found.is_none() { Tracking::Lost } else { Tracking::Doubtful },
-        }
+        self.scatter_if_lost(odometry);
+        if self.is_unplaced() { self.guess() } else { self.estimate() }
     }
 
     /// Places the robot at a pose stated by a person. At the next scan, all particles are redrawn around it.
@@ -339,11 +275,6 @@ impl Filter {
         told.check_within(self.size_px)?;
         self.state.told = Some(told);
         Ok(())
-    }
-
-    /// Returns true if the robot may be anywhere and nothing searches for it, so that only a person can place it.
-    pub fn is_unplaced(&self) -> bool {
-        self.state.is_unplaced
     }
 
     /// Returns the particles.
@@ -362,7 +293,7 @@ impl Filter {
             self.weigher.suit(&self.grid, &self.parameters, &state.proportions);
         }
         self.state = state;
-        self.state.particles.reserve(self.parameters.particles);
+        self.state.particles.reserve(self.state.placing.most_particles(&self.parameters));
         self.state.search.iter_mut().for_each(search::State::reserve);
     }
 
@@ -383,8 +314,9 @@ impl Filter {
         self.reweight(&best);
         self.state.particles.normalize();
         self.state.best = self.state.particles.best();
-        self.locate(last);
+        let share = self.locate(last);
         self.resample();
+        self.place_if_agreed(share, motion.distance_m);
     }
 
     /// Propagates the particles by the motion (equation 6).
@@ -398,7 +330,8 @@ impl Filter {
     /// particle.
     fn reweight(&mut self, best: &ScaledPose) {
         let count = self.beams.len() as f32;
-        let independent = self.parameters.independent_beams * self.beam_model.exactness();
+        let independent =
+            self.state.placing.independent_beams(&self.parameters) * self.beam_model.exactness();
         let per_beam = (independent / count.max(1.0)).min(1.0);
         let Self { beams, frame, beam_model, weigher, level, workers, state, .. } = self;
         let set = &mut state.particles;
@@ -428,8 +361,9 @@ impl Filter {
         }
     }
 
-    /// Finds the mode and judges the confidence in it. `last` is the robot's current pose according to the last estimate.
-    fn locate(&mut self, last: Option<ScaledPose>) {
+    /// Finds the mode and judges the confidence in it. `last` is the robot's current pose according to the last estimate. Returns
+    /// the share of the weight near the mode.
+    fn locate(&mut self, last: Option<ScaledPose>) -> f64 {
         let p = &self.parameters;
         let kernel = Kernel {
             radius_px: p.mode_radius_m * self.state.proportions.mean_scale_pxpm(),
@@ -443,16 +377,19 @@ impl Filter {
         self.state.set_mode(&mode);
         self.state.effective_sample_size = self.state.particles.effective_sample_size();
         self.state.confidence.update(fit, mode.share, &self.parameters);
+        mode.share
     }
 
     fn resample(&mut self) {
         let p = &self.parameters;
-        let State { particles, rng, confidence, proportions, effective_sample_size, .. } = &mut self.state;
+        let State { particles, rng, confidence, proportions, effective_sample_size, placing, .. } =
+            &mut self.state;
         if *effective_sample_size >= p.resample_below * particles.len() as f64 {
             return;
         }
         self.resampler.resample(particles, rng.random());
-        if (1..p.particles).contains(&p.least_particles) {
+        let is_anywhere = matches!(placing, Placing::Anywhere(_));
+        if !is_anywhere && (1..p.particles).contains(&p.least_particles) {
             let wanted = self.sample_size.wanted(particles, proportions.mean_scale_pxpm(), p);
             self.resampler.resample_to(particles, wanted, rng.random());
         }
@@ -460,6 +397,9 @@ impl Filter {
         let share = p.perturbed_share + p.perturbed_share_lost * confidence.decline();
         if share > 0.0 {
             perturb(particles, share, &terrain, p, rng);
+        }
+        if is_anywhere {
+            self.scatter_some();
         }
     }
 
@@ -510,9 +450,10 @@ impl Filter {
     /// scales are pulled back to the drawing's mean. Noise of the motion model is added once (Boniardi et al. 2015, IV: "sampled
     /// according to the state model").
     fn begin(&mut self, odometry: &Pose<Odom>) {
-        let (p, start) = (&self.parameters, &self.start);
+        let (p, start) = (&self.parameters, &self.start_at(odometry.yaw_rad));
         let first = start.scaled_pose(&self.grid, &self.frame, &self.beams, self.scale_guess_pxpm, p);
-        let best = match start.has_any_heading() && self.search.is_none() {
+        let is_unknown = start.has_any_heading() || start.is_anywhere(self.size_px);
+        let best = match is_unknown && self.search.is_none() {
             // The first scan says nothing about the scales if it is not known where it looks.
             true => ScaledPose { a_pxpm: self.scale_guess_pxpm, b_pxpm: self.scale_guess_pxpm, ..first },
             false => believed(&first, p),
@@ -523,9 +464,17 @@ impl Filter {
         };
         self.weigher.suit(&self.grid, p, &proportions);
         (self.state.best, self.state.proportions) = (best, proportions);
-        let State { particles, rng, .. } = &mut self.state;
+        let State { particles, rng, placing, .. } = &mut self.state;
+        particles.make_anew(placing.most_particles(p));
         let terrain = Terrain { grid: &self.grid, frame: &self.frame, proportions };
-        start.scatter(particles, [best.a_pxpm.ln(), best.b_pxpm.ln()], &terrain, p, rng);
+        start.scatter(
+            particles,
+            0..placing.most_particles(p),
+            [best.a_pxpm.ln(), best.b_pxpm.ln()],
+            &terrain,
+            p,
+            rng,
+        );
         self.propagate(&Motion::default());
         let at = [odometry.x, odometry.y, odometry.yaw_rad];
         (self.state.odometry, self.state.updated_at, self.state.started) = (at, at, true);
@@ -544,7 +493,7 @@ impl Filter {
         let State { particles, rng, proportions, .. } = &mut self.state;
         particles.make_anew(p.particles);
         let terrain = Terrain { grid: &self.grid, frame: &self.frame, proportions: *proportions };
-        told.scatter(particles, [best.a_pxpm.ln(), best.b_pxpm.ln()], &terrain, p, rng);
+        told.scatter(particles, 0..p.particles, [best.a_pxpm.ln(), best.b_pxpm.ln()], &terrain, p, rng);
         self.propagate(&Motion::default());
         let at = [odometry.x, odometry.y, odometry.yaw_rad];
         (self.state.odometry, self.state.updated_at, self.state.best) = (at, at, best);
@@ -554,13 +503,14 @@ impl Filter {
 }
 
 impl State {
-    fn new(parameters: &Parameters, mission_seed: u64) -> Self {
+    fn new(parameters: &Parameters, mission_seed: u64, particles: usize) -> Self {
         Self {
-            particles: ParticleSet::new(parameters.particles),
+            particles: ParticleSet::new(particles),
             rng: seed::stream(mission_seed, "localizer"),
             proportions: Proportions::default(),
             drawing_error: parameters.hit_width,
             started: false,
+            started_yaw_rad: 0.0,
             updated_at: [0.0; 3],
             odometry: [0.0; 3],
             travelled_m: 0.0,
@@ -572,7 +522,7 @@ impl State {
             confidence: Confidence::default(),
             told: None,
             search: None,
-            is_unplaced: false,
+            placing: Placing::Marked,
         }
     }
 

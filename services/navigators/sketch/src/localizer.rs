@@ -219,7 +219,7 @@ impl Localizer {
 }
 
 impl Stage for Localizer {
-    const FORM: &'static str = "sketch localizer 7";
+    const FORM: &'static str = "sketch localizer 8";
     type State = State;
 
     fn receive(&mut self, message: &Incoming<'_>) -> Result<(), StageError> {
@@ -272,9 +272,9 @@ impl Stage for Localizer {
     }
 
     /// Once a sketch arrives, the filter starts at the robot's pose in the last estimate instead of at the
-    /// marked start. If an earlier estimate is still waiting for a sketch, it is not used.
+    /// marked start. The estimate is not used if it was still waiting for a sketch, or if the robot might have been anywhere.
     fn recover(&mut self, remains: &dyn Remains) {
-        let is_known = |last: &PoseEstimate| last.tracking != Tracking::Waiting.code();
+        let is_known = |last: &PoseEstimate| last.tracking != Tracking::Waiting.code() && last.is_placed();
         let Some(last) = remains.of(ESTIMATE).filter(is_known) else { return };
         let variance = |i: usize| last.covariance[6 * i];
         let (spread_px, spread_rad) = (variance(0).max(variance(1)).sqrt(), variance(2).sqrt());

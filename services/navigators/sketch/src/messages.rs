@@ -268,7 +268,7 @@ impl Correspondence {
 }
 
 impl PoseEstimate {
-    /// Returns false if the pose means nothing, because nobody has marked where the robot is.
+    /// Returns false if the pose means nothing, because nobody has marked where the robot is and the filter has not found it.
     pub fn is_placed(&self) -> bool {
         self.particle_count > 0 || self.tracking != Tracking::Lost.code()
     }

@@ -289,7 +289,14 @@ impl Planner {
 
     fn drive(&mut self, chart: &Chart, estimate: &PoseEstimate, dt_s: f64) {
         let tracking = Tracking::from_code(estimate.tracking).unwrap_or(Tracking::Lost);
-        match self.driver.drive(chart, estimate.fit, tracking, self.agenda.elapsed_s(), dt_s) {
+        match self.driver.drive(
+            chart,
+            estimate.fit,
+            tracking,
+            estimate.is_placed(),
+            self.agenda.elapsed_s(),
+            dt_s,
+        ) {
             TaskStatus::Asks(question) => {
                 self.asking.for_s = 0.0;
                 self.agenda.ask(question);
@@ -352,7 +359,7 @@ impl Planner {
 }
 
 impl Stage for Planner {
-    const FORM: &'static str = "sketch planner 13";
+    const FORM: &'static str = "sketch planner 14";
     type State = State;
 
     fn receive(&mut self, message: &Incoming<'_>) -> Result<(), StageError> {

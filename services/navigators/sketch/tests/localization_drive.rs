@@ -4,10 +4,10 @@
 mod support;
 
 use sketchnav_schemas::codes::Tracking;
-use sketchnav_schemas::geometry::Pose;
+use sketchnav_schemas::geometry::{Pose, wrap_angle};
 use sketchnav_sketch::filter::parameters::{Likelihood, Parameters};
-use sketchnav_sketch::filter::{Estimate, Filter};
-use support::{Drawing, Drive, MAPPED, WAY};
+use sketchnav_sketch::filter::{Estimate, Filter, Start};
+use support::{Drawing, Drive, MAPPED, WAY, localizer_at};
 
 /// A drawing with 21 pixels per metre along the corridor and 13 across.
 const STRETCHED: Drawing = Drawing { size: [500, 500], a: 21.0, b: 13.0, turn_rad: 0.0, wobble_px: 0.0 };
@@ -123,15 +123,82 @@ fn the_filter_goes_on_from_a_checkpoint() {
 
 /// Drives along some waypoints. Returns the estimates with their errors in metres.
 fn along(drive: &mut Drive, way: &[[f64; 2]]) -> Vec<(Estimate, f64)> {
+    along_in(&MAPPED, drive, way)
+}
+
+/// Like [`along`], in another drawing.
+fn along_in(drawing: &Drawing, drive: &mut Drive, way: &[[f64; 2]]) -> Vec<(Estimate, f64)> {
     let mut estimates = Vec::new();
     for waypoint in way {
         while (waypoint[0] - drive.truth.x).hypot(waypoint[1] - drive.truth.y) > 0.1 {
             let (odometry, scan) = drive.advance(*waypoint);
             let estimate = drive.localizer.step(&odometry, &scan);
-            estimates.push((estimate, error_m(&MAPPED, drive, &estimate)));
+            estimates.push((estimate, error_m(drawing, drive, &estimate)));
         }
     }
     estimates
+}
+
+/// Creates a robot that may be anywhere in the stretched drawing.
+fn unmarked(seed: u64) -> Drive {
+    Drive::anywhere_in(STRETCHED, Parameters::default(), seed)
+}
+
+/// The scales of the drawing are unknown as well. Until the particles agree on a place, the robot is lost.
+#[test]
+fn a_robot_anywhere_in_a_drawing_finds_its_place() {
+    for seed in 1..=3 {
+        let mut drive = unmarked(seed);
+        assert!(drive.localizer.is_unplaced());
+        let first = along_in(&STRETCHED, &mut drive, &WAY[..1]);
+        assert!(first.iter().all(|(estimate, _)| estimate.tracking == Tracking::Lost));
+        let estimates = along_in(&STRETCHED, &mut drive, &WAY);
+        let (last, error_m) = estimates.last().unwrap();
+        assert!(!drive.localizer.is_unplaced() && last.tracking == Tracking::Tracking, "{seed}: {last:?}");
+        assert!(*error_m < 0.7, "{seed}: {last:?}, off by {error_m} m");
+    }
+}
+
+/// Only the heading at the start is marked. Particles that are scattered later once had this heading too, however far the robot had
+/// turned.
+#[test]
+fn particles_of_a_robot_whose_heading_was_marked_are_scattered_with_its_present_heading() {
+    let mut drive = unmarked(1);
+    let pose = Pose::new(250.0, 250.0, drive.truth.yaw_rad);
+    let start = Start { spread_rad: 0.1, ..Start::anywhere(pose, STRETCHED.size) };
+    drive.localizer = localizer_at(&STRETCHED, Parameters::default(), start, 1);
+    let (mut furthest_rad, mut scans) = (0.0_f64, 0);
+    for waypoint in WAY {
+        while (waypoint[0] - drive.truth.x).hypot(waypoint[1] - drive.truth.y) > 0.1 {
+            let (odometry, scan) = drive.advance(waypoint);
+            drive.localizer.step(&odometry, &scan);
+            if !drive.localizer.is_unplaced() {
+                break;
+            }
+            let headings = &drive.localizer.particles().yaw_rad;
+            let is_right = |yaw: &&f32| wrap_angle(f64::from(**yaw) - drive.truth.yaw_rad).abs() < 0.8;
+            let right = headings.iter().filter(is_right).count();
+            assert!(right * 100 > headings.len() * 97, "{right} of {}", headings.len());
+            furthest_rad = furthest_rad.max(wrap_angle(drive.truth.yaw_rad - pose.yaw_rad).abs());
+            scans += 1;
+        }
+    }
+    assert!(scans > 50 && furthest_rad > 1.2, "{scans} scans, {furthest_rad} rad");
+}
+
+#[test]
+fn a_robot_without_a_mark_goes_on_from_a_checkpoint() {
+    let bits_of =
+        |estimates: Vec<(Estimate, f64)>| estimates.iter().map(|(e, _)| bits(e)).collect::<Vec<_>>();
+    let (mut whole, mut resumed) = (unmarked(2), unmarked(2));
+    for way in [&WAY[..2], &WAY[2..8], &WAY[8..]] {
+        let both = [&mut whole, &mut resumed].map(|drive| bits_of(along_in(&STRETCHED, drive, way)));
+        assert_eq!(both[0], both[1]);
+        let state = resumed.localizer.state().clone();
+        resumed.localizer = unmarked(99).localizer;
+        resumed.localizer.restore(state);
+        assert_eq!(resumed.localizer.is_unplaced(), way.len() == 2, "it is found after the first stretch");
+    }
 }
 
 #[test]

@@ -299,9 +299,9 @@ fn a_person_who_says_where_the_robot_is_has_its_particles_drawn_there() {
     assert!(particles.iter().all(|at| at[2].abs() < 1.0), "{particles:?}");
 }
 
-/// Nobody has marked where the robot is, so there are no particles until a person places it.
+/// Nobody has marked where the robot is, and it cannot find out while it stands still.
 #[test]
-fn without_a_start_mark_only_a_person_places_the_robot() {
+fn without_a_start_mark_a_person_can_place_the_robot() {
     let (mut map, cells) = room();
     (map.start_spread_px, map.start_spread_rad) = (1e3, std::f64::consts::PI);
     let hosted = || {
@@ -319,6 +319,7 @@ fn without_a_start_mark_only_a_person_places_the_robot() {
     for localizer in [&mut localizer, &mut successor] {
         let (out, particles) = particles_after(localizer, &here(50.0, 40.0, Some(0.0)));
         assert!(out.is_placed() && out.tracking != Tracking::Lost.code(), "{out:?}");
+        assert!((out.pose.x_px - 50.0).hypot(out.pose.y_px - 40.0) < 15.0, "{out:?}");
         assert!(particles.iter().all(|at| (at[0] - 50.0).hypot(at[1] - 40.0) < 30.0), "{particles:?}");
     }
 }

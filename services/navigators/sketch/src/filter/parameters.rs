@@ -95,6 +95,16 @@ pub struct Parameters {
     /// open the outline.
     pub door_width_m: f32,
 
+    /// Number of particles while the robot may be anywhere in a drawing, 16 to 100 000. It is at least `particles`.
+    pub anywhere_particles: usize,
+    /// Effective number of independent beams of a scan while the robot may be anywhere in a drawing.
+    pub anywhere_independent_beams: f32,
+    /// Share of these particles that resampling scatters over the drawing again.
+    pub fresh_share: f32,
+    /// Share of the weight near the estimate above which particles that were scattered over a drawing agree on a place.
+    pub placed_share: f64,
+    /// Distance over which they must agree until the robot counts as placed, in metres.
+    pub placed_after_m: f32,
     /// Whether the robot searches the whole map for its pose when it may be anywhere or is lost. This requires a map whose scale is
     /// known.
     pub searches: bool,
@@ -201,6 +211,11 @@ impl Default for Parameters {
             wall_crossing_factor: 0.3,
             outline_gap_m: 1.5,
             door_width_m: 0.7,
+            anywhere_particles: 30_000,
+            anywhere_independent_beams: 1.0,
+            fresh_share: 0.1,
+            placed_share: 0.8,
+            placed_after_m: 4.0,
             searches: false,
             start_spread_m: 0.4,
             start_spread_rad: 0.08,
@@ -344,6 +359,7 @@ impl Parameters {
     pub fn check(&self) -> Result<(), ParameterError> {
         let counts = [
             ("particles", "16 to 100000", self.particles, 16..=100_000),
+            ("anywhere_particles", "16 to 100000", self.anywhere_particles, 16..=100_000),
             ("least_particles", "0 to 100000", self.least_particles, 0..=100_000),
             ("beams", "4 to 1440", self.beams, 4..=MAX_BEAMS),
             ("grid_cells", "1000 to 4000000", self.grid_cells, 1000..=4_000_000),
@@ -376,11 +392,13 @@ impl Parameters {
         expect("lost_below", "no more than doubtful_below", self.lost_below.into(), below)
     }
 
-    fn positive(&self) -> [(&'static str, f64); 13] {
+    fn positive(&self) -> [(&'static str, f64); 15] {
         [
             ("kld_error", self.kld_error.into()),
             ("bin_m", self.bin_m.into()),
             ("independent_beams", self.independent_beams.into()),
+            ("anywhere_independent_beams", self.anywhere_independent_beams.into()),
+            ("placed_after_m", self.placed_after_m.into()),
             ("update_distance_m", self.update_distance_m),
             ("update_turn_rad", self.update_turn_rad),
             ("scale_limit", self.scale_limit.into()),
@@ -418,8 +436,10 @@ impl Parameters {
         ]
     }
 
-    fn shares(&self) -> [(&'static str, f64); 11] {
+    fn shares(&self) -> [(&'static str, f64); 13] {
         [
+            ("fresh_share", self.fresh_share.into()),
+            ("placed_share", self.placed_share),
             ("one_place_share", self.one_place_share),
             ("resample_below", self.resample_below),
             ("start_anisotropy", self.start_anisotropy.into()),

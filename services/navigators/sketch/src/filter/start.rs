@@ -80,8 +80,8 @@ impl Start {
         ScaledPose { a_pxpm, b_pxpm, ..pose }
     }
 
-    /// Returns the drawing's mean scales, as (ln a, ln b). They are between those of the first scan and the one that follows from
-    /// the size of the drawing.
+    /// Returns the drawing's mean scales, as (ln a, ln b). They are between those of the first pose and the one that follows from the
+    /// size of the drawing.
     pub(super) fn mean_ln_scales(
         &self,
         first: &ScaledPose,
@@ -92,10 +92,11 @@ impl Start {
         [first.a_pxpm, first.b_pxpm].map(|scale| scale.ln() + share * (size_pxpm / scale).ln())
     }
 
-    /// Scatters the particles around the start, in free cells if any can be found, with scales around (ln a, ln b).
+    /// Scatters the particles with these numbers around the start, in free cells if any can be found, with scales around (ln a, ln b).
     pub(super) fn scatter(
         &self,
         particles: &mut ParticleSet,
+        numbers: impl Iterator<Item = usize>,
         [ln_a, ln_b]: [f32; 2],
         terrain: &Terrain<'_>,
         parameters: &Parameters,
@@ -106,7 +107,7 @@ impl Start {
         // The person's own uncertainty is in pixels. The minimum uncertainty is in metres, along the walls and across.
         let spread_px = |ln: f32| (self.spread_px as f32).max(parameters.start_spread_m * ln.exp());
         let px_from_draw = terrain.frame.px_from_frame(spread_px(ln_a), spread_px(ln_b));
-        for i in 0..particles.len() {
+        for i in numbers {
             let place = match self.is_anywhere(terrain.grid.size_px().map(|side| side as usize)) {
                 true => free_place_anywhere(terrain, rng).unwrap_or(middle),
                 false => free_place(terrain.grid, middle, &px_from_draw, rng),

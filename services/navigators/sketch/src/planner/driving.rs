@@ -245,10 +245,14 @@ impl Driver {
         chart: &Chart,
         fit: f64,
         tracking: Tracking,
+        is_placed: bool,
         now_s: f64,
         dt_s: f64,
     ) -> TaskStatus {
         self.chart = Some(*chart);
+        if let Some(explorer) = &mut self.explorer {
+            explorer.on_estimate(is_placed);
+        }
         let lost = tracking == Tracking::Lost;
         self.attempt.lost_s = if lost { self.attempt.lost_s + dt_s } else { 0.0 };
         self.attempt.arrival.follow(chart, fit, dt_s);

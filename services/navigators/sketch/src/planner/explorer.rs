@@ -19,6 +19,7 @@ mod known;
 mod locate;
 mod paper;
 mod path_grid;
+mod searching;
 
 use std::fmt;
 
@@ -157,6 +158,8 @@ pub struct Exploration {
     /// Where the robot was when it arrived without doubt, if neither the drawing nor a person had said where it is.
     found: Option<Known>,
     is_news: bool,
+    /// Whether the filter has found out where the robot is.
+    is_estimated: bool,
     /// The last alignment and its outline.
     last: Option<(SeenOutline, Alignment)>,
 }
@@ -247,11 +250,14 @@ impl Explorer {
     }
 
     /// Returns true if goals are located by the outline, which is the case while the floor seen so far is open, for the rest of a
-    /// task in which the filter has failed, and if nobody has placed the robot, because the filter needs a start.
+    /// task in which the filter has failed, and while neither a mark, a person nor the filter has placed the robot.
     pub fn is_in_charge(&self) -> bool {
-        let share = self.exploration.open_share.unwrap_or(1.0);
-        let is_open = share >= self.parameters.least_open_share;
-        self.paper.is_some() && (is_open || self.exploration.has_taken_over || !self.is_placed())
+        self.paper.is_some() && (self.is_open() || self.exploration.has_taken_over || !self.is_placed())
+    }
+
+    /// Returns true if the floor that was seen is open. It is, until it has been judged.
+    fn is_open(&self) -> bool {
+        self.exploration.open_share.unwrap_or(1.0) >= self.parameters.least_open_share
     }
 
     /// Takes charge of the rest of a task in which the filter has failed.
@@ -466,6 +472,12 @@ impl Explorer {
         let hurries = likely.place.is_some_and(|goal| {
             likely.seen > LEAST_SEEN && left_s < distance(goal, place) * WINDING / USUAL_MPS + SPARE_S
         });
+        if self.searches()
+            && !hurries
+            && let Some(advice) = self.choose_any_gap(seen)
+        {
+            return advice;
+        }
         let is_seen = likely.hidden < self.parameters.goal_hidden_share || likely.gap.is_none() || hurries;
         match (is_seen, likely.place, likely.gap) {
             (true, Some(goal), _) => {
@@ -484,15 +496,10 @@ impl Explorer {
             }
             (_, _, Some((gap, point))) => {
                 let points = seen.gaps[usize::from(gap)].clone();
-                let Some(way_m) = self.set_course(Aim::Gap, point, points.clone()) else {
-                    return Advice::Drive;
-                };
-                if way_m < AT_GAP_M {
-                    let near = self.near_of(&points, point);
-                    self.exploration.looking = Some((near, self.free_cells() as u32));
-                    return Advice::Look;
+                match self.set_course(Aim::Gap, point, points.clone()) {
+                    Some(way_m) => self.look_through(&points, point, way_m),
+                    None => Advice::Drive,
                 }
-                Advice::Drive
             }
             _ => Advice::Drive,
         }
@@ -597,10 +604,7 @@ impl Explorer {
     /// Sets a course to the reachable place that is nearest to `target`. Returns the length of the path there, in metres, or `None`
     /// if nothing is reachable.
     fn set_course(&mut self, aim: Aim, target: Place, gap: Vec<Place>) -> Option<f64> {
-        self.take_survey();
-        let place = self.place();
-        let clearance_m = self.parameters.footprint_padding_m + self.parameters.map_clearance_m;
-        let mut grid = PathGrid::new(&self.survey, clearance_m);
+        let (place, mut grid) = (self.place(), self.path_grid());
         let end = match aim {
             Aim::Gap => grid.end_near(place, target, &gap),
             _ => grid.end_for(place, target),
@@ -609,10 +613,22 @@ impl Explorer {
             (self.exploration.course, self.field) = (None, None);
             return None;
         };
+        self.follow(aim, target, gap, grid, cell);
+        Some(way_m)
+    }
+
+    /// Returns the grid of the space that was seen.
+    fn path_grid(&mut self) -> PathGrid {
+        self.take_survey();
+        let clearance_m = self.parameters.footprint_padding_m + self.parameters.map_clearance_m;
+        PathGrid::new(&self.survey, clearance_m)
+    }
+
+    /// Sets the course that ends in this cell of the grid.
+    fn follow(&mut self, aim: Aim, target: Place, gap: Vec<Place>, grid: PathGrid, cell: usize) {
         let end = grid.middle(cell);
         self.field = Field::new(&grid, cell);
         self.exploration.course = Some(Course { aim, target, end, gap, grid, cell });
-        Some(way_m)
     }
 
     /// Returns the points of a gap near the robot.

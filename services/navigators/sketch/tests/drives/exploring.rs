@@ -76,6 +76,37 @@ fn the_outline_takes_over_when_the_filter_has_lost_its_way_among_rooms() {
     assert!(outcome.ends[0].1.starts_with("the walls seen put the goal here"), "{:?}", outcome.ends);
 }
 
+/// Nobody has marked the start, and the filter never finds the robot.
+fn unmarked_drive() -> Drive {
+    let scene = Scene::faithful(rooms(), [13.0, 5.0], [1.5, 2.4, 0.0]);
+    let by_outline = config(ROBOTINO, "by_outline = true");
+    let mut drive = Drive::with(Scene { is_marked: false, ..scene }, by_outline, &[&[[11.0, 2.0]]], 240.0);
+    drive.tracking = Tracking::Lost;
+    drive
+}
+
+/// The goal is in the third room. The robot used to follow the outline's guess, and went back and forth between two rooms.
+#[test]
+fn an_unmarked_robot_among_rooms_looks_into_all_of_them_before_it_goes_by_the_outline() {
+    let outcome = unmarked_drive().run(300.0);
+    let farthest_m = outcome.way.iter().map(|at| at[0]).fold(0.0, f64::max);
+    assert!(farthest_m > 7.5, "{farthest_m}, {:?}", outcome.ends);
+}
+
+#[test]
+fn an_unmarked_robot_that_the_filter_finds_on_the_way_drives_by_the_filter() {
+    let mut drive = unmarked_drive();
+    let is_in_next_room = (0..3000).any(|_| {
+        drive.step();
+        drive.place()[0] > 4.0
+    });
+    assert!(is_in_next_room, "{:?}", drive.place());
+    drive.tracking = Tracking::Tracking;
+    let outcome = drive.run(300.0);
+    assert_eq!(outcome.states(), [Reached, Finished], "{:?}", outcome.ends);
+    assert!(outcome.ends[0].1.ends_with("m from the goal"), "{:?}", outcome.ends);
+}
+
 /// Among rooms, the robot drives by the filter, which checks arrivals by looking around. Such a look used to be mistaken for one of
 /// the explorer's looks. Since the explorer had not mapped anything, the planner crashed.
 #[test]

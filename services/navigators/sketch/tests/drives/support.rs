@@ -9,6 +9,7 @@ use sketchnav_schemas::message::*;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::run::RunConfig;
+use sketchnav_sketch::filter::Start;
 use sketchnav_sketch::messages::{CHANNELS, ESTIMATE, PLAN, PoseEstimate, ROUTE, Route, SKETCH, SketchMap};
 use sketchnav_sketch::mission::KIND;
 use sketchnav_sketch::planner::Planner;
@@ -38,6 +39,8 @@ pub struct Scene {
     pub warp: Warp,
     pub size_m: [f64; 2],
     pub start: Pose<WorldFrame>,
+    /// Whether the drawing marks the start.
+    pub is_marked: bool,
 }
 
 /// The outcome of a drive.
@@ -97,7 +100,15 @@ impl Scene {
     /// Creates a scene whose drawing shows every wall at its true position.
     pub fn faithful(walls: Vec<Line>, size_m: [f64; 2], start: [f64; 3]) -> Self {
         let start = Pose::new(start[0], start[1], start[2]);
-        Self { drawn: walls.clone(), walls, discs: Vec::new(), warp: stretched, size_m, start }
+        Self {
+            drawn: walls.clone(),
+            walls,
+            discs: Vec::new(),
+            warp: stretched,
+            size_m,
+            start,
+            is_marked: true,
+        }
     }
 
     pub fn cells(&self) -> (SketchMap, Vec<u8>) {
@@ -115,7 +126,12 @@ impl Scene {
         }
         let ([x, y], _) = (self.warp)(self.start.x, self.start.y);
         let start = PosePx::new(&Pose::new(x, y, self.start.yaw_rad));
-        let map = SketchMap { width_px: width as u32, height_px: height as u32, start, ..Zeroable::zeroed() };
+        let mut map =
+            SketchMap { width_px: width as u32, height_px: height as u32, start, ..Zeroable::zeroed() };
+        if !self.is_marked {
+            let anywhere = Start::anywhere(map.start().pose, [width, height]);
+            (map.start_spread_px, map.start_spread_rad) = (anywhere.spread_px, anywhere.spread_rad);
+        }
         (map, cells)
     }
 

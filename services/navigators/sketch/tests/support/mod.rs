@@ -18,16 +18,13 @@ pub use building::{Drawing, WAY, scan_from};
 pub fn localizer(drawing: &Drawing, parameters: Parameters, seed: u64) -> Filter {
     let [x, y] = drawing.px(WAY[0]);
     let pose = Pose::new(x, y, std::f64::consts::FRAC_PI_2 + drawing.turn_rad);
-    let start = Start { pose, spread_px: 5.0, spread_rad: 0.1 };
-    Filter::new(
-        &drawing.sketch(),
-        Mounting::default(),
-        sketchnav_schemas::robot::Drive::Omnidirectional,
-        parameters,
-        start,
-        seed,
-    )
-    .unwrap()
+    localizer_at(drawing, parameters, Start { pose, spread_px: 5.0, spread_rad: 0.1 }, seed)
+}
+
+/// Creates a localizer with this start in a drawing.
+pub fn localizer_at(drawing: &Drawing, parameters: Parameters, start: Start, seed: u64) -> Filter {
+    let drive = sketchnav_schemas::robot::Drive::Omnidirectional;
+    Filter::new(&drawing.sketch(), Mounting::default(), drive, parameters, start, seed).unwrap()
 }
 
 /// A map as a laser has seen it, at 20 pixels per metre.
@@ -50,14 +47,16 @@ impl Drive {
 
     /// Creates a robot that may be anywhere in [`MAPPED`]. It last stood in the middle of the map.
     pub fn anywhere(seed: u64) -> Self {
-        let map = MAPPED.sketch();
-        let parameters =
-            Parameters { building_size_m: extent_px(&map) / MAPPED.a as f32, ..Parameters::learned() };
-        let [width, height] = MAPPED.size.map(|side| side as f64);
-        let start = Start::anywhere(Pose::new(width / 2.0, height / 2.0, 0.0), MAPPED.size);
-        let drive = sketchnav_schemas::robot::Drive::Omnidirectional;
-        let localizer = Filter::new(&map, Mounting::default(), drive, parameters, start, seed).unwrap();
-        Self { localizer, ..Self::new(MAPPED, Parameters::default(), seed) }
+        let building_size_m = extent_px(&MAPPED.sketch()) / MAPPED.a as f32;
+        Self::anywhere_in(MAPPED, Parameters { building_size_m, ..Parameters::learned() }, seed)
+    }
+
+    /// Creates a robot that may be anywhere in a drawing.
+    pub fn anywhere_in(drawing: Drawing, parameters: Parameters, seed: u64) -> Self {
+        let [width, height] = drawing.size.map(|side| side as f64);
+        let start = Start::anywhere(Pose::new(width / 2.0, height / 2.0, 0.0), drawing.size);
+        let localizer = localizer_at(&drawing, parameters, start, seed);
+        Self { localizer, ..Self::new(drawing, Parameters::default(), seed) }
     }
 
     /// Moves the robot for a tenth of a second at half a metre per second towards a waypoint. If the waypoint is to the side, the

@@ -50,8 +50,15 @@ impl Driver {
             (Guide::Outline, false) => Guide::Goal,
             _ => return,
         };
+        let is_estimated = explorer.is_estimated();
         (self.attempt.plan_due_s, self.attempt.pace) = (now_s, Pace::new(now_s));
         self.attempt.progress = ProgressChecker::new(now_s, chart.robot_m().position());
+        if is_estimated && self.attempt.guide == Guide::Goal {
+            self.attempt.look_again(now_s, Some(chart));
+            self.solve(chart);
+            let robot = chart.robot_px().position();
+            self.attempt.drawn = self.field.as_ref().is_some_and(|field| field.is_open(robot));
+        }
     }
 
     /// Returns true if the outline can take over a task in which the filter fails.

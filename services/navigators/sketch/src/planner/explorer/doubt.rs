@@ -160,7 +160,7 @@ impl Explorer {
         let told = Known { places: Some([[here.at.x, here.at.y], self.place()]), turn_rad };
         if let Some((doubt, 0)) = near {
             self.exploration.settled = Some(Settled { margin: doubt.margin, is_confirmed: true });
-            if !self.is_placed() {
+            if !self.is_anchored() {
                 self.exploration.told = Some(told);
             }
             return;

@@ -16,11 +16,27 @@ pub struct Known {
 }
 
 impl Explorer {
-    /// Returns true if the drawing or a person has placed the robot.
+    /// Returns true if the drawing, a person or the filter has placed the robot.
     pub fn is_placed(&self) -> bool {
+        self.exploration.is_estimated || self.is_anchored()
+    }
+
+    /// Returns true if the drawing or a person has placed the robot.
+    pub(super) fn is_anchored(&self) -> bool {
         let is_place = |known: &Known| known.places.is_some();
         self.paper.as_ref().is_some_and(|paper| is_place(&paper.marked))
             || self.exploration.told.as_ref().is_some_and(is_place)
+    }
+
+    /// Records whether the filter knows where the robot is.
+    pub fn on_estimate(&mut self, is_placed: bool) {
+        self.exploration.is_estimated = is_placed;
+    }
+
+    /// Returns true if the filter knows where the robot is, and the drawing does not mark its start.
+    pub fn is_estimated(&self) -> bool {
+        let is_marked = self.paper.as_ref().is_some_and(|paper| paper.marked.places.is_some());
+        self.exploration.is_estimated && !is_marked
     }
 
     /// Returns true if it is known where the robot was at some moment.

@@ -27,6 +27,11 @@ const ESCAPE: f32 = 15.0;
 const ESCAPE_M: f64 = 0.6;
 /// Maximum distance from the end of a course to the gap that it leads to, in metres.
 const BEFORE_GAP_M: f64 = 0.9;
+/// Shortest and longest length of a gap, in metres, that count in the choice of the next gap.
+const NARROW_M: f64 = 0.5;
+const WIDE_GAP_M: f64 = 2.0;
+/// Cost of looking through a gap, as a driving distance in metres.
+const LOOK_M: f64 = 2.0;
 /// Maximum number of points of a path.
 const MAX_PATH: usize = 2048;
 
@@ -133,6 +138,27 @@ impl PathGrid {
     /// there, in metres. If no cell before the gap is reachable, returns the reachable cell that is nearest to `target`.
     pub fn end_near(&mut self, robot: Place, target: Place, gap: &[Place]) -> Option<(usize, f64)> {
         let reach = self.reach(robot);
+        let cell = self.before(&reach, target, gap).or_else(|| self.nearest(&reach, target, &|_| true))?;
+        Some((cell, f64::from(reach.lengths()[cell])))
+    }
+
+    /// Returns the index of the gap to look through next, the reachable cell before it, and the length of the robot's path there, in
+    /// metres. This is the gap with the lowest cost, path and look, per metre of its length. Returns `None` if no gap can be reached.
+    pub fn next_gap(&mut self, robot: Place, gaps: &[Vec<Place>]) -> Option<(usize, usize, f64)> {
+        let reach = self.reach(robot);
+        let ends = gaps.iter().enumerate().filter_map(|(k, gap)| {
+            let middle = *gap.get(gap.len() / 2)?;
+            let cell = self.before(&reach, middle, gap)?;
+            let way_m = f64::from(reach.lengths()[cell]);
+            let wide_m = distance(gap[0], gap[gap.len() - 1]).clamp(NARROW_M, WIDE_GAP_M);
+            Some((k, cell, way_m, (way_m + LOOK_M) / wide_m))
+        });
+        let (gap, cell, way_m, _) = ends.min_by(|a, b| a.3.total_cmp(&b.3))?;
+        Some((gap, cell, way_m))
+    }
+
+    /// Returns the reachable cell before a gap that is nearest to `target`.
+    fn before(&self, reach: &Frontier, target: Place, gap: &[Place]) -> Option<usize> {
         let bound = |axis: usize, start: f64, of: fn(f64, f64) -> f64| {
             gap.iter().map(|place| place[axis]).fold(start, of)
         };
@@ -143,19 +169,20 @@ impl PathGrid {
             let is_about = (0..2).all(|axis| low[axis] <= middle[axis] && middle[axis] <= high[axis]);
             is_about && gap.iter().any(|place| distance(*place, middle) < BEFORE_GAP_M)
         };
-        let nearest = |among: &dyn Fn(usize) -> bool| {
-            let mut best = (None, f64::INFINITY);
-            for cell in (0..self.kinds.len()).filter(|cell| reach.costs()[*cell].is_finite()) {
-                let off_m = distance(self.middle(cell), target);
-                // The slow check comes last, since few cells are nearer than the best so far.
-                if off_m < best.1 && among(cell) {
-                    best = (Some(cell), off_m);
-                }
+        self.nearest(reach, target, &is_before)
+    }
+
+    /// Returns the reachable cell that is nearest to `target` and satisfies `among`.
+    fn nearest(&self, reach: &Frontier, target: Place, among: &dyn Fn(usize) -> bool) -> Option<usize> {
+        let mut best = (None, f64::INFINITY);
+        for cell in (0..self.kinds.len()).filter(|cell| reach.costs()[*cell].is_finite()) {
+            let off_m = distance(self.middle(cell), target);
+            // The slow check comes last, since few cells are nearer than the best so far.
+            if off_m < best.1 && among(cell) {
+                best = (Some(cell), off_m);
             }
-            best.0
-        };
-        let cell = nearest(&is_before).or_else(|| nearest(&|_| true))?;
-        Some((cell, f64::from(reach.lengths()[cell])))
+        }
+        best.0
     }
 }
 

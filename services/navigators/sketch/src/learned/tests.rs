@@ -404,9 +404,28 @@ fn correspondences_of_the_same_drawing_are_added() {
     assert!((x - 7.0).hypot(y - 1.0) < 0.1, "{x} {y}");
 }
 
+/// The goal used to be there twice, once reached and once not.
 #[test]
-fn goals_without_room_are_named() {
+fn a_goal_that_only_the_other_drive_reached_is_completed() {
+    let (mut first, other) = two_drives();
+    let corner = first.goals[0].clone();
+    first.goals[0] = Goal { at_m: None, reached: false, ..corner.clone() };
+    let (both, gain) = first.combined_with(&other).unwrap();
+    assert_eq!(
+        (gain.goals, both.goals.len()),
+        (vec!["office".into(), "Corner".into()], first.goals.len() + 1)
+    );
+    let [x, y] = both.goals[0].at_m.unwrap();
+    let [wanted_x, wanted_y] = corner.at_m.unwrap();
+    assert!((x - wanted_x).hypot(y - wanted_y) < 0.2 && both.goals[0].reached, "{:?}", both.goals[0]);
+    assert_eq!(both.goals[0].at, corner.at);
+}
+
+#[test]
+fn goals_without_room_or_without_a_place_in_the_drawing_are_named() {
     let (first, other) = two_drives();
+    let (_, gain) = Learned { pairs: Vec::new(), ..first.clone() }.combined_with(&other).unwrap();
+    assert_eq!((gain.goals, gain.left_out), (Vec::<String>::new(), vec!["office".to_owned()]));
     let goals = vec![first.goals[0].clone(); MAX_TASKS];
     let (both, gain) = Learned { goals, ..first }.combined_with(&other).unwrap();
     assert_eq!((both.goals.len(), gain.left_out), (MAX_TASKS, vec!["office".to_owned()]));

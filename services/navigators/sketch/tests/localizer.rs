@@ -320,7 +320,8 @@ fn without_a_start_mark_a_person_can_place_the_robot() {
         let (out, particles) = particles_after(localizer, &here(50.0, 40.0, Some(0.0)));
         assert!(out.is_placed() && out.tracking != Tracking::Lost.code(), "{out:?}");
         assert!((out.pose.x_px - 50.0).hypot(out.pose.y_px - 40.0) < 15.0, "{out:?}");
-        assert!(particles.iter().all(|at| (at[0] - 50.0).hypot(at[1] - 40.0) < 30.0), "{particles:?}");
+        let is_near = |at: &&[f32; 3]| (at[0] - 50.0).hypot(at[1] - 40.0) < 30.0;
+        assert!(10 * particles.iter().filter(is_near).count() > 9 * particles.len(), "{particles:?}");
     }
 }
 

@@ -97,7 +97,9 @@ fn a_steady_update_allocates_nothing_and_two_threads_change_no_bit() {
     anywhere.localizer.step(&odometry, &scan);
     steps(&mut anywhere, 120);
     // In a drawing, particles are scattered everywhere, and their number drops once they agree.
-    let parameters = Parameters { anywhere_particles: 5000, placed_after_m: 0.1, ..Parameters::default() };
+    let (placed_share, placed_after_m) = (0.0, 0.1);
+    let parameters =
+        Parameters { anywhere_particles: 5000, placed_share, placed_after_m, ..Parameters::default() };
     let mut unmarked = Drive::anywhere_in(DRAWING, parameters, 1);
     let (odometry, scan) = unmarked.advance(WAY[1]);
     unmarked.localizer.step(&odometry, &scan);

@@ -25,6 +25,8 @@ pub struct Lookout {
     /// Sequence number of the current sketch, or 0 before the first one.
     sketch_seq: u64,
     size_px: Option<[u32; 2]>,
+    /// Whether the sketch marks where the robot starts.
+    is_marked: bool,
     wall_direction_rad: f64,
     walls: Option<Walls>,
     /// Number of estimates yet to arrive that may still refer to an earlier sketch.
@@ -45,6 +47,7 @@ impl Lookout {
             robot: robot.clone(),
             sketch_seq: 0,
             size_px: None,
+            is_marked: true,
             wall_direction_rad: 0.0,
             walls: None,
             in_flight: 0,
@@ -61,6 +64,7 @@ impl Lookout {
     fn take_sketch(&mut self, map: &SketchMap, cells: &[u8]) {
         let size_px = [map.width_px, map.height_px];
         (self.size_px, self.wall_direction_rad) = (Some(size_px), map.wall_direction_rad);
+        self.is_marked = !map.start().is_anywhere(size_px.map(|side| side as usize));
         self.walls = Some(Walls { size_px, cells: cells.to_vec() });
         if map.header.seq != self.sketch_seq {
             // All messages so far refer to the previous sketch.
@@ -116,7 +120,9 @@ impl lookout::Lookout for Lookout {
     fn draw(&mut self, picture: &mut Picture) {
         let Some(estimate) = self.estimate.as_deref() else { return };
         picture.lasting = self.correspondence.take().map(|found| outline(&found).into());
-        picture.robot = robot(estimate, &self.robot);
+        // Where the drawing looks alike elsewhere, the particles agree on one of the places by chance. The question says that it is one.
+        let is_placed = self.is_marked || self.question().is_none();
+        picture.robot = robot(estimate, &self.robot).filter(|_| is_placed);
         if picture.robot.is_none() {
             return;
         }
@@ -135,8 +141,8 @@ fn keep<T: Copy>(newest: &mut Option<Box<T>>, message: Option<&T>) {
     }
 }
 
-/// Returns the robot's estimated pose, or `None` while the localizer is still waiting for its first input, or for somebody who marks
-/// where the robot is.
+/// Returns the robot's estimated pose, or `None` while the localizer is still waiting for its first input, or if it does not
+/// know yet where the robot is.
 fn robot(estimate: &PoseEstimate, robot: &Robot) -> Option<Whereabouts> {
     let tracking = Tracking::from_code(estimate.tracking).filter(|t| *t != Tracking::Waiting)?;
     if !estimate.is_placed() {

@@ -228,6 +228,11 @@ impl Driver {
         if let Some(explorer) = self.explorer.as_mut().filter(|_| !task.is_route()) {
             explorer.begin(goal);
         }
+        self.set_off(chart);
+    }
+
+    /// Solves the cost field, and checks whether the drawing shows a path from where the robot is.
+    fn set_off(&mut self, chart: &Chart) {
         self.solve(chart);
         let robot = chart.robot_px().position();
         self.attempt.drawn = self.field.as_ref().is_some_and(|field| field.is_open(robot));

@@ -55,9 +55,7 @@ impl Driver {
         self.attempt.progress = ProgressChecker::new(now_s, chart.robot_m().position());
         if is_estimated && self.attempt.guide == Guide::Goal {
             self.attempt.look_again(now_s, Some(chart));
-            self.solve(chart);
-            let robot = chart.robot_px().position();
-            self.attempt.drawn = self.field.as_ref().is_some_and(|field| field.is_open(robot));
+            self.set_off(chart);
         }
     }
 

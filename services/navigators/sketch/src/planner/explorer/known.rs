@@ -23,9 +23,11 @@ impl Explorer {
 
     /// Returns true if the drawing or a person has placed the robot.
     pub(super) fn is_anchored(&self) -> bool {
-        let is_place = |known: &Known| known.places.is_some();
-        self.paper.as_ref().is_some_and(|paper| is_place(&paper.marked))
-            || self.exploration.told.as_ref().is_some_and(is_place)
+        self.is_marked() || self.exploration.told.is_some_and(|told| told.places.is_some())
+    }
+
+    fn is_marked(&self) -> bool {
+        self.paper.as_ref().is_some_and(|paper| paper.marked.places.is_some())
     }
 
     /// Records whether the filter knows where the robot is.
@@ -35,8 +37,7 @@ impl Explorer {
 
     /// Returns true if the filter knows where the robot is, and the drawing does not mark its start.
     pub fn is_estimated(&self) -> bool {
-        let is_marked = self.paper.as_ref().is_some_and(|paper| paper.marked.places.is_some());
-        self.exploration.is_estimated && !is_marked
+        self.exploration.is_estimated && !self.is_marked()
     }
 
     /// Returns true if it is known where the robot was at some moment.

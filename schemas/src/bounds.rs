@@ -111,6 +111,8 @@ bounds! {
     SLIPS_PER_M: 0 to 100 " a metre";
     /// Time limit of a task.
     TIME_LIMIT_S: 0.001 to 1000000 " s";
+    /// Time at which somebody carries the robot.
+    CARRY_S: 0 to 1000000 " s";
     /// Pause of a person at a waypoint.
     PAUSE_S: 0 to 1000000 " s";
     /// Radius of the disc around a goal in which the robot counts as having arrived.

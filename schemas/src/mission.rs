@@ -67,6 +67,21 @@ pub struct WorldSource {
     /// Markers in addition to the floor plan's.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub marker: Vec<Marker>,
+    /// Times at which somebody lifts the robot and sets it down elsewhere.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub carry: Vec<Carry>,
+}
+
+/// Somebody lifts the robot and sets it down elsewhere, which its odometry does not notice.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Carry {
+    /// Time, in seconds of simulation time.
+    pub at_s: f64,
+    /// Position afterwards, in metres.
+    pub to: [f64; 2],
+    /// Heading afterwards, in degrees counter-clockwise from the world's x axis.
+    pub heading_deg: f64,
 }
 
 /// The choice of a navigator.
@@ -370,9 +385,23 @@ impl WorldSource {
         let sources = [&self.floor_plan, &self.map, &self.plane].into_iter().flatten().count();
         let expected = "one of floor_plan, map and plane";
         check(sources == 1, || "world".into(), expected, || sources.to_string())?;
-        let others = self.furniture.len() + self.person.len() + self.marker.len();
-        let expected = "no furniture, person or marker with a plane";
-        check(self.plane.is_none() || others == 0, || "world".into(), expected, || others.to_string())
+        let others = self.furniture.len() + self.person.len() + self.marker.len() + self.carry.len();
+        let expected = "no furniture, person, marker or carry with a plane";
+        check(self.plane.is_none() || others == 0, || "world".into(), expected, || others.to_string())?;
+        (1..).zip(&self.carry).try_for_each(|(number, carry)| carry.check(&carry_key(number)))
+    }
+}
+
+/// Returns the name of a `[[world.carry]]` in error messages.
+pub fn carry_key(number: usize) -> String {
+    format!("world.carry {number}")
+}
+
+impl Carry {
+    fn check(&self, key: &str) -> Result<(), MissionError> {
+        check_all(|| format!("{key}.at_s"), &[self.at_s], bounds::CARRY_S)?;
+        check_all(|| format!("{key}.to"), &self.to, bounds::COORDINATE_M)?;
+        check_heading(&format!("{key}.heading_deg"), self.heading_deg)
     }
 }
 

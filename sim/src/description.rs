@@ -78,6 +78,14 @@ impl WorldDescription {
     /// # Errors
     /// [`SimError::Value`], which gives the position and what was found there.
     pub fn check_start(&self, at: [f64; 2]) -> Result<(), SimError> {
+        self.check_within("start.world", at)
+    }
+
+    /// Checks that the place given by a key of a mission lies within the walls and, on a map, on free floor.
+    ///
+    /// # Errors
+    /// [`SimError::Value`] if it does not.
+    pub(crate) fn check_within(&self, key: &str, at: [f64; 2]) -> Result<(), SimError> {
         let in_map = self.map.as_ref().filter(|map| map.extent().meets(&Extent::of([at])));
         let (expected, what) = match in_map {
             Some(map) => ("a free place", map.solid_at(at).map(|what| format!("in {what}"))),
@@ -86,7 +94,7 @@ impl WorldDescription {
         };
         let Some(what) = what else { return Ok(()) };
         let found = format!("({}, {}) m, {what}", at[0], at[1]);
-        Err(SimError::Value { key: "start.world".into(), expected, found })
+        Err(SimError::Value { key: key.into(), expected, found })
     }
 
     /// Checks that the `there` of each task overlaps the area within the walls and, on a map, free floor.

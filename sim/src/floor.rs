@@ -26,6 +26,7 @@ use crate::sensors::odometry::{DeadReckoning, Odometer};
 use crate::sensors::sonar::SonarRing;
 use crate::sensors::{Disc, Scene, Schedule};
 use crate::simulation::{COMMAND_LIMIT_NS, Senses, Simulation};
+use sketchnav_schemas::mission::{Carry, carry_key};
 
 /// Minimum number of physics steps per second.
 const PHYSICS_HZ: f64 = 100.0;
@@ -50,6 +51,8 @@ pub struct Floor {
     touches: Vec<Touch>,
     events: Vec<Event>,
     command: Option<Held>,
+    /// Times at which somebody will carry the robot, latest first.
+    carries: Vec<Carry>,
     steps: u64,
     period_ns: u64,
     substeps: u32,
@@ -202,12 +205,41 @@ impl Floor {
             physics,
             events: Vec::with_capacity(MAX_CONTACTS),
             command: None,
+            carries: Vec::new(),
             steps: 0,
             period_ns: (period_s * 1e9).round() as u64,
             substeps,
         };
         floor.read(0, 0);
         Ok(floor)
+    }
+
+    /// Lets somebody carry the robot at the given times.
+    ///
+    /// # Errors
+    /// [`SimError::Value`] if the robot does not fit where it is set down.
+    pub fn carry(&mut self, carries: &[Carry], robot: &Robot) -> Result<(), SimError> {
+        for (number, carry) in (1..).zip(carries) {
+            if let Err(SimError::Start { kind, distance_m, .. }) =
+                self.physics.check_free(robot, true_pose(carry))
+            {
+                let [key, found] = [carry_key(number), format!("a {kind} {distance_m:.3} m away")];
+                return Err(SimError::Value { key, expected: "free floor around `to`", found });
+            }
+        }
+        self.carries = carries.to_vec();
+        self.carries.sort_by(|a, b| b.at_s.total_cmp(&a.at_s));
+        Ok(())
+    }
+
+    /// Sets the robot down elsewhere if it is time.
+    fn carry_if_due(&mut self) {
+        let now_s = self.stamp_ns() as f64 / 1e9;
+        while let Some(carry) = self.carries.pop_if(|carry| carry.at_s <= now_s) {
+            self.physics.put_robot(true_pose(&carry));
+            let at = self.robot_pose();
+            self.odometry.iter_mut().for_each(|(_, odometer)| odometer.carry(at));
+        }
     }
 
     /// Takes a reading of each sensor that is due after the given number of physics steps since the start.
@@ -341,6 +373,7 @@ impl Simulation for Floor {
             self.command = Some(Held { velocity: [vx_mps, vy_mps, yaw_rate_radps], stamp_ns });
         }
         self.forget_readings();
+        self.carry_if_due();
         self.touches.iter_mut().for_each(|touch| touch.now = false);
         let (before, count) = (self.steps * u64::from(self.substeps), self.substeps);
         for substep in 0..count {
@@ -402,6 +435,10 @@ fn readings<S>(sensor: &Option<Sensor<S>>) -> impl Iterator<Item = (&S, &Reading
 fn pose(physics: &Physics) -> Pose<World> {
     let TruePose { at, yaw_rad } = physics.robot_pose();
     Pose::new(at.x, at.y, yaw_rad)
+}
+
+fn true_pose(Carry { to, heading_deg, .. }: &Carry) -> TruePose {
+    TruePose { at: (*to).into(), yaw_rad: heading_deg.to_radians() }
 }
 
 impl Touch {

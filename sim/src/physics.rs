@@ -74,7 +74,8 @@ impl Physics {
             rapier.insert_collider(fixed(solid, i + 1), None);
         }
         let furniture_count = world.furniture.len();
-        check_start(&rapier, furniture_count, robot, start)?;
+        let solids = rapier.colliders.iter().map(|(_, collider)| collider);
+        check_start(solids, furniture_count, robot, start)?;
         let first_person = furniture_count + 1;
         let people = world.people.iter().enumerate();
         let people = people.map(|(i, person)| {
@@ -121,6 +122,24 @@ impl Physics {
         body.set_angvel(velocity.angular as f32, true);
     }
 
+    /// Checks that the robot fits at a pose, apart from people.
+    ///
+    /// # Errors
+    /// [`SimError::Start`] if it does not.
+    pub fn check_free(&self, robot: &Robot, at: TruePose) -> Result<(), SimError> {
+        let count = self.furniture_count;
+        let colliders = self.rapier.colliders.iter().map(|(_, collider)| collider);
+        let solids = colliders.filter(|collider| collider.user_data as usize <= count);
+        check_start(solids, count, robot, at)
+    }
+
+    /// Sets the robot down at a pose, at rest.
+    pub fn put_robot(&mut self, at: TruePose) {
+        let body = &mut self.rapier.bodies[self.robot];
+        body.set_position(Pose::new(vector(at.at), at.yaw_rad as f32), true);
+        self.set_robot_velocity(Velocity { linear: Vector2::zeros(), angular: 0.0 });
+    }
+
     /// Sets the position that a person will have at the end of the next step.
     pub fn move_person(&mut self, person: usize, to: Vector2<f64>) {
         self.rapier.bodies[self.people[person]].set_next_kinematic_translation(vector(to));
@@ -161,8 +180,8 @@ fn kind(body: usize, furniture_count: usize) -> BodyKind {
     }
 }
 
-fn check_start(
-    rapier: &PhysicsWorld,
+fn check_start<'a>(
+    colliders: impl Iterator<Item = &'a Collider>,
     furniture_count: usize,
     robot: &Robot,
     start: TruePose,
@@ -174,7 +193,6 @@ fn check_start(
         None => distance(collider) < robot.radius_m,
         Some(_) => overlaps(robot, start, collider),
     };
-    let colliders = rapier.colliders.iter().map(|(_, collider)| collider);
     let nearest = colliders
         .filter(|collider| collides(collider))
         .map(|collider| (distance(collider), collider.user_data as usize))

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use sketchnav_files::Files;
 use sketchnav_schemas::geometry::Pose;
 use sketchnav_schemas::message::{GroundTruth, VelocityCommand};
+use sketchnav_schemas::mission::carry_key;
 use sketchnav_schemas::run::RunConfig;
 
 use crate::error::SimError;
@@ -36,7 +37,11 @@ impl World {
         }
         let description = files::world_in(files, source)?;
         description.check_places(&run.mission.task)?;
-        let floor = Floor::new(description, &run.robot, pose, run.seed)?;
+        for (number, carry) in (1..).zip(&source.carry) {
+            description.check_within(&format!("{}.to", carry_key(number)), carry.to)?;
+        }
+        let mut floor = Floor::new(description, &run.robot, pose, run.seed)?;
+        floor.carry(&source.carry, &run.robot)?;
         Ok(Self::Floor(Box::new(floor)))
     }
 }

@@ -5,6 +5,7 @@ mod support;
 use sketchnav_schemas::codes::BodyKind;
 use sketchnav_schemas::geometry::{Pose, World as WorldFrame};
 use sketchnav_schemas::message::{Contact, LaserScan, Odometry};
+use sketchnav_schemas::mission::Carry;
 use sketchnav_schemas::robot::Robot;
 use sketchnav_sim::{Floor, SimError, Simulation, floor_plan, robots};
 use support::{Readings, command};
@@ -351,4 +352,29 @@ fn errors_of_files_name_the_file() {
     assert!(error.contains("gone.pgm: expected a picture, PGM, PNG or BMP"), "{error}");
     let error = sketchnav_sim::files::robot("nobody.toml").unwrap_err().to_string();
     assert!(error.starts_with("nobody.toml: expected a robot, found no such file"), "{error}");
+}
+
+/// Somebody carries the robot while it drives. Its wheels do not notice, and it stands still where it is set down.
+#[test]
+fn a_robot_that_is_carried_goes_on_elsewhere() {
+    let robot = perfect();
+    let mut world = world("", &robot, (1.0, 2.0, 0.0), 1).unwrap();
+    let carry = |at_s: f64, to: [f64; 2], heading_deg: f64| Carry { at_s, to, heading_deg };
+    // The order in the file does not matter.
+    world.carry(&[carry(2.0, [3.0, 1.0], 90.0), carry(1.0, [1.0, 3.0], 180.0)], &robot).unwrap();
+    drive(&mut world, 10, 0.2, 0.0, 0.0);
+    let before = odometry(&world).pose();
+    assert!((world.robot_pose().y - 2.0).abs() < 1e-3, "not yet: {:?}", world.robot_pose());
+    drive(&mut world, 1, 0.0, 0.0, 0.0);
+    let at = world.robot_pose();
+    assert!((at.x - 1.0).abs() < 0.03 && (at.y - 3.0).abs() < 1e-3 && at.yaw_rad.abs() > 3.1, "{at:?}");
+    let moved = before.motion_to(&odometry(&world).pose());
+    assert!(moved.x.hypot(moved.y) < 0.03, "{moved:?}");
+    drive(&mut world, 10, 0.0, 0.0, 0.0);
+    let at = world.robot_pose();
+    assert!((at.x - 3.0).abs() < 0.03 && (at.y - 1.0).abs() < 0.03, "{at:?}");
+
+    let refused = world.carry(&[carry(1.0, [2.0, 2.0], 0.0), carry(1.0, [2.0, 3.8], 0.0)], &robot);
+    let words = "world.carry 2: expected free floor around `to`, found a wall 0.1";
+    assert!(refused.unwrap_err().to_string().starts_with(words));
 }

@@ -41,6 +41,18 @@ fn a_robot_among_rooms_without_a_start_mark_finds_out_where_it_is() {
     finds_out_where_it_is(&place(), "building/building-unmarked.toml");
 }
 
+/// Somebody carries the robot into another room. Localizer and planner notice it on their own, and both are killed, too.
+#[test]
+fn a_robot_that_is_carried_among_rooms_finds_out_where_it_is() {
+    let place = place();
+    let (_, recording) = finds_out_where_it_is(&place, "building/building-kidnapped.toml");
+    let recording = Recording::open(recording.as_ref()).unwrap();
+    let statuses = recording.channel(STATUS).unwrap().map(|status| status.unwrap().0);
+    let noticed = statuses.filter(|status| status.reason.as_str().starts_with("somebody has carried it"));
+    let noticed_s: Vec<_> = noticed.map(|status| status.header.stamp_ns as f64 * 1e-9).collect();
+    assert!(noticed_s.len() == 1 && (12.0..14.0).contains(&noticed_s[0]), "{noticed_s:?}");
+}
+
 /// Drives a mission of those that ship, also with kills and from its recording. Returns the mission's file and the recording.
 fn finds_out_where_it_is(place: &Place, mission: &str) -> (String, String) {
     let mission = repository().join("sim/missions").join(mission).display().to_string();

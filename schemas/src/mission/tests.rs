@@ -167,6 +167,25 @@ fn an_invalid_number_is_named_wherever_it_is() {
     }
 }
 
+#[test]
+fn an_invalid_carry_is_named_by_its_number() {
+    let carry = |carry: &str| {
+        let world = format!(
+            "world = {{ map = \"floor.yaml\", carry = [{{ at_s = 1, to = [2, 2], heading_deg = 0 }}, {carry}] }}"
+        );
+        refusal("world = { map = \"floor.yaml\" }", &world)
+    };
+    let error = carry("{ at_s = -1, to = [2, 2], heading_deg = 0 }");
+    assert!(error.contains("world.carry 2.at_s: expected 0 to 1000000 s, found -1"), "{error}");
+    let error = carry("{ at_s = 1, to = [2, 1e9], heading_deg = 0 }");
+    assert!(error.contains("world.carry 2.to: expected -10000 to 10000 m"), "{error}");
+    let error = carry("{ at_s = 1, to = [2, 2], heading_deg = 400 }");
+    assert!(error.contains("world.carry 2.heading_deg: expected -360 to 360"), "{error}");
+    let plane = "world = { plane = \"p.toml\", carry = [{ at_s = 1, to = [2, 2], heading_deg = 0 }] }";
+    let error = refusal("world = { map = \"floor.yaml\" }", plane);
+    assert!(error.contains("no furniture, person, marker or carry with a plane"), "{error}");
+}
+
 /// Regression test: the error printed the place in Rust's debug format: "Place { polygon: None, center: Some([1.0, 2.0]), …".
 #[test]
 fn an_invalid_place_is_quoted_from_the_file() {

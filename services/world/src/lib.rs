@@ -28,7 +28,7 @@ const LOOK_UP: Duration = Duration::from_millis(20);
 const LOOK_SOON: Duration = Duration::from_millis(2);
 const PATIENCE: Duration = Duration::from_secs(10);
 /// Format version of [`Positions`] and [`World`] in a checkpoint.
-const CHECKPOINT: &str = "world 5";
+const CHECKPOINT: &str = "world 6";
 
 /// The world's positions in its channels before its sensors are read. For a channel that it writes, this is
 /// the number of the last message sent. For a channel that it reads, it is the number before the next message

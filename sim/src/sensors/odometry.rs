@@ -125,6 +125,11 @@ impl Odometer {
         self.put(stamp_ns);
     }
 
+    /// Records that somebody has carried the robot to this pose. No wheel has turned.
+    pub fn carry(&mut self, to: Pose<World>) {
+        self.last = to;
+    }
+
     /// Returns the readings since the previous instant, oldest first.
     pub fn readings(&self) -> &[Reading] {
         &self.readings

@@ -9,8 +9,8 @@ use sketchnav_sketch::method::Method;
 use crate::error::EvalError;
 use crate::experiments::suite::{Folders, Suite};
 use crate::experiments::{
-    ablation, calibration, corridor, corridor_cost, corridor_published, deformed, land, landmarks, learned,
-    look_ahead, people, protocol, routes, sensitivity, studies, unmarked, witnesses,
+    ablation, calibration, corridor, corridor_cost, corridor_published, deformed, kidnapped, land, landmarks,
+    learned, look_ahead, people, protocol, routes, sensitivity, studies, unmarked, witnesses,
 };
 
 /// A function that loads a suite.
@@ -26,11 +26,13 @@ const PAPER: &str = Method::Boniardi2015.word();
 
 /// All suites with their loaders. To add one, add a line here and a module for it. The last column lists methods for suites that
 /// compare several, or that use a method other than the first of their navigator, when all suites are driven.
-const SUITES: [(&str, Loader, &[&str]); 46] = [
+const SUITES: [(&str, Loader, &[&str]); 49] = [
     ("ablation", ablation::suite, &[]),
     ("building-079", protocol::building_079, &[OUTLINE, PAPER]),
+    ("building-079-kidnapped", |folders| kidnapped::of(protocol::building_079(folders)?), &[]),
     ("building-079-unmarked", |folders| unmarked::of(protocol::building_079(folders)?), &[]),
     ("building", protocol::building, &[OUTLINE, PAPER]),
+    ("building-kidnapped", |folders| kidnapped::of(protocol::building(folders)?), &[]),
     ("building-unmarked", |folders| unmarked::of(protocol::building(folders)?), &[]),
     ("calibrate-boniardi-2015", calibration::boniardi_2015, &[]),
     ("corridor", corridor::suite, &METHODS),
@@ -67,6 +69,7 @@ const SUITES: [(&str, Loader, &[&str]); 46] = [
     ("people-answers", people::answered, &[]),
     ("people-exam", people::exam, &[OUTLINE, BEAM, PAPER]),
     ("people-exam-answers", people::exam_answered, &[]),
+    ("people-exam-kidnapped", |folders| kidnapped::of(people::exam(folders)?), &[]),
     ("people-exam-unmarked", |folders| unmarked::of(people::exam(folders)?), &[]),
     ("people-unmarked", |folders| unmarked::of(people::suite(folders)?), &[]),
     ("routes", routes::suite, &[OUTLINE, PAPER]),

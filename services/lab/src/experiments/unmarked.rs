@@ -1,19 +1,18 @@
 //! The `…-unmarked` suites repeat the drives of other suites without a start mark: the robot stands where it stood there, with any
-//! heading, and has to find out where in the drawing that is. Each task of a tour is a drive of its own, which begins where the
-//! previous task ends.
+//! heading, and has to find out where in the drawing that is.
 
 use rand::RngExt;
-use sketchnav_schemas::mission::MissionError;
 use sketchnav_schemas::seed;
 use sketchnav_sim::SimError;
 use sketchnav_sketch::mission::SketchMission;
 
 use crate::error::EvalError;
+use crate::experiments::single_drives::single_drives;
 use crate::experiments::suite::Suite;
-use crate::experiments::trial::{Sheet, Trial};
+use crate::experiments::trial::Trial;
 
 /// Time for finding out where the robot is, in seconds. It is added to the time limit of the drive with a mark.
-const FINDING_S: f64 = 300.0;
+pub(super) const FINDING_S: f64 = 300.0;
 
 /// Returns the suite whose drives are the tasks of `suite`, without a mark.
 ///
@@ -21,42 +20,18 @@ const FINDING_S: f64 = 300.0;
 /// [`EvalError`] if a mission of the suite is invalid.
 pub fn of(suite: Suite) -> Result<Suite, EvalError> {
     let title = format!("{} Nobody marks the start, and the robot may face anywhere.", suite.title);
-    let mut trials = Vec::new();
-    for trial in &suite.trials {
-        for (k, task) in trial.mission.task.iter().enumerate() {
-            if suite.legs.is_empty() || suite.legs.iter().any(|leg| leg.name == task.name) {
-                trials.push(unmarked(trial, k).map_err(SimError::from)?);
-            }
+    let mut suite = single_drives(Suite { title, ..suite })?;
+    for Trial { name, mission, sheet, .. } in &mut suite.trials {
+        let mut rng = seed::stream(1, &format!("eval/unmarked/{}/{name}", mission.name));
+        mission.start.world_heading_deg = rng.random_range(-180.0..180.0);
+        mission.task[0].time_limit_s += FINDING_S;
+        let sketch = SketchMission::of(mission).map_err(SimError::from)?;
+        SketchMission { start: None, start_heading_deg: None, ..sketch }.write_to(mission);
+        if let Some(sheet) = sheet {
+            (sheet.start_error, sheet.correspondence) = (None, None);
         }
     }
-    Ok(Suite { title, trials, legs: Vec::new(), repetitions: 1, ..suite })
-}
-
-/// Returns the drive of a trial's task `k` without a mark.
-fn unmarked(trial: &Trial, k: usize) -> Result<Trial, MissionError> {
-    let name = match trial.mission.task.len() {
-        1 => trial.name.clone(),
-        _ => format!("{}/{}", trial.name, k + 1),
-    };
-    let mut mission = trial.mission.clone();
-    let mut restarts = trial.sheet.iter().flat_map(|sheet| &sheet.restarts);
-    if let Some(restart) = k.checked_sub(1).and_then(|before| restarts.nth(before)) {
-        mission.start = restart.start.clone();
-    }
-    let mut rng = seed::stream(1, &format!("eval/unmarked/{}/{name}", mission.name));
-    mission.start.world_heading_deg = rng.random_range(-180.0..180.0);
-    mission.task = vec![mission.task.swap_remove(k)];
-    mission.task[0].time_limit_s += FINDING_S;
-    let sketch = SketchMission { start: None, start_heading_deg: None, ..SketchMission::of(&mission)? };
-    sketch.write_to(&mut mission);
-    let sheet = trial.sheet.as_ref().map(|sheet| Sheet {
-        restarts: Vec::new(),
-        start_error: None,
-        correspondence: None,
-        paper: sheet.paper.clone(),
-    });
-    let cluster = trial.cluster.clone().or_else(|| Some(trial.drawing.clone()));
-    Ok(Trial { name, cluster, mission, sheet, ..trial.clone() })
+    Ok(suite)
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@
 //! - [`region`], [`survey`], [`outline`]: the free space in a map or a drawing, and its outline.
 //! - [`alignment`]: finds the corresponding pieces of two outlines.
 //! - [`registration`]: finds the motion between two maps of the same place.
+//! - [`kidnapping`]: notices that somebody has carried the robot.
 //! - [`harmonic`]: extends the correspondence of two outlines to their interiors.
 //!
 //! This crate does not access clocks, files or channels, start threads, or draw random numbers, so the same
@@ -16,6 +17,7 @@ pub mod alignment;
 pub mod error;
 pub mod grid;
 pub mod harmonic;
+pub mod kidnapping;
 pub mod mapper;
 pub mod matching;
 pub mod occupancy;
@@ -28,6 +30,7 @@ pub mod survey;
 
 pub use error::Error;
 pub use grid::{Cell, CellGrid};
+pub use kidnapping::KidnapDetector;
 pub use mapper::{Mapper, Outcome};
 pub use parameters::Parameters;
 pub use scan::Scan;

@@ -135,6 +135,8 @@ pub struct State {
     /// The state of the search over the whole map.
     search: Option<search::State>,
     placing: Placing,
+    /// Whether somebody has carried the robot since it was last marked.
+    is_kidnapped: bool,
     /// Yaw by the odometry when the filter started, in radians.
     started_yaw_rad: f64,
 }
@@ -179,7 +181,7 @@ impl Filter {
         parameters.check()?;
         let size_px = [sketch.width(), sketch.height()];
         let placing = Placing::of(&start, size_px, &parameters);
-        let most = placing.most_particles(&parameters);
+        let (most, room) = (placing.most_particles(&parameters), Placing::room(&parameters));
         start.check_within(size_px)?;
         let scale_guess_pxpm = extent_px(sketch) / parameters.building_size_m;
         let door_px = parameters.door_width_m * scale_guess_pxpm;
@@ -202,7 +204,7 @@ impl Filter {
             level: Level::new(),
             workers: Workers::default(),
             beams: Beams::with_capacity(parameters.beams),
-            resampler: Resampler::new(most),
+            resampler: Resampler::new(room),
             sample_size: SampleSize::new(parameters.particles),
             search: None,
             state: State {
@@ -216,6 +218,7 @@ impl Filter {
             grid,
             parameters,
         };
+        filter.state.particles.reserve(room);
         if let (true, Weigher::Beam(table)) = (filter.parameters.searches, &filter.weigher) {
             let map = search::Map { sketch, grid: &filter.grid, table, scale_pxpm: scale_guess_pxpm };
             filter.search = Some(Search::new(&map, mounting, &filter.parameters));
@@ -235,7 +238,7 @@ impl Filter {
         if self.state.told.is_some() {
             // Nothing that was estimated without a start is of use.
             self.state.started &= !self.is_unplaced();
-            self.state.placing = Placing::Marked;
+            (self.state.placing, self.state.is_kidnapped) = (Placing::Marked, false);
         }
         match (self.state.started, self.state.told.take()) {
             (false, told) => {
@@ -293,7 +296,7 @@ impl Filter {
             self.weigher.suit(&self.grid, &self.parameters, &state.proportions);
         }
         self.state = state;
-        self.state.particles.reserve(self.state.placing.most_particles(&self.parameters));
+        self.state.particles.reserve(Placing::room(&self.parameters));
         self.state.search.iter_mut().for_each(search::State::reserve);
     }
 
@@ -490,10 +493,11 @@ impl Filter {
             true => ScaledPose { a_pxpm, b_pxpm, ..seen },
             false => believed(&seen, p),
         };
-        let State { particles, rng, proportions, .. } = &mut self.state;
-        particles.make_anew(p.particles);
+        let State { particles, rng, proportions, placing, .. } = &mut self.state;
+        let count = placing.most_particles(p);
+        particles.make_anew(count);
         let terrain = Terrain { grid: &self.grid, frame: &self.frame, proportions: *proportions };
-        told.scatter(particles, 0..p.particles, [best.a_pxpm.ln(), best.b_pxpm.ln()], &terrain, p, rng);
+        told.scatter(particles, 0..count, [best.a_pxpm.ln(), best.b_pxpm.ln()], &terrain, p, rng);
         self.propagate(&Motion::default());
         let at = [odometry.x, odometry.y, odometry.yaw_rad];
         (self.state.odometry, self.state.updated_at, self.state.best) = (at, at, best);
@@ -523,6 +527,7 @@ impl State {
             told: None,
             search: None,
             placing: Placing::Marked,
+            is_kidnapped: false,
         }
     }
 

@@ -7,6 +7,7 @@
 use crate::messages::{ESTIMATE, Origin, PARTICLES, Particles, PoseEstimate, SKETCH, SketchMap};
 use crate::mission::SketchMission;
 use serde::{Deserialize, Serialize};
+use sketchnav_mapping::{KidnapDetector, Scan};
 use sketchnav_schemas::channels::{ODOMETRY, SCAN};
 use sketchnav_schemas::codes::{Process, Tracking};
 use sketchnav_schemas::geometry::{Odom, Pose, wrap_angle};
@@ -66,15 +67,16 @@ fn parameters(mission: &Mission, origin: Origin) -> Result<Parameters, Localizer
 }
 
 /// Everything that changes from scan to scan, which is what a checkpoint contains. `F` is the filter's own
-/// state, or a reference to it when the state is only written.
+/// state, or a reference to it when the state is only written. The same applies to `K`, the detector.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct State<F = filter::State> {
+pub struct State<F = filter::State, K = KidnapDetector> {
     filter: Option<F>,
     /// The odometry of the last scan, as x and y in metres and the z and w of the orientation's quaternion.
     odometry: Option<[f64; 4]>,
     estimate: Option<Estimate>,
     particles_due_ns: u64,
     sketch_seq: u64,
+    kidnapping: Option<K>,
 }
 
 /// The localizer of a run.
@@ -87,6 +89,8 @@ pub struct Localizer {
     waits_for_sketch: bool,
     filter: Option<Filter>,
     particles_due_ns: u64,
+    /// Notices that somebody has carried the robot, unless the method is a published one.
+    kidnapping: Option<KidnapDetector>,
     /// Number of the sketch that the filter belongs to, or 0 before the first sketch.
     sketch_seq: u64,
     /// The odometry of the last scan.
@@ -129,6 +133,7 @@ impl Localizer {
             waits_for_sketch: !run.pad.draws(),
             filter: None,
             particles_due_ns: 0,
+            kidnapping: None,
             sketch_seq: 0,
             odometry: None,
             estimate: None,
@@ -186,6 +191,8 @@ impl Localizer {
         });
         self.filter = Some(last.and_then(|last| begin(last).ok()).map_or_else(|| begin(marked), Ok)?);
         (self.sketch_seq, self.estimate, self.marked) = (map.header.seq, None, Some(mark));
+        let method = SketchMission::of(&self.mission)?.method_in(map.origin());
+        self.kidnapping = method.is_ours().then(KidnapDetector::default);
         Ok(())
     }
 
@@ -193,7 +200,13 @@ impl Localizer {
     /// valid.
     fn observe(&mut self, odometry: &Odometry, scan: Option<&LaserScan>) {
         match (scan, &mut self.filter) {
-            (Some(scan), Some(filter)) => self.estimate = Some(filter.step(&odometry.pose(), scan)),
+            (Some(scan), Some(filter)) => {
+                let (robot, seen) = (odometry.pose(), Scan::of_message(scan, self.laser.mount()));
+                if self.kidnapping.as_mut().is_some_and(|detector| detector.observe(robot, &seen)) {
+                    filter.begin_elsewhere(&robot);
+                }
+                self.estimate = Some(filter.step(&robot, scan));
+            }
             (None, Some(_)) if self.estimate.is_some() => return,
             _ => {}
         }
@@ -219,7 +232,7 @@ impl Localizer {
 }
 
 impl Stage for Localizer {
-    const FORM: &'static str = "sketch localizer 8";
+    const FORM: &'static str = "sketch localizer 9";
     type State = State;
 
     fn receive(&mut self, message: &Incoming<'_>) -> Result<(), StageError> {
@@ -251,7 +264,8 @@ impl Stage for Localizer {
         let filter = self.filter.as_ref().map(Filter::state);
         let odometry = self.odometry.map(|o| [o.x_m, o.y_m, o.orientation_z, o.orientation_w]);
         let (particles_due_ns, sketch_seq) = (self.particles_due_ns, self.sketch_seq);
-        State { filter, odometry, estimate: self.estimate, particles_due_ns, sketch_seq }
+        let kidnapping = self.kidnapping.as_ref();
+        State { filter, odometry, estimate: self.estimate, particles_due_ns, sketch_seq, kidnapping }
     }
 
     /// If a newer sketch than that of the state has arrived, the filter starts over in the newer one.
@@ -259,7 +273,7 @@ impl Stage for Localizer {
         let is_same = state.sketch_seq == self.sketch_seq;
         if let (Some(filter), Some(before)) = (&mut self.filter, state.filter.filter(|_| is_same)) {
             filter.restore(before);
-            self.estimate = state.estimate;
+            (self.estimate, self.kidnapping) = (state.estimate, state.kidnapping);
         }
         self.odometry = state.odometry.map(|[x_m, y_m, orientation_z, orientation_w]| PoseM {
             x_m,

@@ -31,6 +31,11 @@ impl Method {
     pub const ALL: [Self; 5] =
         [Self::Outline, Self::Beam, Self::Boniardi2015, Self::Boniardi2015FixedScale, Self::Behzadian2015];
 
+    /// Returns true if the method is this project's own, and not a published one.
+    pub const fn is_ours(self) -> bool {
+        matches!(self, Self::Outline | Self::Beam)
+    }
+
     /// Returns true if the robot can find out where it is in a drawing, so that nobody has to mark the start.
     pub const fn finds_start(self) -> bool {
         matches!(self, Self::Outline)

@@ -176,9 +176,8 @@ impl SketchMission {
         check(points <= MAX_ROUTE_POINTS, || "task".into(), expected, || points.to_string())?;
         read.check_places()?;
         if let (Some(method), true) = (read.method, read.is_learned()) {
-            let is_ours = matches!(method, Method::Outline | Method::Beam);
             let expected = "outline or beam with a learned map";
-            check(is_ours, || "navigator.method".into(), expected, || method.word().to_owned())?;
+            check(method.is_ours(), || "navigator.method".into(), expected, || method.word().to_owned())?;
         }
         Ok(read)
     }

@@ -19,6 +19,7 @@ use crate::messages::{
 };
 use crate::mission::SketchMission;
 use serde::{Deserialize, Serialize};
+use sketchnav_mapping::{KidnapDetector, Scan};
 use sketchnav_motion::agenda::{Agenda, Due, Hold, Phase, Standing, TaskInfo};
 use sketchnav_schemas::channels::{ODOMETRY, SCAN, STATUS};
 use sketchnav_schemas::codes::{Order, Process, TaskState, Tracking};
@@ -59,13 +60,14 @@ pub enum PlannerError {
 }
 
 /// The state that changes from step to step, for checkpoints, without the sketch and the route. `D` is the driver's state, or a
-/// view of it for writing.
+/// view of it for writing, and `K` is the detector, or a reference to it.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct State<D = driving::State> {
+pub struct State<D = driving::State, K = KidnapDetector> {
     agenda: Standing,
     place: Option<NamedPlace>,
     drawing: DrawingSeq,
     asking: Asking,
+    kidnapping: K,
     driver: D,
 }
 
@@ -103,6 +105,8 @@ pub struct Planner {
     /// Time, in nanoseconds, up to which people's reports of the robot's place are too old to use.
     too_old_ns: Option<u64>,
     driver: Driver,
+    /// Notices that somebody has carried the robot. The localizer has one as well.
+    kidnapping: KidnapDetector,
     /// Where the sketch comes from.
     origin: Origin,
     run: RunConfig,
@@ -133,6 +137,7 @@ impl Planner {
             asking: Asking::default(),
             too_old_ns: None,
             driver: Driver::new(parameters, robot, laser)?,
+            kidnapping: KidnapDetector::default(),
             origin,
             run: run.clone(),
             agenda: Agenda::empty(run),
@@ -160,6 +165,7 @@ impl Planner {
             }
         }
         self.driver.on_sketch(&sketch, &map.start());
+        self.kidnapping = KidnapDetector::default();
         Ok(())
     }
 
@@ -359,7 +365,7 @@ impl Planner {
 }
 
 impl Stage for Planner {
-    const FORM: &'static str = "sketch planner 14";
+    const FORM: &'static str = "sketch planner 15";
     type State = State;
 
     fn receive(&mut self, message: &Incoming<'_>) -> Result<(), StageError> {
@@ -390,6 +396,9 @@ impl Stage for Planner {
         self.driver.begin_step();
         if let Some(scan) = instant.fresh(SCAN)? {
             let robot = odometry.pose();
+            if self.kidnapping.observe(robot, &Scan::of_message(scan, self.base_from_laser)) {
+                self.driver.begin_elsewhere();
+            }
             self.driver.observe(&robot, &robot.compose(&self.base_from_laser), scan);
         }
         self.keep_going(estimate, dt_s);
@@ -398,7 +407,8 @@ impl Stage for Planner {
 
     fn state(&self) -> impl Serialize {
         let (agenda, driver) = (self.agenda.standing(), self.driver.state());
-        State { agenda, place: self.place, drawing: self.drawing, asking: self.asking, driver }
+        let (place, drawing, asking) = (self.place, self.drawing, self.asking);
+        State { agenda, place, drawing, asking, kidnapping: &self.kidnapping, driver }
     }
 
     /// The sketch and the route of the state must have arrived again. If people draw during the run, newer ones may have arrived
@@ -410,6 +420,7 @@ impl Stage for Planner {
             self.set_place(state.place);
             self.driver.restore(state.driver);
             self.drawing = state.drawing;
+            self.kidnapping = state.kidnapping;
         } else {
             self.begin_again();
         }

@@ -40,9 +40,14 @@ impl Placing {
         if start.is_anywhere(size_px) && !p.searches { Self::Anywhere(0.0) } else { Self::Marked }
     }
 
-    /// Returns the maximum number of particles from now on.
+    /// Returns the maximum number of particles from now on, unless somebody carries the robot.
     pub fn most_particles(self, p: &Parameters) -> usize {
         if self == Self::Marked { p.particles } else { p.anywhere_particles.max(p.particles) }
+    }
+
+    /// Returns the number of particles for which memory is needed, because somebody may carry the robot at any time.
+    pub fn room(p: &Parameters) -> usize {
+        Self::Found.most_particles(p)
     }
 
     /// Returns the effective number of independent beams of a scan.
@@ -77,6 +82,9 @@ impl Filter {
     /// Returns the start, turned by as much as the robot has turned since, for a robot that may be anywhere, but whose heading at the
     /// start is known. `yaw_rad` is its present yaw by the odometry, in radians.
     pub(super) fn start_at(&self, yaw_rad: f64) -> Start {
+        if self.state.is_kidnapped {
+            return Start::anywhere(self.start.pose, self.size_px);
+        }
         if !self.is_unplaced() || self.start.has_any_heading() {
             return self.start;
         }
@@ -104,7 +112,24 @@ impl Filter {
             return;
         }
         (*placing, *confidence) = (Placing::Anywhere(0.0), Confidence::default());
-        self.begin(odometry);
+        match self.state.is_kidnapped {
+            true => self.begin_anew_at(&self.start_at(odometry.yaw_rad), odometry),
+            false => self.begin(odometry),
+        }
+    }
+
+    /// Scatters the particles over the whole drawing, or starts the search over the whole map, because somebody has carried the robot.
+    /// A person's report of where it is counts for more.
+    pub fn begin_elsewhere(&mut self, odometry: &Pose<Odom>) {
+        if !self.state.started || self.state.told.is_some() {
+            return;
+        }
+        if let Some(found) = &mut self.state.search {
+            found.begin_anew();
+            return;
+        }
+        (self.state.placing, self.state.is_kidnapped) = (Placing::Anywhere(0.0), true);
+        self.begin_anew_at(&self.start_at(odometry.yaw_rad), odometry);
     }
 
     /// Takes a step of the search over the whole map, if there is one. Returns true if the robot is certain of its place.

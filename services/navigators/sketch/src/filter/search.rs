@@ -192,7 +192,16 @@ impl State {
 
     /// Begins a search with only the latest scans.
     pub fn doubt(&mut self) {
-        let old = self.scans.len().saturating_sub(RECENT);
+        self.begin_with(RECENT);
+    }
+
+    /// Begins a search without any scans, because somebody has carried the robot.
+    pub fn begin_anew(&mut self) {
+        self.begin_with(0);
+    }
+
+    fn begin_with(&mut self, recent: usize) {
+        let old = self.scans.len().saturating_sub(recent);
         self.spare.extend(self.scans.drain(..old));
         self.hypotheses.iter_mut().for_each(|hypothesis| hypothesis.prior = 0.0);
         (self.tried, self.is_certain, self.has_doubted) = (0, false, true);

@@ -8,7 +8,7 @@
 use sketchnav_mapping::mapper::Mapper;
 use sketchnav_mapping::outline::{Place, distance};
 use sketchnav_mapping::survey::OFF_FREE_M;
-use sketchnav_mapping::{Cell, CellGrid, Map, Scan, Survey};
+use sketchnav_mapping::{Cell, CellGrid, KidnapDetector, Map, Scan, Survey};
 use sketchnav_schemas::channels::{ChannelSpec, ODOMETRY, SCAN, STATUS};
 use sketchnav_schemas::codes::{TaskState, Tracking};
 use sketchnav_schemas::geometry::{Base, Odom, Point, Pose, Sketch};
@@ -61,6 +61,7 @@ pub enum LearnError {
 /// Learns from the messages of one drive.
 #[derive(Debug)]
 pub struct Learner {
+    mapping: sketchnav_mapping::Parameters,
     mapper: Mapper,
     base_from_laser: Pose<Base>,
     radius_m: f64,
@@ -78,6 +79,7 @@ pub struct Learner {
     is_among_rooms: bool,
     estimate: Option<PoseEstimate>,
     arrived: Vec<Arrived>,
+    kidnapping: KidnapDetector,
 }
 
 /// An arrival, as the robot reported it.
@@ -98,8 +100,10 @@ impl Learner {
     /// [`LearnError`] if the robot has no laser, or one that is not suitable for mapping.
     pub fn new(robot: &Robot) -> Result<Self, LearnError> {
         let laser = robot.laser()?;
+        let mapping = sketchnav_mapping::Parameters::for_range(laser.range_max_m);
         Ok(Self {
-            mapper: Mapper::new(sketchnav_mapping::Parameters::for_range(laser.range_max_m))?,
+            mapping,
+            mapper: Mapper::new(mapping)?,
             base_from_laser: laser.mount(),
             radius_m: robot.radius_m,
             odometry: None,
@@ -112,6 +116,7 @@ impl Learner {
             is_among_rooms: false,
             estimate: None,
             arrived: Vec::new(),
+            kidnapping: KidnapDetector::default(),
         })
     }
 
@@ -136,12 +141,27 @@ impl Learner {
     fn map(&mut self) {
         let (Some(robot), Some(scan)) = (self.odometry, self.scan.take()) else { return };
         let base_from_laser = robot.motion_to(&robot.compose(&self.base_from_laser));
+        if self.kidnapping.observe(robot, &Scan::of_message(&scan, self.base_from_laser)) {
+            self.begin_elsewhere();
+        }
         // An invalid scan returns an error, which can be ignored because nothing changes then.
         let _ = self.mapper.update(robot, &Scan::of_message(&scan, base_from_laser));
         let at = self.place();
         if self.way.last().is_none_or(|last| distance(*last, at) > super::CELL_M) {
             self.way.push(at);
         }
+    }
+
+    /// Forgets what was seen before somebody carried the robot. The explorer does the same.
+    fn begin_elsewhere(&mut self) {
+        if let Ok(mapper) = Mapper::new(self.mapping) {
+            self.mapper = mapper;
+        }
+        self.way.clear();
+        self.driven.clear();
+        self.arrived.clear();
+        self.believed.clear();
+        self.forget_alignment();
     }
 
     /// Returns the robot's pose in the map.

@@ -79,6 +79,8 @@ struct Attempt {
     /// Whether the drawing shows a path to the goal.
     drawn: bool,
     lost_s: f64,
+    /// Whether somebody has carried the robot since the last step.
+    is_kidnapped: bool,
     limit_s: f64,
     plan_due_s: f64,
     planned_s: f64,
@@ -206,6 +208,15 @@ impl Driver {
         }
     }
 
+    /// Forgets all that was seen, because somebody has carried the robot. The next step begins anew.
+    pub fn begin_elsewhere(&mut self) {
+        if let Some(explorer) = &mut self.explorer {
+            explorer.begin_elsewhere();
+            self.attempt.is_kidnapped = true;
+            self.obstacles.clear();
+        }
+    }
+
     /// Begins a task from the robot's current position, which is that of `chart`.
     pub fn begin(&mut self, task: &Task, chart: &Chart) {
         let start = task.points.first().copied().unwrap_or(task.end());
@@ -261,6 +272,9 @@ impl Driver {
         let lost = tracking == Tracking::Lost;
         self.attempt.lost_s = if lost { self.attempt.lost_s + dt_s } else { 0.0 };
         self.attempt.arrival.follow(chart, fit, dt_s);
+        if std::mem::take(&mut self.attempt.is_kidnapped) {
+            return self.begin_anew(chart, now_s, dt_s);
+        }
         self.find_if_lost(now_s);
         if let Some(status) = self.find(chart, tracking, now_s, dt_s) {
             return status;
@@ -292,6 +306,17 @@ impl Driver {
             (false, Guide::Goal) if self.explorer.as_ref().is_some_and(Explorer::sees_rooms) => Reason::Rooms,
             (false, _) => Reason::None,
         })
+    }
+
+    /// Begins anew where somebody has carried the robot. A drawn route cannot be followed from there.
+    fn begin_anew(&mut self, chart: &Chart, now_s: f64, dt_s: f64) -> TaskStatus {
+        self.stop(dt_s);
+        if self.follows_route() {
+            return TaskStatus::Ended(TaskState::Lost, Reason::Kidnapped);
+        }
+        self.attempt.look_again(now_s, Some(chart));
+        (self.attempt.stuck, self.attempt.guide) = (StuckCounter::default(), Guide::Outline);
+        TaskStatus::Driving(Reason::Kidnapped)
     }
 
     /// Returns the last command.
@@ -431,6 +456,7 @@ impl Attempt {
             blocked,
             drawn: false,
             lost_s: 0.0,
+            is_kidnapped: false,
             limit_s: f64::INFINITY,
             plan_due_s: 0.0,
             planned_s: 0.0,

@@ -160,6 +160,8 @@ pub struct Exploration {
     is_news: bool,
     /// Whether the filter has found out where the robot is.
     is_estimated: bool,
+    /// Whether somebody has carried the robot, so that the mark of the start no longer counts.
+    is_kidnapped: bool,
     /// The last alignment and its outline.
     last: Option<(SeenOutline, Alignment)>,
 }
@@ -227,9 +229,7 @@ impl Explorer {
     pub fn on_sketch(&mut self, sketch: &SketchGrid, start: &Start) {
         self.paper = Paper::new(sketch, start, self.parameters.building_size_m);
         self.exploration = Exploration::default();
-        if let Ok(mapper) = Mapper::new(self.mapping) {
-            (self.mapper, self.is_surveyed) = (mapper, false);
-        }
+        self.empty_map();
     }
 
     /// Returns the explorer's state without copying it.
@@ -291,6 +291,20 @@ impl Explorer {
         let _ = self.mapper.update(robot, &Scan::of_message(scan, base_from_laser));
         self.is_surveyed = false;
         self.judge_floor();
+    }
+
+    /// Discards the map and all that followed from it, because somebody has carried the robot. It goes on looking for its goal.
+    pub fn begin_elsewhere(&mut self) {
+        let goal = self.exploration.goal;
+        self.exploration = Exploration { goal, is_kidnapped: true, ..Exploration::default() };
+        self.field = None;
+        self.empty_map();
+    }
+
+    fn empty_map(&mut self) {
+        if let Ok(mapper) = Mapper::new(self.mapping) {
+            (self.mapper, self.is_surveyed) = (mapper, false);
+        }
     }
 
     /// Begins looking for a goal.

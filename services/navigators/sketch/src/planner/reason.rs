@@ -44,6 +44,8 @@ pub enum Reason {
     Lost(f64),
     /// The robot is finding out where it is in the learned map.
     Finding,
+    /// Somebody has carried the robot.
+    Kidnapped,
     /// The goal may be here or elsewhere: nobody has marked the start, and another alignment costs only this much more.
     Alike(f64),
     /// Several places of the learned map look alike, with the number of times that the robot has looked around.
@@ -118,6 +120,9 @@ impl fmt::Display for Reason {
                 write!(f, "the drawing shows no path to ({:.0}, {:.0}) px, and none was found", p.x, p.y)
             }
             Self::Lost(s) => write!(f, "the scans have fitted nowhere nearby for {s:.0} s"),
+            Self::Kidnapped => {
+                f.write_str("somebody has carried it elsewhere: everything it sees has changed")
+            }
             Self::Finding => f.write_str("looking for where it is in the learned map"),
             Self::Ambiguous(n) => write!(f, "several places look alike after looking around {n} times"),
             Self::Alike(margin) => {

@@ -1,6 +1,6 @@
 //! Drives guided by the outline of what was seen.
 
-use sketchnav_schemas::codes::TaskState::{Finished, Reached};
+use sketchnav_schemas::codes::TaskState::{Finished, Lost, Reached};
 use sketchnav_schemas::codes::Tracking;
 use sketchnav_stage::Stage;
 
@@ -137,4 +137,37 @@ fn what_a_checkpoint_holds_is_all_that_there_is() {
             broken.planner.restore(postcard::from_bytes(&stored).unwrap()).unwrap();
         }
     }
+}
+
+const CARRIED: &str = "somebody has carried it elsewhere: everything it sees has changed";
+
+/// The robot is carried from one arm of the U to the other, where it begins a new map. The mark of the start no longer counts.
+#[test]
+fn a_robot_that_is_carried_on_an_open_floor_goes_on_by_a_new_map() {
+    let by_outline = config(ROBOTINO, "by_outline = true");
+    let mut drive = Drive::with(scene(), by_outline, &[&[[9.2, 7.0]]], 400.0);
+    let started = drive.place();
+    let is_far = |drive: &Drive| (drive.place()[1] - started[1]).abs() > 2.0;
+    while !is_far(&drive) {
+        drive.step();
+    }
+    drive.carry(6.0, 1.8, 2.0);
+    drive.until("noticing it", |status| status.reason.as_str() == CARRIED);
+    let outcome = drive.run(400.0);
+    assert_eq!(outcome.states(), [Reached, Finished], "{:?}", outcome.ends);
+    let [x, y] = *outcome.way.last().unwrap();
+    assert!((x - 9.2).hypot(y - 7.0) < 1.2, "({x}, {y})");
+}
+
+/// A drawn route begins elsewhere.
+#[test]
+fn a_robot_that_is_carried_off_its_route_is_lost() {
+    let by_outline = config(ROBOTINO, "by_outline = true");
+    let route: &[[f64; 2]] = &[[1.7, 7.0], [1.7, 4.0], [5.0, 1.7], [9.2, 1.7]];
+    let mut drive = Drive::with(scene(), by_outline, &[route], 400.0);
+    drive.until("on its way", |status| status.header.stamp_ns > 4_000_000_000);
+    drive.carry(9.2, 7.0, 0.5);
+    let outcome = drive.run(60.0);
+    assert_eq!(outcome.states(), [Lost, Finished], "{:?}", outcome.ends);
+    assert_eq!(outcome.ends[0].1, CARRIED);
 }

@@ -27,7 +27,13 @@ impl Explorer {
     }
 
     fn is_marked(&self) -> bool {
-        self.paper.as_ref().is_some_and(|paper| paper.marked.places.is_some())
+        self.marked().places.is_some()
+    }
+
+    /// Returns what the drawing's mark says, unless somebody has carried the robot since.
+    fn marked(&self) -> Known {
+        let paper = self.paper.as_ref().filter(|_| !self.exploration.is_kidnapped);
+        paper.map(|paper| paper.marked).unwrap_or_default()
     }
 
     /// Records whether the filter knows where the robot is.
@@ -47,7 +53,7 @@ impl Explorer {
 
     /// Returns what is known about where the robot was at some moment.
     pub(super) fn known(&self) -> Known {
-        let marked = self.paper.as_ref().map(|paper| paper.marked).unwrap_or_default();
+        let marked = self.marked();
         let known = self.exploration.told.or(self.exploration.found).unwrap_or(marked);
         Known { turn_rad: known.turn_rad.or(marked.turn_rad), ..known }
     }

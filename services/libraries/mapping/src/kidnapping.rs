@@ -1,0 +1,159 @@
+//! Notices that somebody has carried the robot (the kidnapped robot problem, Engelson and McDermott 1992).
+//!
+//! A scan shows free space up to what it hits. If the robot was only driven, another scan from nearby cannot hit anything in the middle
+//! of that space, nor look past what was hit, except for what moves by itself. After the robot was carried, however, the odometry
+//! places the new scan where the old one was taken, and most of it contradicts the old one. People and doors contradict only parts
+//! of a scan, or not for long.
+
+use serde::{Deserialize, Serialize};
+use sketchnav_schemas::geometry::{Odom, Pose};
+
+use crate::outline::{Place, distance};
+use crate::scan::{Beam, Scan};
+
+/// Sum of the shares of both scans that must contradict each other.
+const CONTRADICTED: f64 = 0.5;
+/// Number of consecutive scans that must contradict the same earlier scan.
+const PERSISTS: u32 = 10;
+/// Distance, in metres, and number of scans after which a scan that does not contradict the earlier one replaces it.
+const REPLACED_M: f64 = 0.4;
+const REPLACED_AFTER: u32 = 20;
+/// Distance, in metres, or angle, in radians, from the first scan beyond which the robot has set off.
+const SET_OFF: f64 = 0.3;
+/// Distance, in metres, by which a hit must lie within free space. It grows with the range, since errors of the heading do.
+const WITHIN_M: f64 = 0.2;
+const WITHIN_SHARE: f64 = 0.05;
+/// Maximum number of beams of a scan to compare.
+const MOST_BEAMS: usize = 240;
+/// Angle, in radians, within which beams are compared, since the odometry's heading drifts between two scans.
+const BESIDE_RAD: f64 = 0.05;
+/// Minimum share of a scan's beams that must have hit something that the other scan shows as well. With fewer, nothing can be said.
+const LEAST_HITS: f64 = 0.25;
+
+/// A scan, and how later ones compare with it.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+struct Sweep {
+    /// Pose of the laser.
+    laser: Option<[f64; 3]>,
+    /// Direction of beam 0 and angle from one beam to the next, in radians.
+    beams_rad: [f64; 2],
+    /// Ranges, in metres: infinite without a return, and 0 if invalid.
+    ranges_m: Vec<f32>,
+    /// Number of scans since then.
+    age: u32,
+    /// Number of consecutive scans up to now that contradict this one.
+    contradictions: u32,
+}
+
+/// Compares each scan with an earlier one. The whole state can be stored with serde.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct KidnapDetector {
+    earlier: Sweep,
+    /// Pose of the laser at the first scan, until the robot has set off.
+    waits_at: Option<[f64; 3]>,
+    /// Working memory for the new scan.
+    #[serde(skip)]
+    new: Sweep,
+}
+
+impl KidnapDetector {
+    /// Processes a scan by a robot whose pose by odometry is `robot`. Returns true if somebody has carried the robot since the earlier
+    /// scans. Before it sets off, a robot may be carried to where it is to start, which does not count. Invalid scans and poses are
+    /// ignored.
+    pub fn observe(&mut self, robot: Pose<Odom>, scan: &Scan<'_>) -> bool {
+        let is_finite = [robot.x, robot.y, robot.yaw_rad].iter().all(|number| number.is_finite());
+        if !is_finite || scan.check().is_err() || scan.step_rad == 0.0 {
+            return false;
+        }
+        let Self { earlier, new, waits_at } = self;
+        new.read(robot, scan);
+        let is_first = earlier.laser.is_none();
+        if is_first {
+            *waits_at = new.laser;
+        }
+        waits_at.take_if(|[x, y, yaw_rad]| {
+            let moved = Pose::<Odom>::new(*x, *y, *yaw_rad).motion_to(&new.laser());
+            moved.x.hypot(moved.y).max(moved.yaw_rad.abs()) > SET_OFF
+        });
+        let is_contradicted = !is_first && contradiction(earlier, new) >= CONTRADICTED;
+        let is_waiting = waits_at.is_some();
+        (earlier.age, earlier.contradictions) =
+            (earlier.age + 1, if is_contradicted { earlier.contradictions + 1 } else { 0 });
+        let is_kidnapped = earlier.contradictions >= PERSISTS && !is_waiting;
+        let is_old = distance(earlier.place(), new.place()) > REPLACED_M || earlier.age >= REPLACED_AFTER;
+        if is_first || is_waiting || is_kidnapped || is_old && !is_contradicted {
+            std::mem::swap(earlier, new);
+        }
+        is_kidnapped
+    }
+}
+
+impl Sweep {
+    fn read(&mut self, robot: Pose<Odom>, scan: &Scan<'_>) {
+        let laser = robot.compose(&scan.base_from_laser);
+        let every = scan.ranges_m.len().div_ceil(MOST_BEAMS).max(1);
+        self.laser = Some([laser.x, laser.y, laser.yaw_rad]);
+        self.beams_rad = [scan.first_rad, scan.step_rad * every as f64];
+        self.ranges_m.clear();
+        self.ranges_m.reserve(MOST_BEAMS);
+        self.ranges_m.extend((0..scan.ranges_m.len()).step_by(every).map(|index| match scan.beam(index) {
+            Beam::Hit(range_m) => range_m as f32,
+            Beam::Open => f32::INFINITY,
+            Beam::Invalid => 0.0,
+        }));
+        (self.age, self.contradictions) = (0, 0);
+    }
+
+    fn laser(&self) -> Pose<Odom> {
+        let [x, y, yaw_rad] = self.laser.unwrap_or_default();
+        Pose::new(x, y, yaw_rad)
+    }
+
+    fn place(&self) -> Place {
+        let [x, y, _] = self.laser.unwrap_or_default();
+        [x, y]
+    }
+
+    /// Returns true if a place, in the laser's frame, lies well within the free space of the scan, and false if it does not. `None` if
+    /// the scan does not show it.
+    fn frees(&self, [x, y]: [f64; 2]) -> Option<bool> {
+        let [first_rad, step_rad] = self.beams_rad;
+        let whole = std::f64::consts::TAU / step_rad.abs();
+        let along = ((y.atan2(x) - first_rad) / step_rad).rem_euclid(whole).round() as usize;
+        // A beam and its neighbours, because a beam between two of them may have hit an edge.
+        let beside = ((BESIDE_RAD / step_rad.abs()) as usize).clamp(1, MOST_BEAMS);
+        let near = self.ranges_m.get(along.saturating_sub(beside)..=along + beside)?;
+        let free_m = near.iter().copied().fold(f32::INFINITY, f32::min);
+        if free_m == 0.0 || free_m == f32::INFINITY {
+            return None;
+        }
+        Some(x.hypot(y) < f64::from(free_m) * (1.0 - WITHIN_SHARE) - WITHIN_M)
+    }
+}
+
+fn is_hit(range_m: f32) -> bool {
+    range_m.is_finite() && range_m > 0.0
+}
+
+/// Returns the sum of the shares of each scan's hits that lie within the other's free space. It is 0 for scans with few hits.
+fn contradiction(a: &Sweep, b: &Sweep) -> f64 {
+    [(a, b), (b, a)].into_iter().map(|(hits, free)| share_freed(hits, free)).sum()
+}
+
+/// Returns the share of the hits of one scan that lie within the free space of another.
+fn share_freed(hits: &Sweep, free: &Sweep) -> f64 {
+    let free_from_hits = free.laser().motion_to(&hits.laser());
+    let (sin, cos) = free_from_hits.yaw_rad.sin_cos();
+    let [first_rad, step_rad] = hits.beams_rad;
+    let (mut all, mut freed) = (0_u32, 0_u32);
+    for (range_m, k) in hits.ranges_m.iter().zip(0_u32..).filter(|(range_m, _)| is_hit(**range_m)) {
+        let angle_rad = first_rad + step_rad * f64::from(k);
+        let (x, y) = (f64::from(*range_m) * angle_rad.cos(), f64::from(*range_m) * angle_rad.sin());
+        let place = [free_from_hits.x + cos * x - sin * y, free_from_hits.y + sin * x + cos * y];
+        if let Some(is_freed) = free.frees(place) {
+            (all, freed) = (all + 1, freed + u32::from(is_freed));
+        }
+    }
+    let least = LEAST_HITS * hits.ranges_m.len() as f64;
+    if all > 0 && f64::from(all) >= least { f64::from(freed) / f64::from(all) } else { 0.0 }
+}

@@ -31,7 +31,7 @@ const BESIDE_RAD: f64 = 0.05;
 const LEAST_HITS: f64 = 0.25;
 
 /// A scan, and how later ones compare with it.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Sweep {
     /// Pose of the laser.
     laser: Option<[f64; 3]>,
@@ -43,6 +43,14 @@ struct Sweep {
     age: u32,
     /// Number of consecutive scans up to now that contradict this one.
     contradictions: u32,
+}
+
+impl Default for Sweep {
+    /// Creates a sweep without a scan, with room for one.
+    fn default() -> Self {
+        let ranges_m = Vec::with_capacity(MOST_BEAMS);
+        Self { laser: None, beams_rad: [0.0; 2], ranges_m, age: 0, contradictions: 0 }
+    }
 }
 
 /// Compares each scan with an earlier one. The whole state can be stored with serde.

@@ -79,7 +79,7 @@ struct Attempt {
     /// Whether the drawing shows a path to the goal.
     drawn: bool,
     lost_s: f64,
-    /// Whether somebody has carried the robot since the last step.
+    /// Whether somebody has carried the robot, and the attempt has not begun anew since.
     is_kidnapped: bool,
     limit_s: f64,
     plan_due_s: f64,
@@ -234,7 +234,9 @@ impl Driver {
         }
         let goal = if guide == Guide::ToRoute { start } else { task.end() };
         let blocked = std::mem::take(&mut self.attempt.blocked);
+        let is_elsewhere = self.explorer.as_ref().is_some_and(Explorer::is_elsewhere);
         self.attempt = Attempt::new(guide, goal, chart.robot_m().position(), blocked);
+        self.attempt.is_kidnapped = is_elsewhere;
         self.attempt.limit_s = task.time_limit_s;
         if let Some(explorer) = self.explorer.as_mut().filter(|_| !task.is_route()) {
             explorer.begin(goal);

@@ -30,6 +30,11 @@ impl Explorer {
         self.marked().places.is_some()
     }
 
+    /// Returns true if somebody has carried the robot, and it has not been found since.
+    pub fn is_elsewhere(&self) -> bool {
+        self.exploration.is_kidnapped && !self.is_placed()
+    }
+
     /// Returns what the drawing's mark says, unless somebody has carried the robot since.
     fn marked(&self) -> Known {
         let paper = self.paper.as_ref().filter(|_| !self.exploration.is_kidnapped);

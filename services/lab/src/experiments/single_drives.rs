@@ -33,8 +33,8 @@ fn single_drive(trial: &Trial, k: usize) -> Result<Trial, MissionError> {
     drive.cluster.get_or_insert_with(|| trial.drawing.clone());
     let mission = &mut drive.mission;
     mission.task = vec![mission.task.swap_remove(k)];
-    let restarts = drive.sheet.iter_mut().flat_map(|sheet| std::mem::take(&mut sheet.restarts));
-    let restart = k.checked_sub(1).and_then(|before| restarts.skip(before).next());
+    let mut restarts = drive.sheet.iter_mut().flat_map(|sheet| std::mem::take(&mut sheet.restarts));
+    let restart = k.checked_sub(1).and_then(|before| restarts.nth(before));
     if let Some(Restart { start, marked, marked_heading_deg }) = restart {
         mission.start = start;
         let start_heading_deg = Some(marked_heading_deg);

@@ -88,6 +88,7 @@ fn lacks(trial: &Trial, methods: &[String]) -> Option<String> {
         (trial.robot.laser.is_none(), "a robot without a laser"),
         (world.plane.is_some(), "a plane of dots"),
         (!world.person.is_empty(), "a person who walks"),
+        (!world.carry.is_empty(), "somebody who carries the robot"),
         (!world.marker.is_empty(), "markers on the walls"),
     ]
     .into_iter()
@@ -134,6 +135,10 @@ mod tests {
         let expected = "expected only what mujoco simulates (walls, furniture, a laser, odometry)";
         assert!(why.ends_with(&format!("{expected}, found a core that takes longer than a scan")), "{why}");
         assert!(slow.trials[0].elsewhere.is_none());
+        // Without being carried, every robot would arrive.
+        let mut kidnapped = suites::load("building-kidnapped", &Folders::of_checkout()).unwrap();
+        let why = simulator.take(&mut kidnapped, &methods(&["outline"])).unwrap_err();
+        assert!(why.ends_with("found somebody who carries the robot"), "{why}");
     }
 
     /// Regression test: a robot that waited for markers that the simulator does not provide ended as lost.

@@ -107,12 +107,16 @@ impl Filter {
 
     /// Scatters all particles again if the robot is lost and nobody has marked it.
     pub(super) fn scatter_if_lost(&mut self, odometry: &Pose<Odom>) {
-        let State { placing, confidence, .. } = &mut self.state;
-        if *placing == Placing::Marked || confidence.tracking() != Tracking::Lost {
-            return;
+        let State { placing, confidence, .. } = &self.state;
+        if *placing != Placing::Marked && confidence.tracking() == Tracking::Lost {
+            self.scatter_all(odometry);
         }
-        (*placing, *confidence) = (Placing::Anywhere(0.0), Confidence::default());
+    }
+
+    fn scatter_all(&mut self, odometry: &Pose<Odom>) {
+        (self.state.placing, self.state.confidence) = (Placing::Anywhere(0.0), Confidence::default());
         match self.state.is_kidnapped {
+            // The scales that were found before are still those of the drawing.
             true => self.begin_anew_at(&self.start_at(odometry.yaw_rad), odometry),
             false => self.begin(odometry),
         }
@@ -128,8 +132,8 @@ impl Filter {
             found.begin_anew();
             return;
         }
-        (self.state.placing, self.state.is_kidnapped) = (Placing::Anywhere(0.0), true);
-        self.begin_anew_at(&self.start_at(odometry.yaw_rad), odometry);
+        self.state.is_kidnapped = true;
+        self.scatter_all(odometry);
     }
 
     /// Takes a step of the search over the whole map, if there is one. Returns true if the robot is certain of its place.

@@ -79,7 +79,7 @@ struct Attempt {
     /// Whether the drawing shows a path to the goal.
     drawn: bool,
     lost_s: f64,
-    /// Whether somebody has carried the robot, and the attempt has not begun anew since.
+    /// Whether somebody has carried the robot, so that the attempt has to start over.
     is_kidnapped: bool,
     limit_s: f64,
     plan_due_s: f64,
@@ -208,7 +208,7 @@ impl Driver {
         }
     }
 
-    /// Forgets all that was seen, because somebody has carried the robot. The next step begins anew.
+    /// Forgets everything that was seen, because somebody has carried the robot. The attempt starts over with the next step.
     pub fn begin_elsewhere(&mut self) {
         if let Some(explorer) = &mut self.explorer {
             explorer.begin_elsewhere();
@@ -275,7 +275,7 @@ impl Driver {
         self.attempt.lost_s = if lost { self.attempt.lost_s + dt_s } else { 0.0 };
         self.attempt.arrival.follow(chart, fit, dt_s);
         if std::mem::take(&mut self.attempt.is_kidnapped) {
-            return self.begin_anew(chart, now_s, dt_s);
+            return self.start_over(chart, now_s, dt_s);
         }
         self.find_if_lost(now_s);
         if let Some(status) = self.find(chart, tracking, now_s, dt_s) {
@@ -310,8 +310,8 @@ impl Driver {
         })
     }
 
-    /// Begins anew where somebody has carried the robot. A drawn route cannot be followed from there.
-    fn begin_anew(&mut self, chart: &Chart, now_s: f64, dt_s: f64) -> TaskStatus {
+    /// Starts the attempt over after somebody has carried the robot. Drawn routes cannot be followed from elsewhere.
+    fn start_over(&mut self, chart: &Chart, now_s: f64, dt_s: f64) -> TaskStatus {
         self.stop(dt_s);
         if self.follows_route() {
             return TaskStatus::Ended(TaskState::Lost, Reason::Kidnapped);

@@ -293,7 +293,8 @@ impl Explorer {
         self.judge_floor();
     }
 
-    /// Discards the map and all that followed from it, because somebody has carried the robot. It goes on looking for its goal.
+    /// Discards the map and all that followed from it, because somebody has carried the robot. The goal
+    /// remains.
     pub fn begin_elsewhere(&mut self) {
         let goal = self.exploration.goal;
         self.exploration = Exploration { goal, is_kidnapped: true, ..Exploration::default() };

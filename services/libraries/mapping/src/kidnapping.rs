@@ -130,7 +130,7 @@ impl Sweep {
         let along = ((y.atan2(x) - first_rad) / step_rad).rem_euclid(whole).round() as usize;
         // A beam and its neighbours, because a beam between two of them may have hit an edge.
         let beside = ((BESIDE_RAD / step_rad.abs()) as usize).clamp(1, MOST_BEAMS);
-        let near = self.ranges_m.get(along.saturating_sub(beside)..=along + beside)?;
+        let near = self.ranges_m.get(along.saturating_sub(beside)..=along.saturating_add(beside))?;
         let free_m = near.iter().copied().fold(f32::INFINITY, f32::min);
         if free_m == 0.0 || free_m == f32::INFINITY {
             return None;

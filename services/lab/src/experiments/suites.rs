@@ -26,7 +26,7 @@ const PAPER: &str = Method::Boniardi2015.word();
 
 /// All suites with their loaders. To add one, add a line here and a module for it. The last column lists methods for suites that
 /// compare several, or that use a method other than the first of their navigator, when all suites are driven.
-const SUITES: [(&str, Loader, &[&str]); 49] = [
+const SUITES: [(&str, Loader, &[&str]); 50] = [
     ("ablation", ablation::suite, &[]),
     ("building-079", protocol::building_079, &[OUTLINE, PAPER]),
     ("building-079-kidnapped", |folders| kidnapped::of(protocol::building_079(folders)?), &[]),
@@ -71,6 +71,7 @@ const SUITES: [(&str, Loader, &[&str]); 49] = [
     ("people-exam-answers", people::exam_answered, &[]),
     ("people-exam-kidnapped", |folders| kidnapped::of(people::exam(folders)?), &[]),
     ("people-exam-unmarked", |folders| unmarked::of(people::exam(folders)?), &[]),
+    ("people-kidnapped", |folders| kidnapped::of(people::suite(folders)?), &[]),
     ("people-unmarked", |folders| unmarked::of(people::suite(folders)?), &[]),
     ("routes", routes::suite, &[OUTLINE, PAPER]),
     ("routes-look-ahead", look_ahead::suite, &[OUTLINE, PAPER]),

@@ -1,18 +1,23 @@
 //! Notices that somebody has carried the robot (the kidnapped robot problem, Engelson and McDermott 1992).
 //!
-//! A scan shows free space up to what it hits. If the robot was only driven, another scan from nearby cannot hit anything in the middle
-//! of that space, nor look past what was hit, except for what moves by itself. After the robot was carried, however, the odometry
-//! places the new scan where the old one was taken, and most of it contradicts the old one. People and doors contradict only parts
-//! of a scan, or not for long.
+//! A scan shows free space up to what it hits, or up to the laser's maximum range. If the robot was only driven, another scan from
+//! nearby cannot hit anything in the middle of that space, nor look past what was hit, except for what moves by itself. After the
+//! robot was carried, however, the odometry places the new scan where the old one was taken, and most of it contradicts the old one.
+//! People and doors contradict only parts of a scan, or not for long, and errors of the odometry are not mistaken for it, because
+//! the scans have to contradict each other even after any small correction.
 
 use serde::{Deserialize, Serialize};
-use sketchnav_schemas::geometry::{Odom, Pose};
+use sketchnav_schemas::geometry::{Base, Odom, Pose};
 
 use crate::outline::{Place, distance};
 use crate::scan::{Beam, Scan};
 
 /// Sum of the shares of both scans that must contradict each other.
-const CONTRADICTED: f64 = 0.5;
+const CONTRADICTED: f64 = 0.4;
+/// Errors of the odometry between two scans to allow for: the length of a step, in metres and in radians, and the number of steps in
+/// each direction.
+const CORRECTION: [f64; 2] = [0.2, 0.1];
+const CORRECTIONS: [i32; 2] = [1, 2];
 /// Number of consecutive scans that must contradict the same earlier scan.
 const PERSISTS: u32 = 10;
 /// Distance, in metres, and number of scans after which a scan that does not contradict the earlier one replaces it.
@@ -25,7 +30,7 @@ const WITHIN_M: f64 = 0.2;
 const WITHIN_SHARE: f64 = 0.05;
 /// Maximum number of beams of a scan to compare.
 const MOST_BEAMS: usize = 240;
-/// Angle, in radians, within which beams are compared, since the odometry's heading drifts between two scans.
+/// Angle, in radians, within which beams are compared.
 const BESIDE_RAD: f64 = 0.05;
 /// Minimum share of a scan's beams that must have hit something that the other scan shows as well. With fewer, nothing can be said.
 const LEAST_HITS: f64 = 0.25;
@@ -37,6 +42,8 @@ struct Sweep {
     laser: Option<[f64; 3]>,
     /// Direction of beam 0 and angle from one beam to the next, in radians.
     beams_rad: [f64; 2],
+    /// Maximum range of the laser, in metres.
+    range_max_m: f64,
     /// Ranges, in metres: infinite without a return, and 0 if invalid.
     ranges_m: Vec<f32>,
     /// Number of scans since then.
@@ -49,7 +56,7 @@ impl Default for Sweep {
     /// Creates a sweep without a scan, with room for one.
     fn default() -> Self {
         let ranges_m = Vec::with_capacity(MOST_BEAMS);
-        Self { laser: None, beams_rad: [0.0; 2], ranges_m, age: 0, contradictions: 0 }
+        Self { laser: None, beams_rad: [0.0; 2], range_max_m: 0.0, ranges_m, age: 0, contradictions: 0 }
     }
 }
 
@@ -83,7 +90,7 @@ impl KidnapDetector {
             let moved = Pose::<Odom>::new(*x, *y, *yaw_rad).motion_to(&new.laser());
             moved.x.hypot(moved.y).max(moved.yaw_rad.abs()) > SET_OFF
         });
-        let is_contradicted = !is_first && contradiction(earlier, new) >= CONTRADICTED;
+        let is_contradicted = !is_first && contradict(earlier, new);
         let is_waiting = waits_at.is_some();
         (earlier.age, earlier.contradictions) =
             (earlier.age + 1, if is_contradicted { earlier.contradictions + 1 } else { 0 });
@@ -102,6 +109,7 @@ impl Sweep {
         let every = scan.ranges_m.len().div_ceil(MOST_BEAMS).max(1);
         self.laser = Some([laser.x, laser.y, laser.yaw_rad]);
         self.beams_rad = [scan.first_rad, scan.step_rad * every as f64];
+        self.range_max_m = scan.range_max_m;
         self.ranges_m.clear();
         self.ranges_m.reserve(MOST_BEAMS);
         self.ranges_m.extend((0..scan.ranges_m.len()).step_by(every).map(|index| match scan.beam(index) {
@@ -122,6 +130,11 @@ impl Sweep {
         [x, y]
     }
 
+    /// Returns true if any beam has hit something.
+    fn hits(&self) -> bool {
+        self.ranges_m.iter().any(|range_m| is_hit(*range_m))
+    }
+
     /// Returns true if a place, in the laser's frame, lies well within the free space of the scan, and false if it does not. `None` if
     /// the scan does not show it.
     fn frees(&self, [x, y]: [f64; 2]) -> Option<bool> {
@@ -132,10 +145,11 @@ impl Sweep {
         let beside = ((BESIDE_RAD / step_rad.abs()) as usize).clamp(1, MOST_BEAMS);
         let near = self.ranges_m.get(along.saturating_sub(beside)..=along.saturating_add(beside))?;
         let free_m = near.iter().copied().fold(f32::INFINITY, f32::min);
-        if free_m == 0.0 || free_m == f32::INFINITY {
+        let range_m = x.hypot(y);
+        if free_m == 0.0 || range_m > self.range_max_m {
             return None;
         }
-        Some(x.hypot(y) < f64::from(free_m) * (1.0 - WITHIN_SHARE) - WITHIN_M)
+        Some(range_m < f64::from(free_m).min(self.range_max_m) * (1.0 - WITHIN_SHARE) - WITHIN_M)
     }
 }
 
@@ -143,14 +157,36 @@ fn is_hit(range_m: f32) -> bool {
     range_m.is_finite() && range_m > 0.0
 }
 
-/// Returns the sum of the shares of each scan's hits that lie within the other's free space. It is 0 for scans with few hits.
-fn contradiction(a: &Sweep, b: &Sweep) -> f64 {
-    [(a, b), (b, a)].into_iter().map(|(hits, free)| share_freed(hits, free)).sum()
+/// Returns true if two scans contradict each other, whatever small error the odometry has made between them.
+fn contradict(a: &Sweep, b: &Sweep) -> bool {
+    let [m, rad] = CORRECTION;
+    let [most, most_turns] = CORRECTIONS.map(|steps| -steps..=steps);
+    let b_from_a = b.laser().motion_to(&a.laser());
+    if !a.hits() || !b.hits() {
+        // The laser may be covered.
+        return false;
+    }
+    // Nearly all pairs of scans agree at once.
+    is_contradiction(a, b, &b_from_a)
+        && most_turns.into_iter().all(|turn| {
+            most.clone().all(|x| {
+                most.clone().all(|y| {
+                    let [x, y, turn] = [m * f64::from(x), m * f64::from(y), rad * f64::from(turn)];
+                    is_contradiction(a, b, &Pose::<Base>::new(x, y, turn).compose(&b_from_a))
+                })
+            })
+        })
+}
+
+/// Returns true if the shares of each scan's hits that lie within the other's free space add up to enough. Scans with few hits say
+/// nothing.
+fn is_contradiction(a: &Sweep, b: &Sweep, b_from_a: &Pose<Base>) -> bool {
+    let a_from_b = b_from_a.motion_to(&Pose::new(0.0, 0.0, 0.0));
+    share_freed(a, b, b_from_a) + share_freed(b, a, &a_from_b) >= CONTRADICTED
 }
 
 /// Returns the share of the hits of one scan that lie within the free space of another.
-fn share_freed(hits: &Sweep, free: &Sweep) -> f64 {
-    let free_from_hits = free.laser().motion_to(&hits.laser());
+fn share_freed(hits: &Sweep, free: &Sweep, free_from_hits: &Pose<Base>) -> f64 {
     let (sin, cos) = free_from_hits.yaw_rad.sin_cos();
     let [first_rad, step_rad] = hits.beams_rad;
     let (mut all, mut freed) = (0_u32, 0_u32);

@@ -1,11 +1,11 @@
 //! Runs local mapping on real logs and compares its errors with those of the odometry alone. Errors are those of relative poses,
-//! with respect to the logs' corrected poses (the metric of Burgard et al. 2009). If the logs are missing, these tests are skipped
-//! with a notice.
+//! with respect to the logs' corrected poses (the metric of Burgard et al. 2009). The detector of kidnapping runs on the same logs. If
+//! the logs are missing, these tests are skipped with a notice.
 
 mod support;
 
-use sketchnav_mapping::{Mapper, Outcome, Parameters, Scan};
-use sketchnav_schemas::geometry::Pose;
+use sketchnav_mapping::{KidnapDetector, Mapper, Outcome, Parameters, Scan};
+use sketchnav_schemas::geometry::{Odom, Pose};
 use support::carmen::{self, LogScan};
 
 /// A pose in any frame, as plain numbers.
@@ -104,4 +104,41 @@ fn intel() {
     let errors = errors("Intel Research Lab", &scans, Parameters::default());
     // Measured: 0.05, 0.10 and 0.29 m.
     is_as_good(&errors, [0.07, 0.14, 0.40]);
+}
+
+/// Returns the scans at which the detector says that the robot was carried.
+fn carries<'a>(scans: impl Iterator<Item = (Pose<Odom>, &'a LogScan)>) -> Vec<usize> {
+    let mut detector = KidnapDetector::default();
+    let said = scans.map(|(odometry, seen)| detector.observe(odometry, &scan(seen)));
+    said.enumerate().filter_map(|(k, is_carried)| is_carried.then_some(k)).collect()
+}
+
+/// Counts how many of 60 robots notice that they are carried between two places of a log, where 60 scans are made each.
+fn noticed(scans: &[LogScan]) -> usize {
+    const STAY: usize = 60;
+    let stay = |seed: usize| (seed % (scans.len() - 2 * STAY))..;
+    let is_noticed = |k: usize| {
+        let [before, after] =
+            [7919 * k, 104_729 * k + scans.len() / 3].map(stay).map(|from| &scans[from][..STAY]);
+        let carried =
+            |one: &LogScan| before[STAY - 1].odometry.compose(&after[0].odometry.motion_to(&one.odometry));
+        let first = before.iter().map(|one| (one.odometry, one));
+        carries(first.chain(after.iter().map(|one| (carried(one), one)))).iter().any(|at| *at >= STAY)
+    };
+    (0..60).filter(|k| is_noticed(*k)).count()
+}
+
+#[test]
+fn driving_is_mistaken_for_being_carried_only_where_the_odometry_is_wrong() {
+    let read = |name: &str| carmen::read(&needs::data().join("logs").join(name));
+    let names = ["freiburg-079-corrected.log.gz", "intel-corrected.log.gz"];
+    let [Some(freiburg), Some(intel)] = names.map(read) else { return };
+    let driven = |scans: &[LogScan]| carries(scans.iter().map(|one| (one.odometry, one)));
+    // Twice, the odometry of the Freiburg log says the opposite of how the robot moved, for a metre.
+    assert_eq!(driven(&freiburg), [850, 921]);
+    assert_eq!(driven(&intel), [] as [usize; 0]);
+    let count = noticed(&freiburg);
+    println!("noticed: {count} of 60");
+    // Measured: 45 of 60.
+    assert!(count >= 40, "{count}");
 }

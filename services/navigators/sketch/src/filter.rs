@@ -16,6 +16,7 @@ pub mod confidence;
 pub mod doors;
 pub mod field;
 pub mod grid;
+mod half_turn;
 pub mod lanes;
 pub mod metric;
 pub mod mode;
@@ -51,6 +52,7 @@ use beams::{Beams, Mounting};
 use confidence::Confidence;
 use field::Field;
 use grid::Grid;
+use half_turn::HalfTurn;
 use metric::ScaleFrame;
 use mode::{Kernel, Mode, find_mode};
 use motion::{Motion, Proportions, Terrain, perturb, propagate};
@@ -162,6 +164,7 @@ pub struct Filter {
     resampler: Resampler,
     sample_size: SampleSize,
     search: Option<Search>,
+    half_turn: Option<HalfTurn>,
     state: State,
 }
 
@@ -207,6 +210,7 @@ impl Filter {
             resampler: Resampler::new(room),
             sample_size: SampleSize::new(parameters.particles),
             search: None,
+            half_turn: HalfTurn::of(&grid).filter(|_| !parameters.searches),
             state: State {
                 search: parameters.searches.then(|| match start.is_anywhere(size_px) {
                     true => search::State::anywhere(&start.pose),
@@ -319,7 +323,7 @@ impl Filter {
         self.state.best = self.state.particles.best();
         let share = self.locate(last);
         self.resample();
-        self.place_if_agreed(share, motion.distance_m);
+        self.place_if_agreed(share, last, motion.distance_m);
     }
 
     /// Propagates the particles by the motion (equation 6).
@@ -332,10 +336,7 @@ impl Filter {
     /// Weighs the particles by the scan, according to equation (7) or the beam model. `best` is the predicted pose of the best
     /// particle.
     fn reweight(&mut self, best: &ScaledPose) {
-        let count = self.beams.len() as f32;
-        let independent =
-            self.state.placing.independent_beams(&self.parameters) * self.beam_model.exactness();
-        let per_beam = (independent / count.max(1.0)).min(1.0);
+        let per_beam = self.independent_beams() / (self.beams.len() as f32).max(1.0);
         let Self { beams, frame, beam_model, weigher, level, workers, state, .. } = self;
         let set = &mut state.particles;
         match weigher {
@@ -350,6 +351,12 @@ impl Filter {
                 }
             }
         }
+    }
+
+    /// Returns the effective number of independent beams of the scan.
+    fn independent_beams(&self) -> f32 {
+        let independent = self.state.placing.independent_beams(&self.parameters);
+        (independent * self.beam_model.exactness()).min(self.beams.len() as f32)
     }
 
     /// Applies the Laplace terms of equation (7) on the virtual scales, which are ray-traced from the predicted pose of the best

@@ -152,7 +152,8 @@ impl Localizer {
         let is_old = self.too_old_ns.is_some_and(|old_ns| order.header.stamp_ns <= old_ns);
         let Some(here) = order.here().filter(|_| !is_old) else { return };
         let (Some(filter), Some(marked)) = (&mut self.filter, self.marked) else { return };
-        let known = self.estimate.filter(|estimate| estimate.tracking != Tracking::Lost);
+        let is_known = |estimate: &Estimate| estimate.tracking != Tracking::Lost && !filter.is_unplaced();
+        let known = self.estimate.filter(is_known);
         let heading = here.yaw_rad.or(known.map(|estimate| estimate.pose.yaw_rad));
         let yaw_rad = heading.unwrap_or(marked.pose.yaw_rad);
         // Before the first scan, the heading is the marked one, if there is a mark.
@@ -232,7 +233,7 @@ impl Localizer {
 }
 
 impl Stage for Localizer {
-    const FORM: &'static str = "sketch localizer 9";
+    const FORM: &'static str = "sketch localizer 10";
     type State = State;
 
     fn receive(&mut self, message: &Incoming<'_>) -> Result<(), StageError> {

@@ -110,7 +110,8 @@ messages! {
         pub fit: f64,
         /// Odometry at the time of the scan, from which a reader can extrapolate the pose.
         pub odometry: PoseM,
-        /// Number of particles. If there are none and the robot is lost, nobody has marked where it is, and the pose means nothing.
+        /// Number of particles. If there are none and the robot is lost or doubtful, nobody has marked where it is, and the pose means
+        /// nothing. It is doubtful if the drawing looks the same after half a turn, so that it may be impossible to find out.
         pub particle_count: u32,
         /// The localizer's confidence in the pose.
         pub tracking: u32 as Tracking,
@@ -270,7 +271,8 @@ impl Correspondence {
 impl PoseEstimate {
     /// Returns false if the pose means nothing, because nobody has marked where the robot is and the filter has not found it.
     pub fn is_placed(&self) -> bool {
-        self.particle_count > 0 || self.tracking != Tracking::Lost.code()
+        let means_nothing = [Tracking::Lost, Tracking::Doubtful].map(Tracking::code);
+        self.particle_count > 0 || !means_nothing.contains(&self.tracking)
     }
 
     /// Returns the odometry at the time of the estimate.

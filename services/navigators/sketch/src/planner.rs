@@ -365,7 +365,7 @@ impl Planner {
 }
 
 impl Stage for Planner {
-    const FORM: &'static str = "sketch planner 15";
+    const FORM: &'static str = "sketch planner 16";
     type State = State;
 
     fn receive(&mut self, message: &Incoming<'_>) -> Result<(), StageError> {

@@ -144,15 +144,15 @@ fn unmarked(seed: u64) -> Drive {
     Drive::anywhere_in(STRETCHED, Parameters::default(), seed)
 }
 
-/// The scales of the drawing are unknown as well. Until the particles agree on a place, the robot is lost. Sometimes they agree on a
-/// wrong place, since rooms in a drawing look much alike.
+/// The scales of the drawing are unknown as well. Until the particles agree on a place, the estimate means nothing. Sometimes they agree
+/// on a wrong place, since rooms in a drawing look much alike. Only two doors tell this building from itself after half a turn.
 #[test]
 fn a_robot_anywhere_in_a_drawing_usually_finds_its_place() {
     let errors_m = [1, 2, 3, 4, 5, 6].map(|seed| {
         let mut drive = unmarked(seed);
         assert!(drive.localizer.is_unplaced());
         let first = along_in(&STRETCHED, &mut drive, &WAY[..1]);
-        assert!(first.iter().all(|(estimate, _)| estimate.tracking == Tracking::Lost));
+        assert!(first.iter().all(|(estimate, _)| estimate.tracking == Tracking::Doubtful));
         let estimates = along_in(&STRETCHED, &mut drive, &WAY);
         let (last, error_m) = estimates.last().unwrap();
         if last.tracking == Tracking::Tracking { *error_m } else { f64::INFINITY }

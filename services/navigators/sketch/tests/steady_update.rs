@@ -8,9 +8,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use rayon_core::{ThreadPool, ThreadPoolBuilder};
+use sketchnav_schemas::geometry::Pose;
+use sketchnav_sketch::filter::Start;
 use sketchnav_sketch::filter::parameters::{Likelihood, Parameters};
 use sketchnav_sketch::filter::workers::Workers;
-use support::{Drawing, Drive, WAY};
+use support::{Drawing, Drive, WAY, localizer_at};
 
 const DRAWING: Drawing = Drawing { size: [400, 400], a: 22.0, b: 28.0, turn_rad: 0.1, wobble_px: 0.0 };
 
@@ -96,15 +98,21 @@ fn a_steady_update_allocates_nothing_and_two_threads_change_no_bit() {
     let (odometry, scan) = anywhere.advance(WAY[1]);
     anywhere.localizer.step(&odometry, &scan);
     steps(&mut anywhere, 120);
-    // In a drawing, particles are scattered everywhere, and their number drops once they agree.
+    // In a drawing, particles are scattered everywhere, and their number drops once they agree. This one looks the same after half a
+    // turn, so that they agree on either place unless the heading is known.
     let (placed_share, placed_after_m) = (0.0, 0.1);
     let parameters =
         Parameters { anywhere_particles: 5000, placed_share, placed_after_m, ..Parameters::default() };
-    let mut unmarked = Drive::anywhere_in(DRAWING, parameters, 1);
-    let (odometry, scan) = unmarked.advance(WAY[1]);
-    unmarked.localizer.step(&odometry, &scan);
-    steps(&mut unmarked, 120);
-    assert!(!unmarked.localizer.is_unplaced(), "it was found");
+    for spread_rad in [std::f64::consts::PI, 0.1] {
+        let mut unmarked = Drive::new(DRAWING, Parameters::default(), 1);
+        let pose = Pose::new(100.0, 100.0, unmarked.truth.yaw_rad);
+        let start = Start { spread_rad, ..Start::anywhere(pose, DRAWING.size) };
+        unmarked.localizer = localizer_at(&DRAWING, parameters.clone(), start, 1);
+        let (odometry, scan) = unmarked.advance(WAY[1]);
+        unmarked.localizer.step(&odometry, &scan);
+        steps(&mut unmarked, 120);
+        assert_eq!(unmarked.localizer.is_unplaced(), spread_rad > 1.0, "it was found by its heading");
+    }
     assert_eq!(Parameters::paper().likelihood, Likelihood::Field);
     assert!(ALLOCATIONS.load(Relaxed) > 0, "it does count");
 }

@@ -71,6 +71,17 @@ impl Grid {
         f32::from(step) / STEPS_PER_CELL * self.px_per_cell
     }
 
+    /// Returns the distance of a position from the nearest surface of a wall, in pixels. Infinite outside the drawing.
+    pub fn surface_px(&self, [x_px, y_px]: [f32; 2]) -> f32 {
+        let [width_px, height_px] = self.size_px;
+        if !(0.0..width_px).contains(&x_px) || !(0.0..height_px).contains(&y_px) {
+            return f32::INFINITY;
+        }
+        let inv = 1.0 / self.px_per_cell;
+        let at = self.index(self.cell(x_px * inv, self.width), self.cell(y_px * inv, self.height));
+        self.distance_px(self.distance[at])
+    }
+
     /// Returns true if a position, in pixels, is in a wall or outside the drawing.
     #[inline]
     pub fn is_wall(&self, x_px: f32, y_px: f32) -> bool {

@@ -4,7 +4,8 @@
 //! known, it would have to search for the scales as well. There, the particles are scattered over the whole drawing (global
 //! localization, Dellaert, Fox, Burgard and Thrun 1999), many more of them than it takes to follow a robot. Each scan counts for
 //! less in the meantime, because a drawing fits the wrong room better than the right one for metres, and particles that have been
-//! given up do not come back. Once nearly all of the weight has been in one place for some metres, the robot counts as placed.
+//! given up do not come back. Once nearly all of the weight has been in one place for some metres, the robot counts as placed, unless
+//! [another place](super::half_turn) looks the same.
 //! Whenever the scans fit nowhere near the mode, before or after that, all particles are scattered again.
 
 use rand::RngExt;
@@ -14,8 +15,10 @@ use sketchnav_schemas::geometry::{Odom, Pose, wrap_angle};
 use sketchnav_schemas::message::LaserScan;
 
 use super::confidence::Confidence;
+use super::half_turn::ODDS_AGAINST_TWIN;
 use super::motion::Terrain;
 use super::parameters::Parameters;
+use super::scales::ScaledPose;
 use super::search::{self, Hypothesis};
 use super::start::Start;
 use super::{Estimate, Filter, State, Weigher};
@@ -28,16 +31,29 @@ const FOUND_WITHIN_M: f32 = 0.1;
 pub(super) enum Placing {
     /// A person has marked the robot, or the search in a learned map finds it.
     Marked,
-    /// The robot may be anywhere in the drawing. The particles have agreed on a place over this distance, in metres.
-    Anywhere(f32),
+    /// The robot may be anywhere in the drawing.
+    Anywhere(Agreement),
     /// The particles have found the robot.
     Found,
+}
+
+/// How long the particles have agreed on one place.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub(super) struct Agreement {
+    /// Distance driven since then, in metres.
+    over_m: f32,
+    /// Log odds of this place against the one that looks the same after half a turn. Infinite if there is none.
+    ln_odds: f32,
 }
 
 impl Placing {
     /// Returns what a start says about where the robot is in a drawing of this size.
     pub fn of(start: &Start, size_px: [usize; 2], p: &Parameters) -> Self {
-        if start.is_anywhere(size_px) && !p.searches { Self::Anywhere(0.0) } else { Self::Marked }
+        if start.is_anywhere(size_px) && !p.searches {
+            Self::Anywhere(Agreement::default())
+        } else {
+            Self::Marked
+        }
     }
 
     /// Returns the maximum number of particles from now on, unless somebody carries the robot.
@@ -63,16 +79,25 @@ impl Filter {
     }
 
     /// Places a robot that may be anywhere once the particles have agreed on its place for long enough. `share` is the share of the
-    /// weight near the mode, and `moved_m` the distance since the last update, in metres.
-    pub(super) fn place_if_agreed(&mut self, share: f64, moved_m: f32) {
-        let (p, State { placing, confidence, .. }) = (&self.parameters, &mut self.state);
-        let Placing::Anywhere(agreed_m) = placing else { return };
-        let agrees = share >= p.placed_share && confidence.tracking() != Tracking::Lost;
-        *agreed_m = if agrees { *agreed_m + moved_m } else { 0.0 };
-        if *agreed_m < p.placed_after_m {
+    /// weight near the mode, `last` the mode of the last update, moved to where the robot is now, and `moved_m` the distance since, in
+    /// metres.
+    pub(super) fn place_if_agreed(&mut self, share: f64, last: Option<ScaledPose>, moved_m: f32) {
+        let Placing::Anywhere(before) = self.state.placing else { return };
+        let agrees =
+            share >= self.parameters.placed_share && self.state.confidence.tracking() != Tracking::Lost;
+        let agreement = match agrees {
+            true => Agreement {
+                over_m: before.over_m + moved_m,
+                ln_odds: self.ln_odds_against_twin(before.ln_odds, last),
+            },
+            false => Agreement::default(),
+        };
+        self.state.placing = Placing::Anywhere(agreement);
+        let p = &self.parameters;
+        if agreement.over_m < p.placed_after_m || agreement.ln_odds < ODDS_AGAINST_TWIN.ln() {
             return;
         }
-        *placing = Placing::Found;
+        self.state.placing = Placing::Found;
         let State { particles, rng, proportions, mode, .. } = &mut self.state;
         self.resampler.resample_to(particles, p.particles, rng.random());
         proportions.mean_ln_scales = self.start.mean_ln_scales(mode, self.scale_guess_pxpm, p);
@@ -114,7 +139,8 @@ impl Filter {
     }
 
     fn scatter_all(&mut self, odometry: &Pose<Odom>) {
-        (self.state.placing, self.state.confidence) = (Placing::Anywhere(0.0), Confidence::default());
+        (self.state.placing, self.state.confidence) =
+            (Placing::Anywhere(Agreement::default()), Confidence::default());
         match self.state.is_kidnapped {
             // The scales that were found before are still those of the drawing.
             true => self.begin_anew_at(&self.start_at(odometry.yaw_rad), odometry),
@@ -205,7 +231,11 @@ impl Filter {
             covariance,
             effective_sample_size: self.state.particles.effective_sample_size(),
             fit: best.map_or(if found.is_some() { f32::MIN } else { 0.0 }, |best| best.fit).into(),
-            tracking: if has_doubted || found.is_none() { Tracking::Lost } else { Tracking::Doubtful },
+            tracking: match has_doubted || found.is_none() && !self.is_ambiguous() {
+                true => Tracking::Lost,
+                // Several places fit.
+                false => Tracking::Doubtful,
+            },
         }
     }
 }

@@ -269,9 +269,9 @@ impl Driver {
     ) -> TaskStatus {
         self.chart = Some(*chart);
         if let Some(explorer) = &mut self.explorer {
-            explorer.on_estimate(is_placed);
+            explorer.on_estimate(is_placed, !is_placed && tracking == Tracking::Doubtful);
         }
-        let lost = tracking == Tracking::Lost;
+        let lost = tracking == Tracking::Lost || !is_placed;
         self.attempt.lost_s = if lost { self.attempt.lost_s + dt_s } else { 0.0 };
         self.attempt.arrival.follow(chart, fit, dt_s);
         if std::mem::take(&mut self.attempt.is_kidnapped) {

@@ -160,6 +160,8 @@ pub struct Exploration {
     is_news: bool,
     /// Whether the filter has found out where the robot is.
     is_estimated: bool,
+    /// Whether the drawing looks the same after half a turn, so that the filter may never find out where the robot is.
+    is_ambiguous: bool,
     /// Whether somebody has carried the robot, so that the mark of the start no longer counts.
     is_kidnapped: bool,
     /// The last alignment and its outline.
@@ -589,12 +591,14 @@ impl Explorer {
         Advice::Drive
     }
 
-    /// Accepts an arrival, unless the start is unknown and a rival, which costs `margin` more, is about as good.
+    /// Accepts an arrival, unless the start is unknown and a rival, which costs `margin` more, is about as good, or, among rooms, the
+    /// filter cannot tell this place from its twin.
     fn arrived(&mut self, margin: Option<f64>) -> Advice {
         if !self.knows_a_place()
             && let Some(margin) = margin
         {
-            if margin < self.parameters.alike_margin {
+            let is_ambiguous = self.exploration.is_ambiguous && self.searches();
+            if margin < self.parameters.alike_margin || is_ambiguous {
                 return Advice::Alike(margin);
             }
             if margin > self.parameters.rival_margin {

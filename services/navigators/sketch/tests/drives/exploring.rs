@@ -81,7 +81,7 @@ fn unmarked_drive() -> Drive {
     let scene = Scene::faithful(rooms(), [13.0, 5.0], [1.5, 2.4, 0.0]);
     let by_outline = config(ROBOTINO, "by_outline = true");
     let mut drive = Drive::with(Scene { is_marked: false, ..scene }, by_outline, &[&[[11.0, 2.0]]], 240.0);
-    drive.tracking = Tracking::Lost;
+    (drive.tracking, drive.is_placed) = (Tracking::Lost, false);
     drive
 }
 
@@ -93,6 +93,16 @@ fn an_unmarked_robot_among_rooms_looks_into_all_of_them_before_it_goes_by_the_ou
     assert!(farthest_m > 7.5, "{farthest_m}, {:?}", outcome.ends);
 }
 
+/// The estimate of a robot that nobody has placed means nothing, even if the localizer only doubts it.
+#[test]
+fn an_unmarked_robot_whose_drawing_looks_the_same_after_half_a_turn_is_lost() {
+    let mut drive = unmarked_drive();
+    drive.tracking = Tracking::Doubtful;
+    let outcome = drive.run(300.0);
+    assert_eq!(outcome.states(), [Lost, Finished], "{:?}", outcome.ends);
+    assert!(outcome.ends[0].1.contains("where the drawing looks alike"), "{:?}", outcome.ends);
+}
+
 #[test]
 fn an_unmarked_robot_that_the_filter_finds_on_the_way_drives_by_the_filter() {
     let mut drive = unmarked_drive();
@@ -101,7 +111,7 @@ fn an_unmarked_robot_that_the_filter_finds_on_the_way_drives_by_the_filter() {
         drive.place()[0] > 4.0
     });
     assert!(is_in_next_room, "{:?}", drive.place());
-    drive.tracking = Tracking::Tracking;
+    (drive.tracking, drive.is_placed) = (Tracking::Tracking, true);
     let outcome = drive.run(300.0);
     assert_eq!(outcome.states(), [Reached, Finished], "{:?}", outcome.ends);
     assert!(outcome.ends[0].1.ends_with("m from the goal"), "{:?}", outcome.ends);
@@ -167,7 +177,7 @@ fn a_robot_that_is_carried_off_its_route_is_lost() {
     let mut drive = Drive::with(scene(), by_outline, &[route, route], 400.0);
     drive.until("on its way", |status| status.header.stamp_ns > 4_000_000_000);
     drive.carry(9.2, 7.0, 0.5);
-    drive.tracking = Tracking::Lost;
+    (drive.tracking, drive.is_placed) = (Tracking::Lost, false);
     let outcome = drive.run(60.0);
     assert_eq!(outcome.states(), [Lost, Lost, Finished], "{:?}", outcome.ends);
     assert!(outcome.ends[..2].iter().all(|(_, reason)| reason == CARRIED), "{:?}", outcome.ends);

@@ -94,6 +94,8 @@ pub struct Drive {
     pub fit: f64,
     /// Confidence of the localizer in the estimates.
     pub tracking: Tracking,
+    /// Whether the localizer knows where the robot is.
+    pub is_placed: bool,
 }
 
 impl Scene {
@@ -224,6 +226,7 @@ impl Drive {
             seq: 0,
             fit: 0.0,
             tracking: Tracking::Tracking,
+            is_placed: true,
         };
         drive.receive(SKETCH, &map, &cells);
         drive.receive(ROUTE, &*route, &[]);
@@ -281,6 +284,7 @@ impl Drive {
         (estimate.scale_a_pxpm, estimate.scale_b_pxpm) = (a, b);
         estimate.odometry = odometry;
         estimate.tracking = self.tracking.code();
+        estimate.particle_count = self.is_placed.into();
         estimate.fit = self.fit;
     }
 

@@ -41,9 +41,9 @@ impl Explorer {
         paper.map(|paper| paper.marked).unwrap_or_default()
     }
 
-    /// Records whether the filter knows where the robot is.
-    pub fn on_estimate(&mut self, is_placed: bool) {
-        self.exploration.is_estimated = is_placed;
+    /// Records whether the filter knows where the robot is, and otherwise, whether the drawing may prevent it from finding out.
+    pub fn on_estimate(&mut self, is_placed: bool, is_ambiguous: bool) {
+        (self.exploration.is_estimated, self.exploration.is_ambiguous) = (is_placed, is_ambiguous);
     }
 
     /// Returns true if the filter knows where the robot is, and the drawing does not mark its start.
